@@ -150,7 +150,8 @@ def test_a_reset_in_the_middle_is_noticed_and_the_place_is_not_trusted(
     ending, _, _ = send(board, program, machine, watch=watch)
     assert pressed and not ending.complete and not ending.homed
     assert "reset during a move" in ending.reason or "the controller was reset" in ending.reason
-    assert ending.state == "locked by an alarm"
+    # GRBL 1.1h reports no alarm if the reset arrives between its checks for alarms and for resets.
+    assert ending.state in ("locked by an alarm", "standing still")
     assert ending.hole is not None and abs(ending.hole.number - pressed[0].hole) <= 10
 
 

@@ -252,11 +252,12 @@ def test_an_alarm_and_a_reset_at_the_board_are_told_and_the_place_is_not_trusted
     open_board.ask("jog", x=-40, feed=100)
     open_board.until(lambda s: s["status"] == "Jog")
     open_board.board.press(b"\x18")
-    state = open_board.until(lambda s: s["status"] == "Alarm")
-    assert state["unsure"]
-    line = open_board.refused("run", source=open_board.file(plate(3)), machine="mine:board")
-    assert line.startswith("the machine is locked by an alarm; home it")
-    open_board.ask("unlock")
+    # GRBL 1.1h reports no alarm if the reset arrives between its checks for alarms and for resets.
+    state = open_board.until(lambda s: s["unsure"] and s["status"] in ("Alarm", "Idle"))
+    if state["status"] == "Alarm":
+        line = open_board.refused("run", source=open_board.file(plate(3)), machine="mine:board")
+        assert line.startswith("the machine is locked by an alarm; home it")
+        open_board.ask("unlock")
     line = open_board.refused("run", source=open_board.file(plate(3)), machine="mine:board")
     assert "its position may be wrong" in line
 

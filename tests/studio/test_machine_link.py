@@ -82,6 +82,26 @@ def test_frame_refuses_each_machine_that_check_and_start_refuse(
     assert board.taken == [] and not any(line.startswith("$J") for line in board.asked)
 
 
+@pytest.mark.hazard
+@pytest.mark.parametrize("state, unsure", [("Idle", False), ("Jog", True), ("Run", True), ("Hold:0", True)])
+def test_a_reset_without_an_alarm_makes_the_position_of_a_moving_machine_unsure(
+    link: MachineLink, board: FakeGrbl, monkeypatch: pytest.MonkeyPatch, state: str, unsure: bool
+) -> None:
+    link.connect("page", "fake").result(SOON)
+    board.shown = state
+    until(lambda: link.state.status == state.partition(":")[0])
+    resets, read = [board.greeting], board.read
+
+    def read_after_reset(seconds: float) -> bytes:
+        while resets:
+            board.say(resets.pop())
+        return read(seconds)
+
+    monkeypatch.setattr(board, "read", read_after_reset)
+    until(lambda: link.state.said == "the controller was reset")
+    assert link.state.unsure is unsure
+
+
 def test_frame_is_traced_on_a_machine_without_homing_once_a_person_says_so(link: MachineLink, board: FakeGrbl) -> None:
     board.settings[22] = 0
     link.connect("page", "fake").result(SOON)

@@ -430,6 +430,10 @@ class MachineLink:
             case Greeting():
                 self._talk.record_restart()
                 self._facts = None
+                # A reset during a move loses the position. GRBL 1.1h does not report its alarm if the reset arrives
+                # between its checks for alarms and for resets (protocol.c: `protocol_exec_rt_system`).
+                moving = self.state.moves or self._jog_until > self._clock()
+                self._publish(unsure=self.state.unsure or moving)
                 self._show_message("the controller was reset", bad=True)
             case InvalidAnswer(words):
                 self._show_message(f"invalid answer: '{words}'; check the cable", bad=True)

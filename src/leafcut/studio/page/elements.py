@@ -7,11 +7,20 @@ from typing import Any
 
 from nicegui.element import Element
 from nicegui.elements.mixins.text_element import TextElement
+from nicegui.events import GenericEventArguments
 
 Fields = list[dict[str, Any]]
 
 #: Maximum number of history steps that are sent to a browser at once.
 _STEPS = 50
+
+
+def _answer(element: Element, event: GenericEventArguments, act: Callable[..., Any], *names: str) -> Any:
+    """Handle a change of a field. The browser shows the new value until the number of the change is answered."""
+    element.props["answered"] = event.args["number"]
+    result = act(*(event.args[name] for name in names))
+    element.update()
+    return result
 
 
 class Form(Element, component="../static/form.js"):
@@ -31,8 +40,8 @@ class Form(Element, component="../static/form.js"):
     ) -> None:
         super().__init__()
         self.props.update(groups=groups, words=words, values={}, shown={}, errors={}, searchable=searchable)
-        self.props["fixed"] = fixed
-        self.on("change", lambda e: on_change(e.args["name"], e.args["value"], e.args["shown"]))
+        self.props.update(fixed=fixed, answered=0)
+        self.on("change", lambda e: _answer(self, e, on_change, "name", "value", "shown"))
         self.on("refused", lambda e: on_refused(e.args["line"]))
 
     def show(
@@ -90,19 +99,14 @@ class PartsTable(Element, component="../static/parts.js"):
         on_look: Callable[[str], Any],
     ) -> None:
         super().__init__()
-        self.props.update(words=words, rows=[], rotations="", version=0)
-        self.on("change", lambda e: on_change(e.args["id"], e.args["key"], e.args["value"]))
+        self.props.update(words=words, rows=[], rotations="", answered=0)
+        self.on("change", lambda e: _answer(self, e, on_change, "id", "key", "value"))
         self.on("remove", lambda e: on_remove(e.args["id"]))
         self.on("look", lambda e: on_look(e.args["id"]))
 
     def show(self, rows: list[dict[str, Any]], rotations: str) -> None:
         """Show rows with ``id``, ``name``, ``quantity``, ``rotations`` and ``shown``, and the default angles."""
         self.props.update(rows=rows, rotations=rotations)
-        self.update()
-
-    def renew(self) -> None:
-        """Reset refused input to the previous values."""
-        self.props["version"] += 1
         self.update()
 
 

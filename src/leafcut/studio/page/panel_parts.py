@@ -144,11 +144,9 @@ class PartsPanel:
             changes = {"quantity": quantity_of(typed)} if key == "quantity" else {"rotations": rotations_of(typed)}
         except LeafcutError as problem:
             self.page.show_message(str(problem), True)
-            self.rows.renew()
             return
         self.page.show_message("")
         view.parts[index] = replace(view.parts[index], **changes)
-        self.rows.renew()  # show the parsed value
         self._drawn()
 
     def _remove(self, row: str) -> None:

@@ -1,5 +1,6 @@
 // Options form: groups of labelled fields from plain values; reports changes, one field at a time.
 import { Combobox } from "leafcut-canvas/combobox.js";
+import { FieldTexts } from "leafcut-canvas/field_texts.js";
 import { matchingGroups } from "leafcut-canvas/option_filter.js";
 import { send } from "leafcut-canvas/send.js";
 import { computed, defineComponent, getCurrentInstance, h, ref } from "vue";
@@ -13,6 +14,7 @@ export default defineComponent({
     values: { type: /** @type {Prop<Record<string, any>>} */ (Object), default: () => ({}) }, // name → text, texts of axes, or true/false
     shown: { type: /** @type {Prop<Record<string, string>>} */ (Object), default: () => ({}) }, // name → displayed name of a chosen file
     errors: { type: /** @type {Prop<Record<string, string>>} */ (Object), default: () => ({}) }, // name → line
+    answered: { type: Number, default: 0 }, // number of the last change that the server has answered
     words: { type: /** @type {Prop<Words>} */ (Object), required: true }, // choose, remove, help, open, find, none_found, found
     fixed: Boolean, // read-only
     searchable: Boolean, // whether there is a search field for options
@@ -23,11 +25,13 @@ export default defineComponent({
     const unfolded = ref(/** @type {Record<string, boolean>} */ ({})), wanted = ref("");
     const explained = ref(/** @type {string | null} */ (null)); // name of the field whose help is shown
     const found = computed(() => matchingGroups(props.groups, wanted.value));
-    /** Text being typed; not reactive: typing must not redraw. @type {{ name: string, text: string } | null} */
-    let draft = null;
+    const texts = new FieldTexts(props.answered); // not reactive: typing must not redraw
 
     /** @param {Field} field @param {unknown} value */
-    function change({ name }, value, shown = "") { emit("change", { name, value, shown }); }
+    function change({ name }, value, shown = "") { emit("change", { name, value, shown, number: texts.send(name, value) }); }
+
+    /** Return the value of a field as it is shown. @param {Field} field */
+    function valueOf({ name }) { return texts.content(name, props.values[name], props.answered); }
 
     /** @param {Field} field @param {HTMLInputElement} input */
     async function upload(field, input) {
@@ -68,7 +72,7 @@ export default defineComponent({
 
     /** @param {Field} field @param {string} id */
     function control(field, id) {
-      const value = props.values[field.name], about = {
+      const value = valueOf(field), about = {
         id,
         "aria-describedby": `${id}-help`,
         "aria-invalid": props.errors[field.name] ? "true" : undefined,
@@ -112,10 +116,9 @@ export default defineComponent({
         placeholder: field.default,
         title: value ? undefined : field.rule || field.default,
       };
-      // Keep the text being typed when the form is redrawn.
-      const text = draft?.name === field.name ? draft.text : value ?? "";
-      const type = (/** @type {string} */ typed) => { draft = { name: field.name, text: typed }; };
-      const leave = () => { draft = null; };
+      const text = value ?? "";
+      const type = (/** @type {string} */ typed) => texts.type(field.name, typed);
+      const leave = () => texts.leave();
       return h("span", { class: ["box", props.errors[field.name] && "wrong"] }, [
         field.offers?.length
           ? h(Combobox, {
@@ -189,7 +192,7 @@ export default defineComponent({
 
     /** @param {Field} field */
     function row(field) {
-      const id = `${prefix}-${field.name}`, error = props.errors[field.name], value = props.values[field.name];
+      const id = `${prefix}-${field.name}`, error = props.errors[field.name], value = valueOf(field);
       const open = explained.value === field.name;
       return h("div", {
         class: ["field", field.kind, value !== undefined && value !== "" && "given"],

@@ -1,4 +1,5 @@
 // Table of a nest's parts: a row for each drawing with quantity and angles.
+import { FieldTexts } from "leafcut-canvas/field_texts.js";
 import { defineComponent, h } from "vue";
 
 /** @typedef {{ id: string, name: string, quantity: string, rotations: string, shown: boolean }} Row */
@@ -7,13 +8,12 @@ export default defineComponent({
   props: {
     rows: { type: /** @type {Prop<Row[]>} */ (Array), default: () => [] },
     rotations: String, // default angles
-    version: Number, // increased when input is refused, to force a redraw
+    answered: { type: Number, default: 0 }, // number of the last change that the server has answered
     words: { type: /** @type {Prop<Words>} */ (Object), required: true }, // drawing, quantity, rotations, remove, show
   },
   emits: ["change", "remove", "look"],
   setup(props, { emit }) {
-    /** Text being typed; not reactive: typing must not redraw. @type {{ id: string, text: string } | null} */
-    let draft = null;
+    const texts = new FieldTexts(props.answered); // not reactive: typing must not redraw
 
     /** @param {Row} row @param {"quantity" | "rotations"} key @param {"numeric" | undefined} mode @param {string} [placeholder] */
     function input(row, key, mode, placeholder) {
@@ -26,12 +26,11 @@ export default defineComponent({
         autocomplete: "off",
         spellcheck: "false",
         "aria-label": `${props.words[key]}: ${row.name}`,
-        // Keep the text being typed; refused input reverts at the next redraw.
-        value: draft?.id === id ? draft.text : row[key],
+        value: texts.content(id, row[key], props.answered), // refused input reverts when the server answers
         placeholder,
-        onInput: (/** @type {FieldEvent} */ { target }) => { draft = { id, text: target.value }; },
-        onBlur: () => { draft = null; },
-        onChange: (/** @type {FieldEvent} */ { target }) => emit("change", { id: row.id, key, value: target.value }),
+        onInput: (/** @type {FieldEvent} */ { target }) => texts.type(id, target.value),
+        onBlur: () => texts.leave(),
+        onChange: (/** @type {FieldEvent} */ { target: { value } }) => emit("change", { id: row.id, key, value, number: texts.send(id, value) }),
       });
     }
 
