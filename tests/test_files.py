@@ -235,3 +235,22 @@ def test_files_that_belong_together_have_their_own_encodings(tmp_path: Path) -> 
     write_together({str(report): "Ø", str(program): "(Ø)"}, encodings={str(program): "latin-1"})
     assert (report.read_bytes(), program.read_bytes()) == ("Ø".encode(), b"(\xd8)")
     assert len(list(tmp_path.iterdir())) == 2
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no permission bits")
+@pytest.mark.parametrize("mask, mode", [(0o022, 0o644), (0o077, 0o600)])
+def test_a_new_file_has_the_permissions_of_the_umask_and_a_replaced_file_keeps_its_own(
+    tmp_path: Path, mask: int, mode: int
+) -> None:
+    kept = tmp_path / "kept.nc"
+    kept.write_text("old", encoding="utf-8")
+    kept.chmod(0o646)
+    before = os.umask(mask)
+    try:
+        write_together({str(tmp_path / "new.nc"): "a", str(kept): "b"})
+        during = os.umask(mask)
+    finally:
+        os.umask(before)
+    assert during == mask
+    assert [(tmp_path / name).stat().st_mode & 0o777 for name in ("new.nc", "kept.nc")] == [mode, 0o646]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["kept.nc", "new.nc"]

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
@@ -256,8 +257,6 @@ def write_together(
 
     `encodings` lists the files whose encoding differs from `encoding`.
     """
-    import tempfile  # imported here for a quick start: not needed for output to standard output
-
     temporary: dict[Path, Path] = {}
     before: dict[Path, Path | None] = {}
     done = False
@@ -267,14 +266,16 @@ def write_together(
             path = Path(os.path.realpath(target))  # write through a symbolic link
             _remove_left_over(path)
             encoding_of = encodings.get(target, encoding)
-            with tempfile.NamedTemporaryFile(
-                "w", dir=path.parent, prefix=_own_prefix(path), delete=False, encoding=encoding_of, newline=newline
-            ) as file:
-                temporary[path] = Path(file.name)
+            mode = path.stat().st_mode & 0o777 if path.exists() else None
+            written = path.with_name(f"{_own_prefix(path)}{os.urandom(4).hex()}")
+            opener = partial(os.open, mode=0o666 if mode is None else mode)
+            with open(written, "x", encoding=encoding_of, newline=newline, opener=opener) as file:
+                temporary[path] = written
                 file.write(text)
                 file.flush()
                 os.fsync(file.fileno())
-            temporary[path].chmod(_file_mode(path))
+            if mode is not None:  # whatever the umask
+                written.chmod(mode)
         for path in temporary if len(temporary) > 1 else ():
             target = str(path)
             before[path] = _backup_of(path)
@@ -360,11 +361,3 @@ def _sync_folders(paths: Iterable[Path]) -> None:
                 os.fsync(number)
             finally:
                 os.close(number)
-
-
-def _file_mode(path: Path) -> int:
-    if path.exists():
-        return path.stat().st_mode & 0o777
-    mask = os.umask(0)
-    os.umask(mask)
-    return 0o666 & ~mask
