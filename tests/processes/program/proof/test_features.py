@@ -118,7 +118,7 @@ def test_a_block_that_may_change_the_tool_table_makes_another_length_offset() ->
     [
         ("G90 / G21 / G21", 1), ("G90 G20", 0), ("g 071 / G1", 0), ("(G21) / G70", 1), ("G210 / G1", 2),
         ("G2 / G7", 2),
-        ("G90G21X1", 0), ("N21 / ;G21 / X2", 3), ("G21.1", 1), ("G020", 0),
+        ("G90G21X1", 0), ("N21 / ;G21 / X2", 3), ("G21.1", 1), ("G020", 0), ("G2 1 X5", 0), ("G2 X1 / g 0 2 0", 1),
     ],
 )  # fmt: skip
 def test_the_first_block_with_units(text: str, block: int) -> None:

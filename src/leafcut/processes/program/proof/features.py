@@ -309,12 +309,13 @@ def first_with_units(program: Program) -> int:
     """Return the first block that states the units, or the number of blocks."""
     for block, line in enumerate(program.line.tolist()):
         text = program.lines[line - 1]
-        if ("2" in text or "7" in text) and _UNITS.search(COMMENT.sub("", text)):
+        # A number may contain blanks: `G2 1` is G21.
+        if ("2" in text or "7" in text) and _UNITS.search("".join(COMMENT.sub("", text).split())):
             return block
     return program.n_blocks
 
 
-_UNITS = re.compile(r"G\s*0*(?:20|21|70|71)(?![0-9.])", re.IGNORECASE)
+_UNITS = re.compile(r"G0*(?:20|21|70|71)(?![0-9.])", re.IGNORECASE)
 
 
 def features_of(path: Toolpath, states: States, which: Mask) -> Features:
