@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from leafcut.gcode.dialects import dialect, dialects
@@ -16,17 +17,16 @@ from leafcut.read.machine_keys import PROFILE_KEYS
 
 PAGE = Path(__file__).parents[1] / "docs" / "reference.md"
 OPTIONS_INTRODUCTION = (
-    "Each option is a flag of the command line, a key of a TOML file given with `--options`, and a keyword of",
-    "`leafcut.optimize`. It means the same in all three. Numbers without a unit are millimetres, seconds, mm/min or",
-    "rpm; any number can have a unit: `0.25in`, `90ipm`, `500ms`, and can be a fraction: `1/4in`, `1 1/2in`. A comma",
-    "counts as a decimal point if it can mean nothing else: `6,5` is 6.5 (in a list, two numbers); `1,250` is refused",
-    "as ambiguous.",
+    "Each option is a flag of the command line. The key of a TOML file given with `--options` and the keyword of",
+    "`leafcut.optimize` are the flag without `--` and with `_` for `-`: `--min-diameter` is `min_diameter`. Numbers",
+    "without a unit are millimetres, seconds, mm/min or rpm. Any number can have a unit (`0.25in`, `90ipm`, `500ms`)",
+    "and can be a fraction (`1/4in`, `1 1/2in`). A comma counts as a decimal point if it can mean nothing else: `6,5`",
+    "is 6.5 (in a list, two numbers); `1,250` is refused as ambiguous.",
     "",
-    "The column *used for* names kinds of work:",
+    "The line above a table states the kinds of work that use its options (*all* in its rows). The kinds are:",
     f"{', '.join(f'`{work.name}` is {work.title}' for work in registry.works())}.",
     "An option that a run does not use is an error on the command line and in a call.",
-    "A file of options may serve many kinds of work: a run ignores what it does not use.",
-    "So does a file of your own defaults ([inputs.md](inputs.md)).",
+    "A run ignores unused options in a file of options and in a file of your own defaults ([inputs.md](inputs.md)).",
 )
 
 
@@ -35,24 +35,41 @@ def options_table() -> list[str]:
     lines = ["## Options", "", *OPTIONS_INTRODUCTION, ""]
     for group in registry.groups():
         lines += [f"### [{group.section}] {(group.__doc__ or '').splitlines()[0]}", ""]
-        lines += ["| flag | TOML key | default | used for | what |", "| --- | --- | --- | --- | --- |"]
+        uses = {name: [work.name for work in registry.works() if name in work.used()] for name in group.specs()}
+        users = [work.name for work in registry.works() if any(work.name in names for names in uses.values())]
+        differ = any(names != users for names in uses.values())
+        lines += [f"Used for {', '.join(users)}.", ""]
+        lines += [
+            f"| flag | default |{' used for |' if differ else ''} meaning |",
+            f"| --- | --- |{' --- |' if differ else ''} --- |",
+        ]
         for name, spec in group.specs().items():
             default = group.defaults()[name]
             words = spec.default_words or ("" if default in (None, ()) else typed_text(spec, default))
             words = words or ("off", "on")[default is True] if spec.kind == "flag" else words
             choices = f" ({', '.join(f'`{c}`' for c in spec.choices)})" if spec.choices else ""
             choices += f" (or {', '.join(f'`{word}`' for word in spec.words)})" if spec.words else ""
-            works = ", ".join(work.name for work in registry.works() if name in work.used())
-            lines.append(f"| `{flag_name(name)}` | `{name}` | {words} | {works} | {spec.help}{choices} |")
+            works = f" {shortest_list(uses[name], users)} |" if differ else ""
+            lines.append(f"| `{flag_name(name)}` | {words} |{works} {spec.help}{choices} |")
         lines.append("")
     return lines
 
 
-def removed_table() -> list[str]:
-    """Return the options of earlier versions, with what to do instead."""
+def shortest_list(names: list[str], of: list[str]) -> str:
+    """Return names of a list, or the names that are missing, whichever are fewer."""
+    missing = [name for name in of if name not in names]
+    if len(missing) + 1 < len(names):
+        return f"all but {', '.join(missing)}" if missing else "all"
+    return ", ".join(names)
+
+
+def removed_options() -> list[str]:
+    """Return the options of earlier versions, with what to do instead; options with the same remedy share a line."""
+    flags: dict[str, list[str]] = {}
+    for name, words in REMOVED.items():
+        flags.setdefault(words, []).append(f"`{flag_name(name)}`")
     lines = ["### Removed options", "", "They are refused by name wherever an option can be given.", ""]
-    lines += ["| flag | instead |", "| --- | --- |"]
-    return [*lines, *(f"| `{flag_name(name)}` | {words} |" for name, words in REMOVED.items()), ""]
+    return [*lines, *(f"* {', '.join(names)}: {words}" for words, names in flags.items()), ""]
 
 
 def profile_table() -> list[str]:
@@ -71,23 +88,22 @@ def profile_table() -> list[str]:
     return [*lines, *(f"| `{name}` | {text} | {otherwise} |" for name, text, otherwise in rows), ""]
 
 
-def table(title: str, head: tuple[str, str], rows: list[tuple[str, str]]) -> list[str]:
-    """Return a section with a table of two columns."""
-    lines = [f"## {title}", "", f"| {head[0]} | {head[1]} |", "| --- | --- |"]
-    return [*lines, *(f"| `{name}` | {text} |" for name, text in rows), ""]
+def named_list(title: str, rows: Iterable[tuple[str, str]]) -> list[str]:
+    """Return a section with a list of names and their meanings."""
+    return [f"## {title}", "", *(f"* `{name}`: {text}" for name, text in rows), ""]
 
 
 def reference() -> str:
     """Return the whole page."""
     lines = ["# Reference", "", "Generated by `tools/make_reference.py`; do not edit.", ""]
     lines += options_table()
-    lines += removed_table()
-    lines += table("Algorithms", ("name", "what"), list(ALGORITHM_TITLES.items()))
-    lines += table("Formats", ("name", "what"), [(f.name, f"{' '.join(f.extensions)} {f.help}") for f in formats()])
-    lines += table("Machines", ("name", "what"), list(machine_descriptions().items()))
+    lines += removed_options()
+    lines += named_list("Algorithms", ALGORITHM_TITLES.items())
+    lines += named_list("Formats", ((f.name, " ".join((*f.extensions, f.help))) for f in formats()))
+    lines += named_list("Machines", machine_descriptions().items())
     lines += profile_table()
-    lines += table("Dialects", ("name", "what"), [(name, dialect(name).description) for name in dialects()])
-    lines += table("Issues", ("code", "meaning"), list(CODES.items()))
+    lines += named_list("Dialects", ((name, dialect(name).description) for name in dialects()))
+    lines += named_list("Issues", CODES.items())
     return "\n".join(lines)
 
 
