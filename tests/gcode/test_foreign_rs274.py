@@ -90,6 +90,36 @@ def test_the_recorded_moves_are_those_of_linuxcnc(rs274: str, tmp_path: Path, na
     assert [list(move) for move in moves_of_rs274(output)] == RECORDED[f"foreign {name}"]
 
 
+#: Blocks after `START`, and whether LinuxCNC accepts them.
+BLOCKS = {
+    "G18 / G41 D0": True, "G18 G41 D0": True, "G41 D0 / G18": False, "G19 G42 D0": False, "G43 H1 G41 D0": False,
+    "G55 G41 D0": False, "G98 G41 D0": False, "G41 D0 / G40 G18": False,
+    "G61 P1": False, "G61.1 P1": False, "G64 P1": True, "G64 Q1": True, "G61 Q1": False, "G54 P1": False, "P1": False,
+    "G1 X1 P1": False, "G1 X1 Q1": False, "G1 X1 / X2 P1": False, "M3 S1 P1": False, "M3 S1 Q1": False, "G90 P1": False,
+    "G2 X1 Y1 I.5 J.5 P1": True, "G2 X1 Y1 I.5 J.5 / P2": False, "G2 X1 Y1 I.5 J.5 / X2 Y2 I.5 J.5 P1": True,
+    "G82 X1 Z-1 R1 P1 / P2": False, "G82 X1 Z-1 R1 P1 / X2 P2": True, "G81 X1 Z-1 R1 P1": False,
+    "G83 X1 Z-1 R1 Q1 / X2 Q.5": True, "G83 X1 Z-1 R1 Q1 / Q.5": False, "G4 P1": True, "G10 L20 P1 X0": True,
+    "M64 P1": True, "M64 P1 G1 X1": True, "M62 P1 Q1": False, "M68 E1 Q1": True, "M52 P1": True, "G92 X1 P1": False,
+    "M50 P1": True, "M51 P0": True, "M53 P1": True, "M19 R30 Q1": True, "M19 R30 P1": True, "M67 E0 Q1": True,
+}  # fmt: skip
+
+
+def accepted(text: str) -> bool:
+    """Return whether leafcut sees no block that LinuxCNC refuses."""
+    program = interpret_program(f"{START}{text.replace(' / ', chr(10))}\nM2\n", dialect("linuxcnc"))
+    return not any("refused by LinuxCNC" in said for said in program.said.values())
+
+
+@pytest.mark.parametrize("text", BLOCKS)
+def test_blocks_that_linuxcnc_refuses_are_known(text: str) -> None:
+    assert accepted(text) == BLOCKS[text]
+
+
+def test_the_recorded_refusals_are_those_of_linuxcnc(rs274: str, tmp_path: Path) -> None:
+    texts = {text: f"{START}{text.replace(' / ', chr(10))}\nM2\n" for text in BLOCKS}
+    assert {text: run_rs274(rs274, whole, tmp_path)[0] == 0 for text, whole in texts.items()} == BLOCKS
+
+
 #: What rs274 takes, with a table of all tools. lcnc_cam_nisley has a tool table of its own for G41.
 FILES = [
     "bcnc_sample.gcode",

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.state import AXES, InterpreterState
-from leafcut.gcode.word_groups import ENDS_TRANSFORM, NO_MOTION, OTHER_AXES, SortedBlock
+from leafcut.gcode.word_groups import ENDS_TRANSFORM, GROUP_OF, NO_MOTION, OTHER_AXES, SortedBlock
 from leafcut.gcode.words import Word
 
 _FAMILIES = frozenset({"linuxcnc", "plasma", "qtplasmac"})
 #: G codes of other controllers, in tenths. LinuxCNC has only G8 of them (lathes: radius mode).
 _UNKNOWN_CODES = (NO_MOTION | ENDS_TRANSFORM) - {80}
-#: Cycles that take P, and Q.
-_TAKES_P, _TAKES_Q = frozenset({74, 76, 82, 84, 86, 88, 89}), frozenset({73, 76, 83})
+_MOTIONS = frozenset(code for code, group in GROUP_OF.items() if group in ("motion", "cycle"))
+#: Codes that use a P word, and a Q word: G codes in tenths, and M codes.
+_TAKES_P = (
+    frozenset({20, 30, 40, 50, 52, 100, 640, 740, 760, 820, 840, 860, 880, 890}),
+    frozenset({19, 50, 51, 52, 53, 62, 63, 64, 65, 66, 98, *range(100, 200)}),
+)
+_TAKES_Q = frozenset({50, 100, 640, 730, 760, 830}), frozenset({19, 66, 67, 68, *range(100, 200)})
 
 
 def is_linuxcnc(dialect: Dialect) -> bool:
@@ -38,20 +43,29 @@ def is_refused(state: InterpreterState, words: SortedBlock) -> bool:
     lacks_feed = (state.feed_forgotten or state.feed == 0.0) and "F" not in letters
     inverse = g.get("feed mode", 10 * state.feed_mode) == 930
     unfed = ("F" not in letters if inverse else lacks_feed) and _feeds(state, words)
-    # Radius compensation allows no change of plane, length offset, work offset or return level of cycles.
-    changed = not g.keys().isdisjoint(("length", "offset", "retract"))
-    changed |= g.get("plane", 10 * state.plane) != 10 * state.plane
-    torn = (changed or (starts and "L" in letters)) and (starts or state.radius in (41, 42))
+    # Radius compensation allows no change of length offset, work offset or return level of cycles, and once it is on,
+    # no change of plane. It works in the XY and XZ planes.
+    on, plane = state.radius in (41, 42), g.get("plane", 10 * state.plane)
+    changed = not g.keys().isdisjoint(("length", "offset", "retract")) or (starts and "L" in letters)
+    torn = (changed and (starts or on)) or (on and plane != 10 * state.plane) or (starts and plane == 190)
     two = "motion" in g and g.get("non-modal") in (280, 300)  # both would use the axis words
     return again or strange or unfed or torn or two or _has_spare_words(state, words)
 
 
 def _has_spare_words(state: InterpreterState, words: SortedBlock) -> bool:
-    cycle, letters = words.g.get("cycle", 10 * (state.cycle or 0)) // 10, words.letters
-    others = words.unknown or words.m or not words.g.keys().isdisjoint(("non-modal", "path"))
-    if cycle in (0, 80) or others:
+    """Return whether a block has a P or Q word that no code of the block uses."""
+    unknown = words.unknown or []
+    if any(word.letter == "G" for word in unknown):
         return False
-    return ("P" in letters and cycle not in _TAKES_P) or ("Q" in letters and cycle not in _TAKES_Q)
+    active = state.cycle if state.cycle is not None else state.motion
+    codes = set(words.g.values())
+    if codes.isdisjoint(_MOTIONS) and not words.letters.keys().isdisjoint((*AXES, *OTHER_AXES, "I", "J", "K")):
+        codes.add(10 * (active or 0))
+    outputs = {code for group in words.m.values() for code in group} | {round(word.value) for word in unknown}
+    return any(
+        letter in words.letters and codes.isdisjoint(g_codes) and outputs.isdisjoint(m_codes)
+        for letter, (g_codes, m_codes) in (("P", _TAKES_P), ("Q", _TAKES_Q))
+    )
 
 
 def _feeds(state: InterpreterState, words: SortedBlock) -> bool:
