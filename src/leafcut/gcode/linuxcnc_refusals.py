@@ -16,7 +16,7 @@ _TAKES_P = (
     frozenset({20, 30, 40, 50, 52, 100, 640, 740, 760, 820, 840, 860, 880, 890}),
     frozenset({19, 50, 51, 52, 53, 62, 63, 64, 65, 66, 98, *range(100, 200)}),
 )
-_TAKES_Q = frozenset({50, 100, 640, 730, 760, 830}), frozenset({19, 66, 67, 68, *range(100, 200)})
+_TAKES_Q = frozenset({50, 100, 640, 730, 760, 830}), frozenset({19, 61, 66, 67, 68, *range(100, 200)})
 
 
 def is_linuxcnc(dialect: Dialect) -> bool:
