@@ -100,7 +100,8 @@ BLOCKS = {
     "G82 X1 Z-1 R1 P1 / P2": False, "G82 X1 Z-1 R1 P1 / X2 P2": True, "G81 X1 Z-1 R1 P1": False,
     "G83 X1 Z-1 R1 Q1 / X2 Q.5": True, "G83 X1 Z-1 R1 Q1 / Q.5": False, "G4 P1": True, "G10 L20 P1 X0": True,
     "M64 P1": True, "M64 P1 G1 X1": True, "M62 P1 Q1": False, "M68 E1 Q1": True, "M52 P1": True, "G92 X1 P1": False,
-    "M50 P1": True, "M51 P0": True, "M53 P1": True, "M19 R30 Q1": True, "M19 R30 P1": True, "M67 E0 Q1": True, "T1 M6 / M61 Q1": True,
+    "M50 P1": True, "M51 P0": True, "M53 P1": True, "M19 R30 Q1": True, "M19 R30 P1": True,
+    "M67 E0 Q1": True, "T1 M6 / M61 Q1": True,
 }  # fmt: skip
 
 
