@@ -48,7 +48,8 @@ def test_an_unknown_benchmark_is_one_line_and_status_2(capsys: pytest.CaptureFix
     assert entry.main(["boats"]) == 2
     written = capsys.readouterr()
     assert (written.out, written.err.count("\n")) == ("", 1)
-    assert "unknown benchmark 'boats'; choose one of experiments, fuzz, " in written.err
+    assert written.err.startswith("unknown benchmark 'boats'; choose one of ")
+    assert "experiments, fuzz, " in written.err
 
 
 @pytest.mark.parametrize("name", sorted(entry.titles()))

@@ -226,10 +226,33 @@ def test_a_file_that_an_option_names_counts_by_its_content_wherever_it_lies(tmp_
         folder.mkdir()
         (folder / "mine.toml").write_text(machine_template("haas-vf2") + f"# {profile}\n", encoding="utf-8")
         description = load(written(folder, text))
-        inputs = {one.name: ("input", "hash") for one in description.instances}
+        inputs = {plan.input: ("input", "hash") for plan in description.runs()}
         keys.append([task_of(description, plan, inputs).key for plan in description.runs()])
     assert keys[0] == keys[1]
     assert not set(keys[0]) & set(keys[2])
+
+
+def test_a_level_with_a_folder_reads_the_files_of_that_folder(tmp_path: Path) -> None:
+    for folder, holes in (("a", "0,0\n3,4\n"), ("b", "0,0\n6,8\n")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "map.csv").write_text(f"x,y\n{holes}", encoding="utf-8")
+    text = """
+command = "solve"
+options = {algorithm = "none", bound = false}
+[[instance]]
+name = "map"
+input = "a/map.csv"
+[factor.place]
+level.here = {}
+level.there = {folder = "b"}
+[response.length]
+path = "length"
+"""
+    description = load(written(tmp_path, text))
+    with Store(tmp_path / "r.sqlite") as store:
+        assert run(description, store).failed == ()
+        lengths = {row.levels["place"]: row.responses["length"] for row in rows_of(description, store)}
+    assert lengths == pytest.approx({"here": 10.0, "there": 20.0})
 
 
 @pytest.mark.slow

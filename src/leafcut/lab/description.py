@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -43,11 +44,15 @@ class LabInstance:
 
 @dataclass(frozen=True)
 class Level:
-    """A level of a factor: the options that it sets, and its number if it is numeric."""
+    """A level of a factor: the options that it sets, and its number if it is numeric.
+
+    With a `folder`, runs of the level read the files of that folder which have the names of the instances' files.
+    """
 
     name: str
     options: Mapping[str, Any]
     value: float | None = None
+    folder: str = ""
 
 
 @dataclass(frozen=True)
@@ -125,6 +130,12 @@ class RunPlan:
     levels: Mapping[str, Level]
     seed: int
     options: Mapping[str, Any]
+
+    @property
+    def input(self) -> str:
+        """Input of the run: that of its instance, or the file of the same name in the folder of a level."""
+        folder = next((level.folder for level in self.levels.values() if level.folder), "")
+        return str(Path(folder, Path(self.instance.input).name)) if folder else self.instance.input
 
     @property
     def label(self) -> str:

@@ -153,9 +153,7 @@ def _instance(table: DescriptionTable, folder: Path) -> LabInstance:
 def _factor(table: DescriptionTable, folder: Path) -> Factor:
     table.check({"title", "option", "levels", "level"})
     option, levels = table.text("option", ""), table.content.get("levels", [])
-    named_levels = [
-        Level(name, _resolve_files(folder, options), None) for name, options in table.dicts("level").items()
-    ]
+    named_levels = [_named_level(name, options, folder) for name, options in table.dicts("level").items()]
     if bool(option) != bool(levels) or bool(levels) == bool(named_levels) or not isinstance(levels, list):
         raise table.wrong("give option = and levels = [...], or tables level.NAME of options")
     simple = [Level(value_text(value), _resolve_files(folder, {option: value}), number_of(value)) for value in levels]
@@ -163,6 +161,12 @@ def _factor(table: DescriptionTable, folder: Path) -> Factor:
     if len({level.name for level in all_levels}) < len(all_levels):
         raise table.wrong("two levels are the same")
     return Factor(table.name, table.text("title", table.name.replace("_", " ").capitalize()), all_levels)
+
+
+def _named_level(name: str, table: Mapping[str, Any], folder: Path) -> Level:
+    options = {option: value for option, value in table.items() if option != "folder"}
+    inputs = str(folder / str(table["folder"])) if "folder" in table else ""
+    return Level(name, _resolve_files(folder, options), folder=inputs)
 
 
 def _response(table: DescriptionTable) -> Response:

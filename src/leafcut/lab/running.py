@@ -34,7 +34,6 @@ from leafcut.lab.description import (
     TIMES,
     WALL,
     Description,
-    LabInstance,
     RunPlan,
 )
 from leafcut.lab.experiment import curve_of, search_curve
@@ -141,7 +140,7 @@ def run(
     if not plans:
         raise OptionError(f"experiment '{description.name}': no run fits this machine, which has {_cores()} cores")
     rows = {row.key: row for row in store.rows(description.key) if not row.failed}
-    inputs = {instance.name: _input_and_hash(description.command, instance) for instance in description.instances}
+    inputs = _inputs_with_hashes(description)
     todo = [
         (plan, task)
         for plan in in_random_order(plans, description.key)
@@ -163,7 +162,7 @@ def run(
     report_progress(0)
     for task, answer in (performer or (lambda tasks: _run_in_process(tasks, cancel_event)))([task for _, task in todo]):
         plan = plans_by_key[task.key]
-        store.add(_row(description, plan, task, inputs[plan.instance.name][1], answer))
+        store.add(_row(description, plan, task, inputs[plan.input][1], answer))
         done += 1
         if answer.failed:
             failed.append(f"{plan.label}: {answer.failed}")
@@ -194,7 +193,7 @@ def rows_of(description: Description, store: Store) -> list[Row]:
         An input cannot be read.
     """
     by_key = {row.key: row for row in store.rows(description.key)}
-    inputs = {instance.name: _input_and_hash(description.command, instance) for instance in description.instances}
+    inputs = _inputs_with_hashes(description)
     keys = [task_of(description, plan, inputs).key for plan in description.runs()]
     return [by_key[key] for key in keys if key in by_key]
 
@@ -205,8 +204,8 @@ def can_run(description: Description, plan: RunPlan) -> bool:
 
 
 def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[str | Source, str]]) -> RunTask:
-    """Return the task of a planned run. `inputs` maps each instance to its content and hash."""
-    source, sha = inputs[plan.instance.name]
+    """Return the task of a planned run. `inputs` maps each input to its content and hash."""
+    source, sha = inputs[plan.input]
     responses = {response.name: (response.path, response.scale) for response in description.responses}
     levels = {name: level.name for name, level in plan.levels.items()}
     # A file named by an option is identified by its content, not by its path.
@@ -401,17 +400,23 @@ def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
     return float(value) * scale if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
-def _input_and_hash(command: str, instance: LabInstance) -> tuple[str | Source, str]:
-    """Return the input of an instance and its hash (of the content, or of the name if there is no file)."""
+def _inputs_with_hashes(description: Description) -> dict[str, tuple[str | Source, str]]:
+    """Return the content of each input and its hash."""
+    instances = {plan.input: plan.instance.name for plan in description.runs()}
+    return {name: _input_and_hash(description.command, name, instance) for name, instance in instances.items()}
+
+
+def _input_and_hash(command: str, name: str, instance: str) -> tuple[str | Source, str]:
+    """Return an input and its hash (of the content, or of the name if there is no file)."""
     if command == "nest":  # a list of drawings, which the command reads itself
         from leafcut.files.whole_files import check_is_there
 
-        check_is_there(f"instance {instance.name}", Path(instance.input))
-        return instance.input, hashlib.sha256(Path(instance.input).read_bytes()).hexdigest()
+        check_is_there(f"instance {instance}", Path(name))
+        return name, hashlib.sha256(Path(name).read_bytes()).hexdigest()
     from leafcut.read.registry import read_source
 
-    _, source = read_source(instance.input)
-    return source, hashlib.sha256(source.data or instance.input.encode()).hexdigest()
+    _, source = read_source(name)
+    return source, hashlib.sha256(source.data or name.encode()).hexdigest()
 
 
 def _hash_of_file(value: Any) -> Any:
