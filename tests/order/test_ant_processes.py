@@ -65,9 +65,9 @@ def run(algorithm: str, parallel: str, workers: int = 2, seed: int = 1, **more: 
     return solve(PROBLEM, options, AcoOptions(parallel=parallel, n_processes=workers, n_ants=7), **more)
 
 
-def master(instance: Instance, algorithm: str, workers: int, ants: int) -> AntProcesses:
+def master(instance: Instance, algorithm: str, workers: int, ants: int, parallel: str = "exchange") -> AntProcesses:
     """Return the master of workers that exchange their deposits."""
-    aco = AcoOptions(parallel="exchange", n_processes=workers, n_ants=ants)
+    aco = AcoOptions(parallel=parallel, n_processes=workers, n_ants=ants)
     run = AlgorithmRun(SolveOptions(algorithm=algorithm, seed=3), aco, FireflyOptions(), Best(Stop()))
     moves = Places(instance, False)
     return AntProcesses(moves, run, AntParameters.of(algorithm, aco, instance.n, False), moves.start(run.best))
@@ -178,9 +178,31 @@ def test_separate_pheromone_diverges_as_in_a_sequential_simulation(algorithm: st
     assert not np.allclose(workers[0].ants.trails.pheromone, workers[1].ants.trails.pheromone, rtol=1e-3)
 
 
+def test_each_worker_sends_its_deposits_to_one_random_other() -> None:
+    with closing(master(build_instance(PROBLEM, 8), "as", workers=4, ants=8, parallel="partners")) as ants:
+        drawn = [ants.senders(iteration) for iteration in range(300)]
+        assert drawn == [ants.senders(iteration) for iteration in range(300)]
+    counts = np.zeros((4, 4), dtype=int)
+    for senders in drawn:
+        assert sorted(itertools.chain.from_iterable(senders)) == [0, 1, 2, 3]
+        for k, received in enumerate(senders):
+            counts[k, received] += 1
+    assert np.diagonal(counts).tolist() == [0] * 4
+    assert counts[~np.eye(4, dtype=bool)] == pytest.approx(100, abs=40)
+
+
 @pytest.mark.usefixtures("workers_are")
-def test_the_same_seed_and_number_of_workers_give_the_same_answer() -> None:
-    first, again, other = (run("acs", "exchange", seed=seed) for seed in (1, 1, 2))
+def test_two_partners_exchange_like_two_workers_that_send_to_all_and_a_single_worker_has_no_partner() -> None:
+    both = run("as", "exchange", 2), run("as", "partners", 2)
+    assert both[0].nodes.tolist() == both[1].nodes.tolist()
+    single = run("as", "exchange", 1), run("as", "partners", 1)
+    assert single[0].nodes.tolist() == single[1].nodes.tolist()
+
+
+@pytest.mark.usefixtures("workers_are")
+@pytest.mark.parametrize("parallel", ["exchange", "partners"])
+def test_the_same_seed_and_number_of_workers_give_the_same_answer(parallel: str) -> None:
+    first, again, other = (run("acs", parallel, workers=3, seed=seed) for seed in (1, 1, 2))
     assert first.nodes.tolist() == again.nodes.tolist()
     assert first.history[-1][1] == again.history[-1][1]
     assert [w.best for w in first.workers] != [w.best for w in other.workers]
@@ -278,7 +300,7 @@ def test_ctrl_c_on_the_command_line_ends_all_processes_and_answers(tmp_path: Pat
 def test_options_without_effect_are_refused() -> None:
     with pytest.raises(SolveError, match="the ants of acs update the shared pheromone in turn"):
         run("acs", "processes")
-    with pytest.raises(OptionError, match="--n-processes: only used with --parallel processes or exchange"):
+    with pytest.raises(OptionError, match="--n-processes: only used with --parallel processes, exchange or partners"):
         settings_for(collect_settings({"algorithm": "as", "n_processes": 3}), registry.work("drill"))
     with pytest.raises(OptionError, match="--parallel: only used with --algorithm"):
         settings_for(collect_settings({"parallel": "exchange"}), registry.work("drill"))

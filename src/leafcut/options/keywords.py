@@ -516,13 +516,13 @@ class _AcoOptions1(TypedDict, total=False):
     """Pheromone on every edge at the start (τ₀); random: a random share of 1/(nC) on each; r stands for ρ
     (default: from the nearest-neighbour tour).
     """
-    parallel: Literal["threads", "processes", "exchange", "gpu", None]
+    parallel: Literal["threads", "processes", "exchange", "partners", "gpu", None]
     """Where ants run in parallel: in threads, in processes that receive the pheromone from a master (processes),
-    in processes that exchange the changes of their own pheromone (exchange), or in threads of a CUDA GPU, not
-    with acs (gpu) (default: threads).
+    in processes that send the changes of their own pheromone to all others (exchange) or to one random other
+    (partners), or in threads of a CUDA GPU, not with acs (gpu) (default: threads).
     """
     n_processes: int | None
-    """Number of worker processes; changes the result with --parallel exchange (default: 2)."""
+    """Number of worker processes; changes the result with --parallel exchange and partners (default: 2)."""
     greedy_probability: float | None
     """Probability of taking the best edge (q₀ of acs) (default: 0.9)."""
 

@@ -188,18 +188,18 @@ class AcoOptions(OptionGroup):
         "text",
         "threads",
         "where ants run in parallel: in threads, in processes that receive the pheromone from a master (processes), in "
-        "processes that exchange the changes of their own pheromone (exchange), or in threads of a CUDA GPU, not with "
-        "acs (gpu)",
-        choices=("threads", "processes", "exchange", "gpu"),
+        "processes that send the changes of their own pheromone to all others (exchange) or to one random other "
+        "(partners), or in threads of a CUDA GPU, not with acs (gpu)",
+        choices=("threads", "processes", "exchange", "partners", "gpu"),
         needs=(_ANTS,),
     )
     n_processes: int = option(
         "whole",
         2,
-        "number of worker processes; changes the result with --parallel exchange",
+        "number of worker processes; changes the result with --parallel exchange and partners",
         minimum=1,
         maximum=256,
-        needs=(_ANTS, when_one_of("parallel", "processes", "exchange")),
+        needs=(_ANTS, when_one_of("parallel", "processes", "exchange", "partners")),
     )
     greedy_probability: float = option(
         "number",

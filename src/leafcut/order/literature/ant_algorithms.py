@@ -47,7 +47,7 @@ def run_ants(instance: Instance | DirectedInstance, run: AlgorithmRun) -> Search
     if best.cost <= 0.0:
         return SearchResult(moves.result(best.tour))  # all nodes at the same position: nothing to gain
     with ExitStack() as stack:
-        if run.aco.parallel in ("processes", "exchange"):
+        if run.aco.parallel in ("processes", "exchange", "partners"):
             ants: AntColony = stack.enter_context(closing(AntProcesses(moves, run, parameters, c_nn)))
         else:
             trails, executor = (

@@ -7,10 +7,13 @@ constructs the tours of its ants. The master waits for all of them and updates. 
 best tour, and sends its deposits to all others, which add them before their next tours. The result depends only on the
 seed and the number of workers.
 
+``partners``: as ``exchange``, but each worker sends its deposits to one other worker, drawn anew in each iteration.
+
 Source: for ``processes``, the thesis on parallel ant colony optimisation for drilling (2011); for ``exchange``,
 M. Bolondi and M. Bondanza, Parallelizzazione di un algoritmo per la risoluzione del problema del commesso viaggiatore,
-Politecnico di Milano 1993, as described in later work on parallel ant colonies. Differs: the master forwards the
-messages; workers do not exchange random positions.
+Politecnico di Milano 1993, as described in later work on parallel ant colonies; for ``partners``, the paper on parallel
+ant colonies for G-code (P-ACO), which proposes random exchange between processors without details. Differs: the master
+forwards the messages.
 """
 
 from __future__ import annotations
@@ -40,6 +43,8 @@ from leafcut.order.stop import Stop
 #: Interval at which the master checks whether it must stop, s.
 LOOK = 0.05
 
+# Second word of the random stream of the partners.
+_PARTNERS = 5
 
 #: Result of an iteration: tours int32[ants, n], costs float64[ants], deposits, and the time in seconds.
 WorkerAnswer = tuple[NDArray[np.int32], NDArray[np.float64], list[Deposit], float]
@@ -111,11 +116,12 @@ class AntProcesses(AntColony):
 
     def __init__(self, moves: MoveSet, run: AlgorithmRun, parameters: AntParameters, c_nn: float) -> None:
         """The number of workers is set by the options and is at most the number of ants."""
-        count, exchange = min(run.aco.n_processes, parameters.ants), run.aco.parallel == "exchange"
-        seed, best, name = run.options.seed, run.best, uuid.uuid4().hex
+        count, exchange = min(run.aco.n_processes, parameters.ants), run.aco.parallel in ("exchange", "partners")
+        self.partners, seed = run.aco.parallel == "partners", run.options.seed
+        best, name = run.best, uuid.uuid4().hex
         trails = None if exchange else initial_trails(moves, parameters, c_nn, seed)
         super().__init__(moves, trails, parameters.ants, count)
-        self.stop, self._stack = run.stop, ExitStack()
+        self.stop, self.seed, self._stack = run.stop, seed, ExitStack()
         self.colonies = [
             AntWorker(name, moves.instance, parameters, c_nn, seed, k, count, exchange, best.tour, best.cost)
             for k in range(count)
@@ -133,13 +139,22 @@ class AntProcesses(AntColony):
         self.costs[:] = math.inf
         pheromone = None if self.trails is None else self.trails.pheromone
         seconds, waiting = self.stop.seconds - self.stop.elapsed(), {}
+        senders = self.senders(iteration)
         for k, packed in enumerate(self.packed):
-            others = [change for j, changes in enumerate(self.changes) if j != k for change in changes]
+            others = [change for j in senders[k] for change in self.changes[j]]
             waiting[self._submit(k, packed, iteration, seconds, pheromone, others)] = k
         while waiting and not self.stop.cancelled.is_set():
             for future in wait(waiting, LOOK, FIRST_COMPLETED).done:
                 self._receive(waiting.pop(future), future)
         return self.tours, self.costs
+
+    def senders(self, iteration: int) -> list[list[int]]:
+        """Return for each worker the workers whose deposits it receives."""
+        workers = range(len(self.colonies))
+        if not self.partners or len(workers) == 1:
+            return [[j for j in workers if j != k] for k in workers]
+        steps = np.random.default_rng((self.seed, _PARTNERS, iteration)).integers(1, len(workers), len(workers))
+        return [[j for j in workers if (j + steps[j]) % len(workers) == k] for k in workers]
 
     def _submit(self, k: int, packed: bytes, *task: Any) -> Future[WorkerAnswer]:
         try:
