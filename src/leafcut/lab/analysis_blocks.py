@@ -8,7 +8,7 @@ from dataclasses import replace
 from statistics import fmean
 
 from leafcut.errors import OptionError
-from leafcut.lab import charts, rank_comparison
+from leafcut.lab import charts, message_costs, rank_comparison
 from leafcut.lab.description import TIMES, WALL, Analysis, Response
 from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number, number_or_dash, p_words, variant_name
 from leafcut.lab.statistics import OneWay, Pair, interval, one_way, pareto_front, trend, two_way
@@ -437,6 +437,7 @@ _TITLES = {
     "crossed": "Two factors crossed",
     "compare": "Comparison",
     "speedup": "Speed-up and efficiency",
+    "messages": "Speed-up over one thread, and the cost of messages",
     "trend": "Gain and its trend",
     "pareto": "Two figures at once",
     "projection": "Projection to several pieces",
@@ -447,6 +448,7 @@ _JUDGES = {
     "crossed": _crossed,
     "compare": rank_comparison.comparison_block,
     "speedup": _speedup,
+    "messages": message_costs.messages_block,
     "trend": _trend,
     "pareto": _pareto,
     "projection": _projection,

@@ -17,15 +17,24 @@ SOLVE, OPTIMIZE = "solve", "optimize"
 MAX_RUNS, MAX_SEEDS = 100_000, 1000
 #: Responses that exist for every command: wall-clock time and processor time, s.
 WALL, PROCESSOR = "wall_s", "processor_s"
-#: Prefix of the responses of the searches of a run: processor time and wall-clock time, s; best cost; best cost of the
-#: tours that the search itself built, excluding a given initial tour.
+#: Prefix of the responses of the searches of a run: processor time and wall-clock time, s; median time of an iteration
+#: of the last search, and of all its workers together for an iteration, s; best cost; best cost of the tours that the
+#: search itself built, excluding a given initial tour.
 SEARCH = "search"
 #: Response of every command that writes a program: time of its rapid moves, including retracts, s.
 RAPID = "rapid_s"
 #: Responses that measure computing time instead of machine time.
-TIMES = (WALL, PROCESSOR, "seconds", f"{SEARCH}.processor_s", f"{SEARCH}.seconds")
+TIMES = (
+    WALL,
+    PROCESSOR,
+    "seconds",
+    f"{SEARCH}.processor_s",
+    f"{SEARCH}.seconds",
+    f"{SEARCH}.iteration_s",
+    f"{SEARCH}.working_s",
+)
 
-ANALYSES = ("compare", "anova", "crossed", "speedup", "trend", "pareto", "projection", "attraction")
+ANALYSES = ("compare", "anova", "crossed", "speedup", "messages", "trend", "pareto", "projection", "attraction")
 
 
 @dataclass(frozen=True)
@@ -46,13 +55,15 @@ class LabInstance:
 class Level:
     """A level of a factor: the options that it sets, and its number if it is numeric.
 
-    With a `folder`, runs of the level read the files of that folder which have the names of the instances' files.
+    With a `folder`, runs of the level read the files of that folder which have the names of the instances' files. Runs
+    of the level leave out the options `without`, which other levels set.
     """
 
     name: str
     options: Mapping[str, Any]
     value: float | None = None
     folder: str = ""
+    without: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -100,11 +111,11 @@ class Analysis:
     Attributes
     ----------
     base
-        Reference level of a trend or a projection, and optionally of a comparison.
+        Reference level of a trend, a projection or messages, and optionally of a comparison.
     fact
         Known figure of each instance as the reference of a comparison, instead of a base level.
     against
-        Second response of a Pareto plot; if empty, the next.
+        Second response of a Pareto plot; if empty, the next. For messages, the time of the ants alone.
     without
         Instances without which a trend is reported a second time.
     boards
@@ -195,6 +206,8 @@ class Description:
                     options = {**self.options, **instance.options}
                     for level in levels:
                         options |= level.options
+                    for name in itertools.chain.from_iterable(level.without for level in levels):
+                        options.pop(name, None)
                     names = {factor.name: level for factor, level in zip(self.factors, levels, strict=True)}
                     yield RunPlan(instance, MappingProxyType(names), seed, MappingProxyType({**options, "seed": seed}))
 

@@ -153,7 +153,10 @@ def _instance(table: DescriptionTable, folder: Path) -> LabInstance:
 def _factor(table: DescriptionTable, folder: Path) -> Factor:
     table.check({"title", "option", "levels", "level"})
     option, levels = table.text("option", ""), table.content.get("levels", [])
-    named_levels = [_named_level(name, options, folder) for name, options in table.dicts("level").items()]
+    named_levels = [
+        _named_level(name, DescriptionTable(content, table.experiment, f"{table.place}.{name}"), folder)
+        for name, content in table.dicts("level").items()
+    ]
     if bool(option) != bool(levels) or bool(levels) == bool(named_levels) or not isinstance(levels, list):
         raise table.wrong("give option = and levels = [...], or tables level.NAME of options")
     simple = [Level(value_text(value), _resolve_files(folder, {option: value}), number_of(value)) for value in levels]
@@ -163,10 +166,11 @@ def _factor(table: DescriptionTable, folder: Path) -> Factor:
     return Factor(table.name, table.text("title", table.name.replace("_", " ").capitalize()), all_levels)
 
 
-def _named_level(name: str, table: Mapping[str, Any], folder: Path) -> Level:
-    options = {option: value for option, value in table.items() if option != "folder"}
-    inputs = str(folder / str(table["folder"])) if "folder" in table else ""
-    return Level(name, _resolve_files(folder, options), folder=inputs)
+def _named_level(name: str, table: DescriptionTable, folder: Path) -> Level:
+    options = {option: value for option, value in table.content.items() if option not in ("folder", "without")}
+    inputs = str(folder / table.text("folder")) if "folder" in table.content else ""
+    value = float(name) if name.isdecimal() else None
+    return Level(name, _resolve_files(folder, options), value, inputs, tuple(table.texts("without")))
 
 
 def _response(table: DescriptionTable) -> Response:
@@ -196,7 +200,9 @@ def _analysis(table: DescriptionTable, description: Description) -> Analysis:
             raise table.wrong(f"unknown {kind_of_name.split()[0]} '{word}'{name_suggestion(word, words)}")
     if not 0.0 < alpha < 0.5:
         raise table.wrong(f"alpha = {alpha:g} is out of range; choose a number between 0 and 0.5")
-    needed = {"anova": 1, "compare": 1, "crossed": 2, "speedup": 1, "trend": 1, "projection": 1}.get(kind)
+    needed = {"anova": 1, "compare": 1, "crossed": 2, "speedup": 1, "messages": 2, "trend": 1, "projection": 1}.get(
+        kind
+    )
     if needed is not None and len(factors) != needed:
         raise table.wrong(f"'{kind}' is of {needed} factor{'s' * (needed > 1)}; {len(factors)} given")
     base = table.text("base", "")
@@ -219,7 +225,9 @@ def _analysis(table: DescriptionTable, description: Description) -> Analysis:
     boards = table.content.get("boards", [])
     if not isinstance(boards, list) or any(type(count) is not int or count < 1 for count in boards):
         raise table.wrong("boards: a list of whole numbers from 1 on is needed")
-    if kind in ("trend", "projection") and not base:
+    if kind == "messages" and not against:
+        raise table.wrong("'messages' needs against = the response with the time of the ants alone")
+    if kind in ("trend", "projection", "messages") and not base:
         raise table.wrong(f"'{kind}' needs base = a level of {factors[0]}, which the others are compared with")
     return Analysis(
         kind, response, tuple(factors), alpha, base, without, tuple(boards), against, _fact(table, description)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import math
 import os
@@ -19,6 +20,7 @@ from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from leafcut import api
@@ -274,28 +276,38 @@ class SearchStudy(Study):
         self._last = 0.0
         #: Lowest cost among the tours that the last search itself built.
         self._own = math.inf
+        #: Time since the start of the last search and time of its workers after each iteration, s.
+        self._times: list[tuple[float, float]] = []
 
     def begin(self) -> None:
         """Start the record of another search."""
         super().begin()
         self._last, self._own = time.process_time(), math.inf
+        self._times = []
 
     def note(
-        self, number: int, seconds: float, shortest: float, costs: Floats | None = None, branching: float | None = None
-    ) -> None:
-        """Record an iteration and its processor time."""
-        super().note(number, seconds, shortest, costs, branching)
+        self, number: int, seconds: float, shortest: float, costs: Floats | None = None,
+        branching: float | None = None, working: float = 0.0,
+    ) -> None:  # fmt: skip
+        """Record an iteration, its processor time and the time of its workers."""
+        super().note(number, seconds, shortest, costs, branching, working)
+        self._times.append((seconds, working))
         if costs is not None:
             self._own = min(self._own, float(costs.min(initial=math.inf)))
         now = time.process_time()
         self.processor, self._last = self.processor + now - self._last, now
 
     def figures(self) -> dict[str, float]:
-        """Return the total times of all searches and the cost of the last one; empty without an iteration."""
+        """Return the total times of all searches, and the cost and median times of an iteration of the last one; empty
+        without an iteration.
+        """
         searches = [rows for k in range(len(self.searches)) if (rows := self.iterations(k))]
         if not searches:
             return {}
         times = {"processor_s": self.processor, "seconds": sum(rows[-1].seconds for rows in searches)}
+        for k, name in enumerate(("iteration_s", "working_s")):
+            if steps := [b[k] - a[k] for a, b in itertools.pairwise(self._times)]:
+                times[name] = median(steps)
         return {**times, "cost": searches[-1][-1].shortest, **({"own_cost": self._own} if self._own < math.inf else {})}
 
 
@@ -336,7 +348,7 @@ def _answer(
 
 def _warm_up(task: RunTask) -> None:
     """Run the first task of each kind once before it is timed, so that compilation does not count."""
-    variant = (task.command, str(task.options.get("algorithm")), str(task.options.get("strategy")))
+    variant = (task.command, *(str(task.options.get(name)) for name in ("algorithm", "strategy", "parallel")))
     if variant not in _warm():
         _warm().add(variant)
         with suppress(LeafcutError):  # the run itself reports it
@@ -344,7 +356,7 @@ def _warm_up(task: RunTask) -> None:
 
 
 @cache
-def _warm() -> set[tuple[str, str, str]]:
+def _warm() -> set[tuple[str, ...]]:
     return set()
 
 

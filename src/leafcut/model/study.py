@@ -62,9 +62,11 @@ class Study:
 
     def note(
         self, number: int, seconds: float, shortest: float, costs: NDArray[np.float64] | None = None,
-        branching: float | None = None,
+        branching: float | None = None, working: float = 0.0,
     ) -> None:  # fmt: skip
-        """Record an iteration; `costs` are the costs of its paths, inf for unfinished paths."""
+        """Record an iteration; `costs` are the costs of its paths, inf for unfinished paths. `working` is the time that
+        all workers together have worked so far, s; it is not recorded.
+        """
         done = np.zeros(0) if costs is None else costs[np.isfinite(costs)]
         row = Iteration(number, seconds, shortest, branching=branching)
         if len(done):

@@ -128,7 +128,7 @@ class Best:
 
         if isinstance(observe, Study):
             whole = None if costs is None else costs + self.service
-            observe.note(iteration, seconds, self.cost + self.service, whole, view.branching())
+            observe.note(iteration, seconds, self.cost + self.service, whole, view.branching(), sum(view.log.seconds))
         observe(take, alone)
 
 

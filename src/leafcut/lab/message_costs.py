@@ -1,0 +1,167 @@
+"""Speed-up of parallel ants over one thread: measured, and simulated from the costs of an iteration and of messages."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from leafcut.errors import OptionError
+from leafcut.lab import charts
+from leafcut.lab.description import Analysis, Factor, Response
+from leafcut.lab.results import ReportBlock, Results, Table, number, number_or_dash
+
+
+@dataclass(frozen=True)
+class IterationCost:
+    """Cost of an iteration, in the unit of the response: C, U and M of `simulated`."""
+
+    ants: float
+    update: float
+    messages: float
+
+    def simulated(self, workers: float) -> float:
+        """Return C / p + U + p·M: workers share the ants, and nothing overlaps the messages."""
+        return self.ants / workers + self.update + workers * self.messages
+
+
+@dataclass(frozen=True)
+class _Instance:
+    """Times of an iteration on an instance, by model and number of workers, and their costs by model."""
+
+    name: str
+    size: float
+    single: float
+    measured: dict[tuple[str, float], float]
+    costs: dict[str, IterationCost]
+
+    def speedup(self, model: str, workers: float, simulated: bool) -> float | None:
+        """Return the speed-up over one thread; None if the time is unknown."""
+        if not simulated:
+            time = self.measured.get((model, workers))
+        else:
+            time = self.costs[model].simulated(workers) if model in self.costs else None
+        return self.single / time if time else None
+
+
+def messages_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+    """Report costs of an iteration, speed-up and efficiency of each model, and the break-even sizes."""
+    description = results.description
+    model, workers = (description.factor(name) for name in analysis.factors)
+    if description.factors != (model, workers) or not workers.numeric:
+        raise OptionError("the factors of the experiment must be a model and a number of workers")
+    instances = _instances(results, analysis, response, model, workers)
+    if not instances:
+        raise OptionError(f"needs facts.size of the instances, and runs of '{analysis.base}' with one worker")
+    sentences = (
+        "S = T(1 thread) / T(p) and E = S / p, for the time of an iteration, without the start of processes. The "
+        "fastest run of all seeds counts, because other load on the machine only slows a run.",
+        f"Simulated, not measured: T(p) = C / p + U + p·M. C is the time of the ants on one thread ({analysis.base}), "
+        "U the rest of their iteration, and M the additional time of a model with one worker, which is that of its "
+        "messages. All three are measured.",
+        "Break-even: the smallest size from which an iteration is faster than on one thread, interpolated between "
+        "instances.",
+    )
+    models = [level.name for level in model.levels if any(level.name in item.costs for item in instances)]
+    sent = [name for name in models if name != analysis.base]
+    rows = []
+    for item in instances:
+        base = item.costs[analysis.base]
+        messages = [number(item.costs[name].messages) if name in item.costs else "–" for name in sent]
+        rows.append((item.name, f"{item.size:g}", number(base.ants), number(base.update), *messages))
+    columns = ("Instance", "Size", "Ants C", "Update U", *(f"Messages M of {name}" for name in sent))
+    costs = Table(columns, tuple(rows), 1, f"Measured costs of an iteration, {response.unit}")
+    several = [level for level in workers.levels if level.value != 1.0]
+    break_even = Table(
+        (model.title, workers.title, "Break-even size", "simulated"),
+        tuple(
+            (name, level.name, *(_break_even(instances, name, level.value or 0.0, simulated) for simulated in (False, True)))
+            for name in models
+            for level in several
+        ),
+        1, "Break-even sizes",
+    )  # fmt: skip
+    speedups = [_speedup_table(item, models, workers, response) for item in instances]
+    title = f"Speed-up over one thread, and the cost of messages: {response.title.lower()}"
+    return ReportBlock(title, sentences, (costs, break_even, *speedups), (_chart(instances[-1], models, workers),))
+
+
+def break_even_size(points: Sequence[tuple[float, float]]) -> str:
+    """Return the size from which the speed-up exceeds 1, given (size, speed-up), interpolated on logarithms."""
+    points = sorted(points)
+    if not points:
+        return "–"
+    losing = [k for k, (_, speedup) in enumerate(points) if speedup <= 1.0]
+    if not losing:
+        return f"≤ {points[0][0]:g}"
+    if losing[-1] == len(points) - 1:
+        return f"> {points[-1][0]:g}"
+    (low, slow), (high, fast) = points[losing[-1]], points[losing[-1] + 1]
+    share = -math.log(slow) / (math.log(fast) - math.log(slow))
+    return f"{math.exp(math.log(low) + share * (math.log(high) - math.log(low))):.0f}"
+
+
+def _break_even(instances: Sequence[_Instance], model: str, workers: float, simulated: bool) -> str:
+    points = [(item.size, item.speedup(model, workers, simulated)) for item in instances]
+    return break_even_size([(size, speedup) for size, speedup in points if speedup is not None])
+
+
+def _instances(
+    results: Results, analysis: Analysis, response: Response, model: Factor, workers: Factor
+) -> list[_Instance]:
+    """Return the instances with a size and the times of one thread, the smallest first."""
+    figures, ants = results.figures(response.name), results.figures(analysis.against)
+    numbers = {level.name: level.value or 0.0 for level in workers.levels}
+    one = next((name for name, value in numbers.items() if value == 1.0), "")
+    instances = []
+    for instance in results.description.instances:
+        single = (instance.name, analysis.base, one)
+        if "size" not in instance.facts or single not in figures or single not in ants:
+            continue
+        measured = {
+            (cell[1], numbers[cell[2]]): min(values) for cell, values in figures.items() if cell[0] == instance.name
+        }
+        total, share = min(figures[single]), min(ants[single])
+        costs = {
+            level.name: IterationCost(share, max(total - share, 0.0), max(measured[level.name, 1.0] - total, 0.0))
+            for level in model.levels
+            if (level.name, 1.0) in measured
+        }
+        instances.append(_Instance(instance.name, instance.facts["size"], total, measured, costs))
+    return sorted(instances, key=lambda item: item.size)
+
+
+def _speedup_table(item: _Instance, models: Sequence[str], workers: Factor, response: Response) -> Table:
+    rows = []
+    for name in models:
+        for level in workers.levels:
+            p = level.value or 0.0
+            speedup, simulated = item.speedup(name, p, False), item.speedup(name, p, True)
+            rows.append(
+                (
+                    name,
+                    level.name,
+                    number_or_dash(item.measured.get((name, p))),
+                    "–" if speedup is None else f"{speedup:.2f}",
+                    "–" if speedup is None else f"{100.0 * speedup / p:.0f} %",
+                    "–" if simulated is None else f"{simulated:.2f}",
+                )
+            )
+    columns = ("Model", workers.title, response.heading, "Speed-up S", "Efficiency E", "S simulated")
+    return Table(columns, tuple(rows), 2, item.name)
+
+
+def _chart(item: _Instance, models: Sequence[str], workers: Factor) -> tuple[str, str]:
+    series = {}
+    for simulated, suffix in ((False, ""), (True, ", simulated")):
+        for name in models:
+            points = [
+                (p, speedup, speedup, speedup)
+                for level in workers.levels
+                if (speedup := item.speedup(name, p := level.value or 0.0, simulated)) is not None
+            ]
+            if points:
+                series[f"{name}{suffix}"] = points
+    most = max(level.value or 0.0 for level in workers.levels)
+    label = f"Speed-up over one thread on {item.name}, measured and simulated"
+    return item.name, charts.means(series, workers.title, "speed-up", label, [(1, 1), (most, most)])
