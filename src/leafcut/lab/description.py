@@ -17,8 +17,8 @@ SOLVE, OPTIMIZE = "solve", "optimize"
 MAX_RUNS, MAX_SEEDS = 100_000, 1000
 #: Responses that exist for every command: wall-clock time and processor time, s.
 WALL, PROCESSOR = "wall_s", "processor_s"
-#: Prefix of the responses of the searches of a run: processor time and wall-clock time, s; median time of an iteration
-#: of the last search, and of all its workers together for an iteration, s; best cost; best cost of the tours that the
+#: Prefix of the responses of the searches of a run: processor time and wall-clock time, s; shortest iteration
+#: of the last search, and its part in which a single worker does nothing, s; best cost; best cost of the tours that the
 #: search itself built, excluding a given initial tour.
 SEARCH = "search"
 #: Response of every command that writes a program: time of its rapid moves, including retracts, s.
@@ -31,7 +31,7 @@ TIMES = (
     f"{SEARCH}.processor_s",
     f"{SEARCH}.seconds",
     f"{SEARCH}.iteration_s",
-    f"{SEARCH}.working_s",
+    f"{SEARCH}.rest_s",
 )
 
 ANALYSES = ("compare", "anova", "crossed", "speedup", "messages", "trend", "pareto", "projection", "attraction")
@@ -115,7 +115,7 @@ class Analysis:
     fact
         Known figure of each instance as the reference of a comparison, instead of a base level.
     against
-        Second response of a Pareto plot; if empty, the next. For messages, the time of the ants alone.
+        Second response of a Pareto plot; if empty, the next. For messages, the rest of an iteration without its ants.
     without
         Instances without which a trend is reported a second time.
     boards

@@ -226,7 +226,7 @@ def _analysis(table: DescriptionTable, description: Description) -> Analysis:
     if not isinstance(boards, list) or any(type(count) is not int or count < 1 for count in boards):
         raise table.wrong("boards: a list of whole numbers from 1 on is needed")
     if kind == "messages" and not against:
-        raise table.wrong("'messages' needs against = the response with the time of the ants alone")
+        raise table.wrong("'messages' needs against = the response with the rest of an iteration without its ants")
     if kind in ("trend", "projection", "messages") and not base:
         raise table.wrong(f"'{kind}' needs base = a level of {factors[0]}, which the others are compared with")
     return Analysis(

@@ -55,9 +55,9 @@ def messages_block(results: Results, analysis: Analysis, response: Response) -> 
         raise OptionError(f"needs facts.size of the instances, and runs of '{analysis.base}' with one worker")
     sentences = (
         "S = T(1 thread) / T(p) and E = S / p, for the time of an iteration, without the start of processes. The "
-        "fastest run of all seeds counts, because other load on the machine only slows a run.",
-        f"Simulated, not measured: T(p) = C / p + U + p·M. C is the time of the ants on one thread ({analysis.base}), "
-        "U the rest of their iteration, and M the additional time of a model with one worker, which is that of its "
+        "fastest iteration of all seeds counts: all have the same work, and other load on the machine only slows them.",
+        "Simulated, not measured: T(p) = C / p + U + p·M. C is the time of the ants and U the rest of an iteration on "
+        f"one thread ({analysis.base}). U + M is the rest of an iteration with one worker, so M is the time of its "
         "messages. All three are measured.",
         "Break-even: the smallest size from which an iteration is faster than on one thread, interpolated between "
         "instances.",
@@ -71,16 +71,7 @@ def messages_block(results: Results, analysis: Analysis, response: Response) -> 
         rows.append((item.name, f"{item.size:g}", number(base.ants), number(base.update), *messages))
     columns = ("Instance", "Size", "Ants C", "Update U", *(f"Messages M of {name}" for name in sent))
     costs = Table(columns, tuple(rows), 1, f"Measured costs of an iteration, {response.unit}")
-    several = [level for level in workers.levels if level.value != 1.0]
-    break_even = Table(
-        (model.title, workers.title, "Break-even size", "simulated"),
-        tuple(
-            (name, level.name, *(_break_even(instances, name, level.value or 0.0, simulated) for simulated in (False, True)))
-            for name in models
-            for level in several
-        ),
-        1, "Break-even sizes",
-    )  # fmt: skip
+    break_even = _break_even_table(instances, models, workers)
     speedups = [_speedup_table(item, models, workers, response) for item in instances]
     title = f"Speed-up over one thread, and the cost of messages: {response.title.lower()}"
     return ReportBlock(title, sentences, (costs, break_even, *speedups), (_chart(instances[-1], models, workers),))
@@ -101,31 +92,41 @@ def break_even_size(points: Sequence[tuple[float, float]]) -> str:
     return f"{math.exp(math.log(low) + share * (math.log(high) - math.log(low))):.0f}"
 
 
-def _break_even(instances: Sequence[_Instance], model: str, workers: float, simulated: bool) -> str:
-    points = [(item.size, item.speedup(model, workers, simulated)) for item in instances]
-    return break_even_size([(size, speedup) for size, speedup in points if speedup is not None])
+def _break_even_table(instances: Sequence[_Instance], models: Sequence[str], workers: Factor) -> Table:
+    rows = []
+    for name in models:
+        for level in workers.levels:
+            p = level.value or 0.0
+            if p == 1.0:
+                continue
+            points = [
+                [(item.size, item.speedup(name, p, simulated)) for item in instances] for simulated in (False, True)
+            ]
+            sizes = [break_even_size([(n, s) for n, s in pairs if s is not None]) for pairs in points]
+            rows.append((name, level.name, *sizes))
+    return Table(("Model", workers.title, "Measured", "Simulated"), tuple(rows), 2, "Break-even sizes")
 
 
 def _instances(
     results: Results, analysis: Analysis, response: Response, model: Factor, workers: Factor
 ) -> list[_Instance]:
     """Return the instances with a size and the times of one thread, the smallest first."""
-    figures, ants = results.figures(response.name), results.figures(analysis.against)
+    figures, rests = results.figures(response.name), results.figures(analysis.against)
     numbers = {level.name: level.value or 0.0 for level in workers.levels}
     one = next((name for name, value in numbers.items() if value == 1.0), "")
     instances = []
     for instance in results.description.instances:
         single = (instance.name, analysis.base, one)
-        if "size" not in instance.facts or single not in figures or single not in ants:
+        if "size" not in instance.facts or single not in figures or single not in rests:
             continue
         measured = {
             (cell[1], numbers[cell[2]]): min(values) for cell, values in figures.items() if cell[0] == instance.name
         }
-        total, share = min(figures[single]), min(ants[single])
+        total, update = min(figures[single]), min(rests[single])
         costs = {
-            level.name: IterationCost(share, max(total - share, 0.0), max(measured[level.name, 1.0] - total, 0.0))
+            level.name: IterationCost(total - update, update, max(min(rests[cell]) - update, 0.0))
             for level in model.levels
-            if (level.name, 1.0) in measured
+            if (cell := (instance.name, level.name, one)) in rests
         }
         instances.append(_Instance(instance.name, instance.facts["size"], total, measured, costs))
     return sorted(instances, key=lambda item: item.size)

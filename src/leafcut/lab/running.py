@@ -20,7 +20,6 @@ from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from statistics import median
 from typing import Any
 
 from leafcut import api
@@ -298,16 +297,17 @@ class SearchStudy(Study):
         self.processor, self._last = self.processor + now - self._last, now
 
     def figures(self) -> dict[str, float]:
-        """Return the total times of all searches, and the cost and median times of an iteration of the last one; empty
-        without an iteration.
+        """Return the total times of all searches, and the cost and shortest iteration of the last one; empty without an
+        iteration.
         """
         searches = [rows for k in range(len(self.searches)) if (rows := self.iterations(k))]
         if not searches:
             return {}
         times = {"processor_s": self.processor, "seconds": sum(rows[-1].seconds for rows in searches)}
-        for k, name in enumerate(("iteration_s", "working_s")):
-            if steps := [b[k] - a[k] for a, b in itertools.pairwise(self._times)]:
-                times[name] = median(steps)
+        steps = [(b[0] - a[0], b[1] - a[1]) for a, b in itertools.pairwise(self._times)]
+        if steps:
+            times["iteration_s"] = min(step for step, _ in steps)
+            times["rest_s"] = min(step - working for step, working in steps)
         return {**times, "cost": searches[-1][-1].shortest, **({"own_cost": self._own} if self._own < math.inf else {})}
 
 

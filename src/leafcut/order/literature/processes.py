@@ -46,7 +46,7 @@ LOOK = 0.05
 # Second word of the random stream of the partners.
 _PARTNERS = 5
 
-#: Result of an iteration: tours int32[ants, n], costs float64[ants], deposits, and the time in seconds.
+#: Result of an iteration: tours int32[ants, n], costs float64[ants], deposits, and the time of the ants, s.
 WorkerAnswer = tuple[NDArray[np.int32], NDArray[np.float64], list[Deposit], float]
 
 
@@ -84,20 +84,20 @@ class AntWorker:
         """Construct the tours of an iteration, given its time and the pheromone float64[n, k] or the deposits of the
         others; in ``exchange`` mode, also update the worker's own pheromone.
         """
-        began, trails = time.perf_counter(), self.ants.trails
+        trails = self.ants.trails
         if pheromone is not None:
             trails.pheromone[:] = pheromone
             trails.update_weights()
         if changes:
             trails.add_deposits(changes)
-        self.ants.stop = Stop(seconds=seconds)
+        self.ants.stop, began = Stop(seconds=seconds), time.perf_counter()
         tours, costs = self.ants.share(iteration, self.worker, self.workers)
-        trails.changes = []
+        working, trails.changes = time.perf_counter() - began, []
         if self.exchange and np.isfinite(costs).all():
             winner = int(np.argmin(costs))
             self.best.offer(tours[winner], float(costs[winner]), iteration)
             trails.reinforce(iteration, tours, costs, self.best)
-        return tours, costs, trails.changes, time.perf_counter() - began
+        return tours, costs, trails.changes, working
 
 
 @cache
