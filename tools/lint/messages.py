@@ -41,6 +41,7 @@ NOT_IN_STUDIO = {
         "lab/description_table.py",
         "lab/analysis_blocks.py",
         "lab/loading.py",
+        "lab/message_costs.py",
         "lab/page.py",
         "lab/statistics.py",
         "lab/tuning.py",
