@@ -48,6 +48,7 @@ def test_a_reversed_last_line_of_a_file_gets_a_line_end() -> None:
         ("G0X0.0Y0 / G1Z-1F50 / X5.250F200", "G0X5.250Y0 / G1Z-1F50 / X0.0F200"),
         ("N1 G0 X0 Y0 / N2 G1 Z-1 F50 / N3 X5 F200", "N1 G0 X5 Y0 / N2 G1 Z-1 F50 / N3 X0 F200"),
         ("g0 x0 y0 / g1 z-1 f50 / x5 f200", "g0 x5 y0 / g1 z-1 f50 / x0 f200"),
+        ("g00 x0 y0 / g01 z-1 f50 / g03 x4 y2 r9 f200", "g00 x4 y2 / g01 z-1 f50 / g02 x0 y0 r9 f200"),
         # Arcs reverse their direction about the same centre; G1 is written where G2 would continue.
         (
             "G0 X0 Y0 / G1 Z-1 F50 / X5 F200 / G2 X9 Y4 I4 J0 / G1 X20",
