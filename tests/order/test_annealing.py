@@ -38,7 +38,7 @@ def test_a_cooling_down_keeps_precedence_and_finds_the_optimum_of_seven_clusters
         problem = random_problem(seed, 7, kind, ENDS[seed % 5], pairs=seed % 6)
         instance = build_directed(problem, 6)
         ant = PathAnnealing(instance, np.array([seed + 1], dtype=np.uint64))
-        nodes = ant.anneal(greedy_nodes(instance), 20.0, 400, 1e-9, lambda _: True)
+        *_, (nodes, _) = ant.anneal(greedy_nodes(instance), 20.0, 400, 1e-9)
         cost = added_up(problem, nodes)
         check(problem, nodes, cost)
         missed += cost > least(problem) * (1 + 1e-9)

@@ -246,10 +246,9 @@ def test_the_warm_up_runs_the_kernels_of_the_kind_of_problem(
 class Watched:
     """An algorithm that keeps what it is given, and visits the nodes in turn."""
 
-    def __init__(self, build: object, stopped: bool = False) -> None:
+    def __init__(self, build: object) -> None:
         self.problem: RoutingProblem | None = None
         self.given: list[tuple[object, ...]] = []
-        self.stopped = stopped
 
         def kept(problem: RoutingProblem, k: int) -> Instance | DirectedInstance:
             self.problem, self.k = problem, k
@@ -264,8 +263,6 @@ class Watched:
     def warm(self, instance: Instance, run: AlgorithmRun, large: bool | None) -> np.ndarray:
         """Return the nodes in turn."""
         self.given.append((run.options, run.aco, run.firefly, large))
-        if self.stopped:
-            run.stop.cancelled.set()
         return np.arange(instance.n if isinstance(instance, Instance) else 40, dtype=np.int32)
 
 
@@ -290,9 +287,6 @@ def test_the_warm_up_solves_forty_scattered_places(warm: bool, directed: bool, m
     assert np.array_equal(small.entry, small.exit) is not directed
     assert small.precedence.tolist() == ([[0, 1]] if directed else [])
     assert small.service.tolist() == [0.0] * 40
-    stopped = Watched(build_directed if directed else build_instance, stopped=True)
-    with pytest.raises(KeyboardInterrupt):
-        algorithms._warm_up(Algorithm("toy", stopped.search, stopped.build), directed, True, options, firefly)
 
 
 def test_nearest_neighbours_are_offered_with_their_cost() -> None:

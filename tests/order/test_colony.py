@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
+from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 
 import numpy as np
@@ -213,19 +214,18 @@ def test_a_run_has_the_work_budget_of_its_preset_unless_it_is_limited(
 ) -> None:
     instance, best, seen = instance_of(20), Best(Stop()), []
 
-    def improve(*given: object) -> int:
+    def improve(*given: object) -> Iterator[None]:
         seen.append(given)
-        given[4].log.add(0, 6, 0.5, 70.0)  # type: ignore[attr-defined]
+        given[3].log.add(0, 6, 0.5, 70.0)  # type: ignore[attr-defined]
         best.offer(np.arange(20, dtype=np.int32), 70.0, 4)
-        return 9
+        yield from [None] * 9
 
     monkeypatch.setattr(colony_module.os, "cpu_count", lambda: cores)
     monkeypatch.setattr(colony_module, "improve_by_colony", improve)
     found = run_colony(instance, AlgorithmRun(options, AcoOptions(), FireflyOptions(), best))
-    ((first, seed, stop, same, crew, budget),) = seen
-    assert (first, seed, stop, same, budget) == (instance, options.seed, best.stop, best, visits)
-    assert stop.iterations == (math.inf if options.iterations is None else 7)
-    assert (crew.count, crew.stop, crew.executor is None) == (threads, stop, threads == 1)
+    ((first, seed, same, crew, _, budget),) = seen
+    assert (first, seed, same, budget) == (instance, options.seed, best, visits - instance.n)
+    assert (crew.count, crew.stop, crew.executor is None) == (threads, best.stop, threads == 1)
     assert (best.view.shown, best.view.log) == (instance, crew.log)
     assert (found.iterations, found.tour.tolist(), found.workers) == (9, list(range(20)), crew.log.figures())
     assert len(found.workers) == threads
@@ -242,7 +242,7 @@ def test_the_warm_up_runs_a_colony_and_then_kicks_of_their_own(large: bool, monk
         assert (one, run.options, is_large) == (instance, given.options, large)
         assert run.best is not best
         assert run.stop.cancelled is best.stop.cancelled
-        assert run.stop.iterations == math.inf
+        assert run.stop.iterations == 1
         return "tour"
 
     monkeypatch.setattr(colony_module, "warm_kicks", kicks)

@@ -25,7 +25,7 @@ from leafcut.order.kicks import (
     split_tour,
     tour_with_buffers,
 )
-from leafcut.order.search import Best
+from leafcut.order.search import Best, iterate
 from leafcut.order.stop import Stop
 from leafcut.order.workers import WorkerLog, Workers
 
@@ -135,8 +135,8 @@ def test_every_round_cuts_elsewhere_and_kicks_each_piece_with_a_state_of_its_own
     monkeypatch.setattr(kicks, "kick_piece", turned)
     tour = start = greedy(instance)
     best, reported = Best(Stop()), []
-    monkeypatch.setattr(best, "tell", reported.append)
-    assert kick_pieces(instance, start, 5, best, workers, 3, 3 * (2 * 2 + 2 * 2) - 1) == 6
+    monkeypatch.setattr(best, "tell", lambda iteration, _: reported.append(iteration))
+    assert iterate(kick_pieces(instance, start, 5, best, workers, 3, 3 * (2 * 2 + 2 * 2) - 1), best, 3) == 6
     wanted, costs = [], []
     for iteration in (3, 4, 5):
         pieces = split_tour(instance, tour, np.random.default_rng((5, 4, iteration)))
@@ -164,8 +164,8 @@ def test_iterations_of_kicks_offer_a_tour_that_has_gained(monkeypatch: pytest.Mo
     best, offered, reported = Best(Stop()), [], []
     monkeypatch.setattr(kicks, "kick_and_mend", kick)
     monkeypatch.setattr(best, "offer", lambda tour, cost, iteration: offered.append((tour.tolist(), cost, iteration)))
-    monkeypatch.setattr(best, "tell", reported.append)
-    assert kick_repeatedly(instance, start, 5, best.stop, best, 7, 601) == 11
+    monkeypatch.setattr(best, "tell", lambda iteration, _: reported.append(iteration))
+    assert iterate(kick_repeatedly(instance, start, 5, best, 7, 601), best, 7) == 11
     word = random_words(5, 0, count=1).tolist()
     assert seen == [(breadth, word, 0, 200, (2 * N + 1000, 2), [0] * 4)] * 4
     length = tour_cost(instance.cost, start)

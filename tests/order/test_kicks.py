@@ -18,14 +18,13 @@ from leafcut.order.kicks import (
     BREADTH,
     descend,
     first_tour,
-    improve_by_kicks,
     kick_repeatedly,
     queue_waiting,
     run_kicks,
     search_breadth,
     tour_with_buffers,
 )
-from leafcut.order.search import AlgorithmRun, Best
+from leafcut.order.search import AlgorithmRun, Best, iterate
 from leafcut.order.stop import Stop
 
 
@@ -49,7 +48,7 @@ def check_best(instance: Instance, best: Best) -> None:
 def first_of(instance: Instance) -> Best:
     """Return the best tour after the first improvement."""
     best = Best(Stop())
-    tour = first_tour(instance, BREADTH, best.stop, best)
+    tour = first_tour(instance, BREADTH, best)
     check_best(instance, best)
     assert float(tour_cost(instance.cost, tour)) == pytest.approx(best.cost)
     return best
@@ -80,14 +79,14 @@ def test_a_first_tour_that_takes_long_is_offered_on_the_way(many: int, monkeypat
     monkeypatch.setattr(kicks, "OFFER_EVERY", -1.0)
     monkeypatch.setattr(kicks, "MANY", many)
     best = Best(Stop(iterations=10), progress=lambda now: reported.append(now.cost or 0.0))
-    first_tour(instance, BREADTH, best.stop, best)
+    first_tour(instance, BREADTH, best)
     check_best(instance, best)
     assert len(best.history) > 5
     assert len(reported) > 5
     assert reported == sorted(reported, reverse=True)
     monkeypatch.setattr(kicks, "OFFER_EVERY", math.inf)
     once = Best(Stop())
-    first_tour(instance, BREADTH, once.stop, once)
+    first_tour(instance, BREADTH, once)
     assert len(once.history) == 2
     assert once.cost == pytest.approx(best.cost)
 
@@ -119,7 +118,7 @@ def test_a_stop_ends_the_first_improvement_with_a_whole_tour(long_edges: bool, m
 
     monkeypatch.setattr(kicks, "shorten_long_edges", shorten_then_stop)
     best = Best(stop)
-    first_tour(instance, BREADTH, stop, best)
+    first_tour(instance, BREADTH, best)
     check_best(instance, best)
     assert best.cost > whole + 1e-6
     assert len(asked) == (1 if long_edges else 4)
@@ -157,12 +156,17 @@ def test_moves_too_long_at_first_are_made_in_a_second_pass(monkeypatch: pytest.M
     assert tour_cost(instance.cost, tour.node) < tour_cost(instance.cost, short.node)
 
 
+def improve_by_kicks(instance: Instance, seed: int, best: Best) -> int:
+    """Improve the first tour by kicks; return the iterations."""
+    return iterate(kick_repeatedly(instance, first_tour(instance, BREADTH, best), seed, best), best)
+
+
 @pytest.mark.parametrize("budget", [0, 1, 4])
 def test_kicks_stop_after_the_given_iterations(budget: int) -> None:
     instance = field(60, 2)
     reported: list[float] = []
     best = Best(Stop(iterations=budget), progress=lambda now: reported.append(now.cost or 0.0))
-    assert improve_by_kicks(instance, 3, best.stop, best) == budget
+    assert improve_by_kicks(instance, 3, best) == budget
     check_best(instance, best)
     assert len(reported) == budget + 1  # one after the first tour
     assert best.iteration <= budget
@@ -175,14 +179,14 @@ def test_kicks_stop_after_their_number_their_patience_and_the_target() -> None:
     best = Best(Stop())
     best.offer(start.tour, start.cost, 0)
     # Iterations go on from the given number; begun ones are whole.
-    assert kick_repeatedly(instance, start.tour, 3, best.stop, best, 7, 2 * each + 1) == 10
-    assert kick_repeatedly(instance, start.tour, 3, best.stop, best, 7, 0) == 7
+    assert iterate(kick_repeatedly(instance, start.tour, 3, best, 7, 2 * each + 1), best, 7) == 10
+    assert iterate(kick_repeatedly(instance, start.tour, 3, best, 7, 0), best, 7) == 7
     check_best(instance, best)
     patient = Best(Stop(patience=3))
-    last = improve_by_kicks(instance, 3, patient.stop, patient)
+    last = improve_by_kicks(instance, 3, patient)
     assert last - patient.iteration == 3
     aimed = Best(Stop(target=patient.cost + 1e-9))
-    assert improve_by_kicks(instance, 3, aimed.stop, aimed) == patient.iteration
+    assert improve_by_kicks(instance, 3, aimed) == patient.iteration
     assert aimed.cost == patient.cost
 
 
@@ -191,7 +195,7 @@ def test_kicks_depend_on_the_seed_alone_and_improve_the_tour() -> None:
     results = []
     for seed in (1, 1, 2, 3):
         best = Best(Stop(iterations=2))
-        improve_by_kicks(instance, seed, best.stop, best)
+        improve_by_kicks(instance, seed, best)
         check_best(instance, best)
         assert best.cost < first_of(instance).cost
         results.append(best.tour.tolist())
@@ -219,7 +223,7 @@ def test_a_preset_has_a_number_of_kicks_per_node_and_the_result_counts_them(
 ) -> None:
     """200 kicks an iteration; 10 per node if fast, 100 by default."""
     instance = field(n, 3)
-    best = Best(Stop())
+    best = Best(Stop(iterations=options.get("iterations", math.inf)))  # type: ignore[arg-type]
     run = AlgorithmRun(SolveOptions(algorithm="kicks", **options), AcoOptions(), FireflyOptions(), best)  # type: ignore[arg-type]
     found = run_kicks(instance, run)
     assert found.iterations == best.stop.iterations == iterations

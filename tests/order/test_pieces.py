@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 
 import numpy as np
@@ -14,7 +15,7 @@ from leafcut.order import colony, kicks
 from leafcut.order.construction import greedy
 from leafcut.order.instance import Instance, build_instance, costs_of_edges, matrix_of
 from leafcut.order.kicks import kick_piece, kick_pieces, piece_instance, split_tour
-from leafcut.order.search import Best
+from leafcut.order.search import Best, iterate
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 from leafcut.order.workers import WorkerLog, Workers
@@ -40,9 +41,9 @@ def word() -> np.ndarray:
 
 def kicked(instance: Instance, rounds: int, executor: Executor | None = None) -> Best:
     """Return the best after some rounds of kicks on the pieces of the greedy tour."""
-    best, stop = Best(Stop()), Stop(iterations=rounds)
-    workers = Workers(executor, 2, stop, WorkerLog.of(2))
-    assert kick_pieces(instance, greedy(instance), 5, best, workers, 0, 1e9) == rounds
+    best = Best(Stop(iterations=rounds))
+    workers = Workers(executor, 2, best.stop, WorkerLog.of(2))
+    assert iterate(kick_pieces(instance, greedy(instance), 5, best, workers, 0, 1e9), best) == rounds
     return best
 
 
@@ -130,9 +131,9 @@ def test_kicks_on_pieces_end_with_their_number() -> None:
     best = Best(Stop())
     workers = Workers(None, 1, best.stop, WorkerLog.of(1))
     tour = greedy(instance)
-    assert kick_pieces(instance, tour, 5, best, workers, 3, 0) == 3
-    assert kick_pieces(instance, tour, 5, best, workers, 3, 5 * 90) == 4
-    assert kick_pieces(instance, tour, 5, best, workers, 3, 5 * 90 + 1) == 5
+    assert iterate(kick_pieces(instance, tour, 5, best, workers, 3, 0), best, 3) == 3
+    assert iterate(kick_pieces(instance, tour, 5, best, workers, 3, 5 * 90), best, 3) == 4
+    assert iterate(kick_pieces(instance, tour, 5, best, workers, 3, 5 * 90 + 1), best, 3) == 5
 
 
 def test_pieces_are_the_same_kicked_here_and_in_threads() -> None:
@@ -148,7 +149,14 @@ def test_a_search_with_pieces_gives_the_same_answer_on_one_thread_and_on_two(mon
     monkeypatch.setattr(colony, "MOST_ANTS", 20)
     rounds: list[int] = []
     whole = colony.kick_pieces
-    monkeypatch.setattr(colony, "kick_pieces", lambda *given: rounds.append(whole(*given)) or rounds[-1])
+
+    def counted(*given: object) -> Iterator[None]:
+        rounds.append(0)
+        for _ in whole(*given):  # type: ignore[arg-type]
+            rounds[-1] += 1
+            yield
+
+    monkeypatch.setattr(colony, "kick_pieces", counted)
     problem = RoutingProblem.of_points(np.random.default_rng(8).uniform(0, 90, (70, 2)), closed=True)
     found = [solve(problem, SolveOptions(preset="fast", threads=k, seed=4)) for k in (1, 2)]
     assert found[0].nodes.tolist() == found[1].nodes.tolist()

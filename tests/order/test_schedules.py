@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -14,10 +14,11 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order import annealing, colony, path_search
 from leafcut.order.annealing import PathAnnealing
 from leafcut.order.colony import Colony, improve_by_colony
+from leafcut.order.construction import greedy
 from leafcut.order.directed import DirectedInstance, build_directed, greedy_path
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.path_search import PathSearch, budget
-from leafcut.order.search import Best
+from leafcut.order.search import Best, iterate
 from leafcut.order.stop import PayoffLimit, Stop
 from leafcut.order.workers import WorkerLog, Workers
 
@@ -79,10 +80,9 @@ def test_a_small_problem_is_annealed_between_kicks_of_twice_the_number(monkeypat
         turns.append(("kicks", given[8]))
         return 0.0
 
-    def anneal(_: PathAnnealing, nodes: np.ndarray, *given: object) -> np.ndarray:
-        turns.append(("steps", given[1]))
-        assert given[3](given[1])  # type: ignore[operator]
-        return nodes
+    def anneal(_: PathAnnealing, nodes: np.ndarray, mean: float, steps: int, *__: float) -> Iterator[object]:
+        turns.append(("steps", steps))
+        yield nodes, steps
 
     monkeypatch.setattr(path_search, "kick_route", kick)
     monkeypatch.setattr(PathAnnealing, "anneal", anneal)
@@ -108,7 +108,7 @@ def test_annealing_cools_down_from_a_hot_start_to_a_fiftieth_of_a_move(
     closed: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """In runs of 200 steps; by turns from three moves and from one; the best path of the run is returned, if any."""
-    instance, calls, asked = cuts(closed), [], []
+    instance, calls = cuts(closed), []
     ant = PathAnnealing(instance, np.array([5], dtype=np.uint64))
     nodes = np.random.default_rng(2).permutation(N).astype(np.int32)
     better = ant.layers.begin[[N, *range(N)] if not closed else [*range(N)]]
@@ -121,20 +121,17 @@ def test_annealing_cools_down_from_a_hot_start_to_a_fiftieth_of_a_move(
             walk.best[:], walk.costs[BEST] = better, 1.0
         return heat * cooling**steps
 
-    def go_on(made: int) -> bool:
-        asked.append(made)
-        return len(asked) != 4
-
     monkeypatch.setattr(annealing, "anneal", note)
-    assert ant.anneal(nodes, 7.0, 500, 0.25, go_on).tolist() == nodes.tolist()
+    turn = list(ant.anneal(nodes, 7.0, 500, 0.25))
+    assert [(path.tolist(), made) for path, made in turn] == [(nodes.tolist(), steps) for steps in (200, 200, 100)]
     ratio = 0.02 / 3.0
     assert calls == [
         (pytest.approx(21.0 * ratio**share), steps, 0.25) for share, steps in ((0.0, 200), (0.4, 200), (0.8, 100))
     ]
-    assert asked == [200, 200, 100]
-    assert ant.anneal(nodes, 7.0, 500, 0.25, go_on).tolist() == nodes.tolist()
-    assert (calls[3], len(calls)) == ((7.0, 200, 0.25), 4)
-    assert ant.anneal(nodes, 7.0, 150, 0.25, go_on).tolist() == list(range(N))
+    path, _ = next(ant.anneal(nodes, 7.0, 500, 0.25))
+    assert (path.tolist(), calls[3], len(calls)) == (nodes.tolist(), (7.0, 200, 0.25), 4)
+    ((path, _),) = ant.anneal(nodes, 7.0, 150, 0.25)
+    assert path.tolist() == list(range(N))
     assert calls[4] == (21.0, 150, 0.25)
 
 
@@ -159,21 +156,23 @@ def colonies(
         costs = best.cost - gains(number) + np.arange(3.0)
         return Colony(np.stack([best.tour] * 3), costs, number)
 
-    def kicked(*given: object) -> int:
-        last.append((given[5], given[6], False))  # type: ignore[arg-type]
-        return 0
+    def kicked(*given: object) -> Iterator[None]:
+        last.append((given[4], given[5], False))  # type: ignore[arg-type]
+        return iter(())
 
-    def kicked_in_pieces(*given: object) -> int:
+    def kicked_in_pieces(*given: object) -> Iterator[None]:
         last.append((given[5], given[6], True))  # type: ignore[arg-type]
-        return 0
+        return iter(())
 
     monkeypatch.setattr(colony, "MANY", 0 if many else 10**6)
     monkeypatch.setattr(colony, "create_colony", found)
     monkeypatch.setattr(colony, "next_generation", lambda _, c, *__: replace(c, generation=c.generation + 1))
     monkeypatch.setattr(colony, "kick_repeatedly", kicked)
     monkeypatch.setattr(colony, "kick_pieces", kicked_in_pieces)
-    improve_by_colony(instance, 7, stop, best, Workers(None, 1, stop, WorkerLog.of(1)), visits)
-    return (sizes, *last[0])
+    best.offer(greedy(instance), 5000.0, 0)
+    workers = Workers(None, 1, stop, WorkerLog.of(1))
+    generations = iterate(improve_by_colony(instance, 7, best, workers, 1.0, visits - PLACES), best)
+    return (sizes, *(last[0] if last else (generations, 0.0, False)))
 
 
 def test_colonies_grow_by_four_up_to_the_number_of_nodes_and_five_without_a_gain_end_the_search(
@@ -229,21 +228,17 @@ def test_ants_that_kick_are_founded_while_there_is_time_for_them_and_none_withou
 def test_the_time_of_an_ant_is_measured_while_a_colony_is_founded(
     kicking: bool, seconds: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The clock is set by hand: a first tour takes 20 s and 1.3 times that if it is random, on one of two workers; a
-    colony takes 60 s. Ants that kick have three quarters of the time left, and each takes five times as long.
+    """The clock is set by hand: the first tour took 20 s, and a colony takes 60 s. Ants that kick have three quarters
+    of the time left, and each takes five times as long.
     """
-    now, asked, founded = [100.0], [], []
+    now, asked, founded = [120.0], [], []
     monkeypatch.setattr("leafcut.order.stop.clock", lambda: now[0])
     instance = build_instance(
         RoutingProblem.of_points(np.random.default_rng(3).uniform(0, 90, (PLACES, 2)), closed=True), 8
     )
-    stop = Stop(seconds=1000.0)
+    stop = Stop(seconds=1000.0, began=100.0)
     best = Best(stop)
-
-    def first(one: Instance, breadth: tuple[int, ...], same: Stop, known: Best) -> None:
-        assert (one, breadth, same, known) == (instance, (0, 8, 5, 3, 1), stop, best)
-        now[0] += 20.0
-        best.offer(np.arange(PLACES, dtype=np.int32), 5000.0, 0)
+    best.offer(np.arange(PLACES, dtype=np.int32), 5000.0, 0)
 
     def how_many(n: int, number: int, each: float, same: Stop, visits: float, kicks: bool) -> int:
         asked.append((n, number, each, visits, kicks))
@@ -254,16 +249,15 @@ def test_the_time_of_an_ant_is_measured_while_a_colony_is_founded(
         now[0] += 60.0
         return Colony(np.stack([best.tour] * 3), best.cost - 1.0 - np.arange(3.0), number)
 
-    monkeypatch.setattr(colony, "first_tour", first)
     monkeypatch.setattr(colony, "_have_time_to_kick", lambda each, same: kicking)
     monkeypatch.setattr(colony, "_colony_size", how_many)
     monkeypatch.setattr(colony, "create_colony", found)
     monkeypatch.setattr(colony, "next_generation", lambda _, c, *__: replace(c, generation=c.generation + 1))
-    monkeypatch.setattr(colony, "kick_repeatedly", lambda *_: 77)
-    assert improve_by_colony(instance, 7, stop, best, Workers(None, 2, stop, WorkerLog.of(2))) == 77
+    monkeypatch.setattr(colony, "kick_repeatedly", lambda *_: iter(()))
+    assert iterate(improve_by_colony(instance, 7, best, Workers(None, 2, stop, WorkerLog.of(2)), 13.0), best) > 0
     assert [(n, number, visits, kicks) for n, number, _, visits, kicks in asked] == [
         (PLACES, k, math.inf, kicking) for k in range(3)
     ]
-    assert [each for _, _, each, *_ in asked] == pytest.approx([1.3 * 20.0 / 2, seconds, seconds])
+    assert [each for _, _, each, *_ in asked] == pytest.approx([13.0, seconds, seconds])
     limits = [20.0 + 0.75 * 980.0, 80.0 + 0.75 * 920.0] if kicking else [1000.0] * 2
     assert founded == [(8, 7, k, pytest.approx(limits[k]), 2, 25 if kicking else 0) for k in range(2)]

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+import threading
 
 import numpy as np
 import pytest
 
+from leafcut.model.heartbeat import Progress
+from leafcut.model.problem import RoutingProblem
 from leafcut.options import SolveOptions
-from leafcut.order.search import Best, Population, run_until_interrupted, search, set_budget, set_budget_of_visits
+from leafcut.order.search import Best, Population, search, set_budget, set_budget_of_visits
+from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 
 
@@ -16,12 +20,13 @@ from leafcut.order.stop import Stop
     ("given", "iterations", "patience"),
     [
         (SolveOptions(), 8, 5),
-        (SolveOptions(iterations=3), 3, math.inf),
+        (SolveOptions(iterations=3), math.inf, math.inf),
         (SolveOptions(time_limit=9.0), math.inf, math.inf),
-        (SolveOptions(time_limit=9.0, iterations=3), 3, math.inf),
     ],
 )
-def test_a_budget_is_what_was_asked_for_or_the_presets(given: SolveOptions, iterations: float, patience: float) -> None:
+def test_the_budget_of_a_preset_applies_without_a_limit(
+    given: SolveOptions, iterations: float, patience: float
+) -> None:
     stop = Stop()
     set_budget(stop, given, 7.2, 5)
     assert (stop.iterations, stop.patience) == (iterations, patience)
@@ -38,20 +43,6 @@ def test_the_budget_of_ants_is_a_number_of_visited_nodes(preset: str, visits: fl
     stop = Stop()
     set_budget_of_visits(stop, SolveOptions(preset=preset), 400)
     assert (stop.iterations, stop.patience) == (visits / 400, patience)
-
-
-def test_ctrl_c_ends_a_run_with_the_best_and_goes_on_where_there_is_none() -> None:
-    def interrupted() -> int:
-        raise KeyboardInterrupt
-
-    best = Best(Stop())
-    assert run_until_interrupted(lambda: 4, best) == 4
-    with pytest.raises(KeyboardInterrupt):
-        run_until_interrupted(interrupted, best)
-    best = Best(Stop())
-    best.offer(np.arange(3, dtype=np.int32), 7.0, 5)
-    assert run_until_interrupted(interrupted, best) == 5
-    assert best.stop.cancelled.is_set()
 
 
 class Candidates(Population):
@@ -86,3 +77,18 @@ def test_a_search_ends_without_patience_or_at_its_target_and_learns_nothing_then
     assert search(ants, best) == 1
     assert best.cost == 5.0
     assert len(ants.learned) == 1
+
+
+def test_ctrl_c_keeps_the_best_tour_and_ends_the_program_without_one() -> None:
+    """The event of the caller is set, so that later searches of a run end at once."""
+
+    def interrupt(now: Progress) -> None:
+        raise KeyboardInterrupt
+
+    problem, cancelled = RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 90, (30, 2))), threading.Event()
+    for algorithm in ("colony", "kicks", "mmas", "firefly"):
+        found = solve(problem, SolveOptions(algorithm=algorithm), progress=interrupt, cancelled=cancelled)
+        assert sorted(found.nodes.tolist()) == list(range(30))
+        assert found.stopped_early
+        assert cancelled.is_set()
+        cancelled.clear()

@@ -277,7 +277,7 @@ def test_the_work_of_each_worker_is_added_up() -> None:
 @pytest.mark.parametrize("threads", [1, 2])
 def test_tasks_have_their_results_in_order(threads: int) -> None:
     stop, log = Stop(), WorkerLog.of(threads)
-    with thread_pool(threads) as executor:
+    with thread_pool(threads, stop) as executor:
         assert (executor is None) == (threads == 1)
         workers = Workers(executor, threads, stop, log)
 

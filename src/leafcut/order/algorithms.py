@@ -179,11 +179,8 @@ def _warm_up(algorithm: Algorithm, directed: bool, large: bool, options: SolveOp
         precedence=np.array(pairs, dtype=np.int32).reshape(-1, 2),
     )
     instance = algorithm.instance(small, CANDIDATES)
-    stop = Stop()
-    run = AlgorithmRun(options, AcoOptions(n_ants=1), firefly, Best(stop))
+    run = AlgorithmRun(options, AcoOptions(n_ants=1), firefly, Best(Stop(iterations=options.iterations or 1)))
     tour = algorithm.search(instance, run).tour if algorithm.warm is None else algorithm.warm(instance, run, large)
-    if stop.cancelled.is_set():
-        raise KeyboardInterrupt  # the search caught it to keep its best tour; an aborted warm-up is not cached
     path_cost(small, choose_nodes(small, instance.path(tour)))
 
 

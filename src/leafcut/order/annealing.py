@@ -5,7 +5,7 @@ by dynamic programming. A step examines the whole path, so the method suits path
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -73,23 +73,19 @@ class PathAnnealing:
         self.number = np.zeros(int(instance.rules.way.max()) + 1, dtype=np.int32)
         self.number[instance.rules.way] = np.arange(len(instance.rules.way), dtype=np.int32)
 
-    def anneal(self, nodes: Ints, mean: float, steps: int, least: float, go_on: Callable[[int], bool]) -> Ints:
-        """Anneal from a given path for `steps` steps; return the best path as the problem's nodes int32[clusters].
-        `mean` is the mean cost of a move; `go_on` gets the number of steps since its last call, and returns whether
-        to continue.
+    def anneal(self, nodes: Ints, mean: float, steps: int, least: float) -> Iterator[tuple[Ints, int]]:
+        """Anneal from a given path for `steps` steps; yield the best path so far, as the problem's nodes
+        int32[clusters], and the number of steps since the last one. `mean` is the mean cost of a move.
         """
         walk, instance = self.walk, self.instance
         path = self.number[nodes]
         walk.path[:] = np.concatenate([[len(self.layers.owner) - 1], path]) if instance.anchored else path
         walk.costs[:] = math.inf
-        hot, made = HOT[self.turn % len(HOT)], 0
+        hot = HOT[self.turn % len(HOT)]
         heat, cooling = hot * mean, (COLD / hot) ** (1.0 / steps)
         self.turn += 1
-        while made < steps:
+        for made in range(0, steps, STEPS):
             count = min(STEPS, steps - made)
             heat = anneal(self.layers, walk, self.words, 0, heat, cooling, count, least)
-            made += count
-            if not go_on(count):
-                break
-        found = walk.best if walk.costs[BEST] < math.inf else walk.path
-        return instance.rules.way[found[1:] if instance.anchored else found]
+            found = walk.best if walk.costs[BEST] < math.inf else walk.path
+            yield instance.rules.way[found[1:] if instance.anchored else found], count

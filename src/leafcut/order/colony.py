@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -37,7 +38,7 @@ from leafcut.order.kicks import (
     warm_kicks,
 )
 from leafcut.order.pheromone_view import pheromone_of_tours
-from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, run_until_interrupted
+from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, iterate
 from leafcut.order.stop import Stop
 from leafcut.order.workers import Share, WorkerLog, Workers, thread_pool
 
@@ -206,26 +207,25 @@ def next_generation(instance: Instance, colony: Colony, seed: int, workers: Work
 
 
 def improve_by_colony(
-    instance: Instance, seed: int, stop: Stop, best: Best, workers: Workers, visits: float = math.inf
-) -> int:
-    """Run ever larger colonies until `stop`; return the total number of generations.
+    instance: Instance, seed: int, best: Best, workers: Workers, seconds: float, visits: float = math.inf
+) -> Iterator[None]:
+    """Run ever larger colonies; a step is a generation.
 
     Parameters
     ----------
+    seconds
+        Time to build a tour.
     visits
         Work budget: number of nodes in all tours that may be built. The search ends earlier if several colonies
         (`SAME_ANSWERS`) and the kicks after them find nothing better, or if another colony is not worth its time
-        (`stop.thrift`).
+        (`stop.payoff_limit`).
     """
-    began = stop.elapsed()
-    first_tour(instance, BREADTH, stop, best)
-    seconds = WHIMS * (stop.elapsed() - began) / workers.count
-    visits -= instance.n
+    stop = best.stop
     enough = SAME_ANSWERS if math.isinf(visits) else SAME_ANSWERS_ON_BUDGET
     champions = Colony(best.tour[None], np.array([best.cost]), _CHAMPIONS)
     many, generations, number, same = instance.n >= MANY, 0, 0, 0
     gain, kicking = math.inf, False
-    while same < enough and not stop.reached(generations, 0):
+    while same < enough and not stop.now():
         kicked, kicking = kicking, not many and _have_time_to_kick(seconds, stop)
         if kicked and not kicking:
             break  # a few ants without kicks cannot improve the tours of ants with kicks
@@ -246,35 +246,38 @@ def improve_by_colony(
             seconds = (stop.elapsed() - began) / ants
         if many:
             colony = colony.with_best_of(champions)
-        colony, generations = _evolve(instance, colony, seed, stop, best, workers, generations)
+        colony, generations = yield from _evolve(instance, colony, seed, best, workers, generations)
         champions = champions.with_best_of(colony)
-        champions, generations = _evolve(instance, champions, seed, stop, best, workers, generations)
+        champions, generations = yield from _evolve(instance, champions, seed, best, workers, generations)
         number, same = number + 1, same + 1 if best.cost >= before - EPSILON else 0
         gain = before - best.cost
+    if stop.now():
+        return
     best.view = SearchView(instance, workers.log)  # kicks use no pheromone
     kicks = KICKS_PER_VISIT * (min(visits, gain / SECONDS_PER_VISIT) if stop.payoff_limit.holds else visits)
     if same == enough:
         kicks = min(kicks, LAST_KICKS * instance.n)
     if many:
-        return kick_pieces(instance, best.tour, seed, best, workers, generations, kicks)
-    return kick_repeatedly(instance, best.tour, seed, stop, best, generations, kicks)
+        yield from kick_pieces(instance, best.tour, seed, best, workers, generations, kicks)
+    else:
+        yield from kick_repeatedly(instance, best.tour, seed, best, generations, kicks)
 
 
 def _evolve(
-    instance: Instance, colony: Colony, seed: int, stop: Stop, best: Best, workers: Workers, generations: int
-) -> tuple[Colony, int]:
+    instance: Instance, colony: Colony, seed: int, best: Best, workers: Workers, generations: int
+) -> Generator[None, None, tuple[Colony, int]]:
     """Run generations until all tours cost the same or nothing improves; return the colony and the generation count."""
-    idle, by_clock = 0, stop.seconds < math.inf
+    idle, by_clock = 0, best.stop.seconds < math.inf
     patience = PATIENCE_BY_CLOCK if by_clock else PATIENCE
     _offer_best_tour(colony, best, generations)
-    while idle < patience and costs_differ(colony) and not stop.reached(generations, 0):
+    while idle < patience and costs_differ(colony) and not best.stop.now():
         following = next_generation(instance, colony, seed, workers)
         idle = 0 if _has_improved(colony.costs, following.costs, LITTLE if by_clock else 0.0) else idle + 1
         colony = following
         generations += 1
         _offer_best_tour(colony, best, generations)
         best.view = SearchView(instance, workers.log, partial(pheromone_of_tours, instance, colony.tours))
-        best.tell(generations)
+        yield
     return colony, generations
 
 
@@ -320,14 +323,14 @@ def run_colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
     """Run the colony search; the preset's work budget applies unless the options set a limit."""
     options, stop, best = run.options, run.stop, run.best
     visits = math.inf if options.is_limited else PRESETS[options.preset]
-    if options.iterations is not None:
-        stop.iterations = options.iterations
     threads = options.threads or os.cpu_count() or 1
-    with thread_pool(threads) as executor:
+    with thread_pool(threads, stop) as executor:
         workers = Workers(executor, threads, stop, WorkerLog.of(threads))
-        best.view = SearchView(instance, workers.log)
-        iterations = run_until_interrupted(
-            lambda: improve_by_colony(instance, options.seed, stop, best, workers, visits), best
+        best.view, began = SearchView(instance, workers.log), stop.elapsed()
+        first_tour(instance, BREADTH, best)
+        seconds = WHIMS * (stop.elapsed() - began) / threads
+        iterations = iterate(
+            improve_by_colony(instance, options.seed, best, workers, seconds, visits - instance.n), best
         )
     return SearchResult(best.tour, iterations, workers.log.figures())
 
@@ -335,4 +338,4 @@ def run_colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
 def warm_colony(instance: Instance, run: AlgorithmRun, large: bool) -> NDArray[np.int32]:
     """Call every kernel of `run_colony`; one iteration does not reach the final kicks, so they run separately."""
     run_colony(instance, run)
-    return warm_kicks(instance, replace(run, best=Best(Stop(cancelled=run.stop.cancelled))), large)
+    return warm_kicks(instance, replace(run, best=Best(replace(run.stop))), large)

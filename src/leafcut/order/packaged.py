@@ -56,11 +56,6 @@ def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResu
     best.progress = None if best.progress is None else ends
     try:
         found = algorithm.solve(instance, run)
-    except KeyboardInterrupt:
-        run.stop.cancelled.set()
-        if not len(best.tour):
-            raise
-        found = SearchResult(best.tour, best.iteration)
     except (LeafcutError, MemoryError):
         raise
     except Exception as problem:

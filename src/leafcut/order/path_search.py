@@ -9,9 +9,10 @@ import itertools
 import math
 import os
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import Executor, as_completed
 
 import numpy as np
+from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints
 from leafcut.kernels.cluster_paths import Clusters
@@ -25,9 +26,9 @@ from leafcut.order.kicks import LONGEST_REWRITE, OFFER_EVERY, kicks_per_iteratio
 from leafcut.order.literature.ants import Ants, initial_trails
 from leafcut.order.literature.choices import Choices
 from leafcut.order.literature.pheromone import AntParameters
-from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, run_until_interrupted, search
+from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, iterate, search
 from leafcut.order.stop import Stop
-from leafcut.order.workers import WorkerLog
+from leafcut.order.workers import WorkerLog, thread_pool
 
 #: Budget of a preset in kicks: per node, fewest and most.
 PRESETS = {"fast": (60, 5e3, 1e5), "default": (250, 2e4, 5e5), "thorough": (2000, 1e5, math.inf)}
@@ -86,10 +87,7 @@ class PathSearch:
         self.iteration = self.kicks = 0
 
     def run(self, most: float, start: Route, phase: float = PHASE) -> int:
-        """Improve a path to a local optimum, then by kicks, until `stop` or `most` kicks; return the iterations. A
-        small problem alternates between kicks and annealing; the first phase has `phase` kicks per node, each
-        further phase twice as many.
-        """
+        """Improve a path to a local optimum, then by kicks, until `stop` or `most` kicks; return the iterations."""
         instance = self.instance
         self.route = route_of(instance, start.node, start.enter, log=3 * instance.n + 1000)
         self._offer()
@@ -100,20 +98,28 @@ class PathSearch:
         if self.best.cost < self.cost:
             self._set_route(self.best.tour)
         self._is_worthwhile()
-        forgetting = PathAnnealing(instance, self.words, self.layers) if is_small(instance) else None
-        kicks = phase * max(instance.n, FEWEST_KICKS) if forgetting else math.inf
+        return iterate(self._kick_and_anneal(most, phase), self.best, self.iteration, self._report_progress)
+
+    def _kick_and_anneal(self, most: float, phase: float) -> Iterator[None]:
+        """Kick. A small problem alternates between kicks and annealing; the first phase has `phase` kicks per node,
+        each further phase twice as many.
+        """
+        if not is_small(self.instance):
+            yield from self._kick_by_schedule(most)
+            return
+        annealing = PathAnnealing(self.instance, self.words, self.layers)
+        kicks = phase * max(self.instance.n, FEWEST_KICKS)
         while True:
-            self._run_kick_schedule(min(kicks, most - self.kicks))
-            if forgetting is None or self._is_over(most):
-                return self.iteration
-            self._anneal(forgetting, int(min(kicks, most - self.kicks)))
+            yield from self._kick_by_schedule(min(self.kicks + kicks, most))
             if self._is_over(most):
-                return self.iteration
+                return
+            yield from self._anneal(annealing, int(min(kicks, most - self.kicks)))
+            if self._is_over(most):
+                return
             kicks *= 2
 
     def _is_over(self, most: float) -> bool:
-        reached = self.stop.reached(self.iteration, self.iteration - self.best.iteration)
-        return self.kicks >= most or reached or not self._is_worthwhile()
+        return self.kicks >= most or not self._is_worthwhile()
 
     def _is_worthwhile(self) -> bool:
         """Return whether more kicks are worth their time; always True for parallel searches, which the clock ends."""
@@ -124,11 +130,13 @@ class PathSearch:
         rules, route = self.instance.rules, self.route
         return max(self.cost - float(rules.service[route.enter].sum()), 0.0) / self.instance.n
 
-    def _run_kick_schedule(self, most: float) -> None:
-        away, most = 0, most + self.kicks
+    def _kick_by_schedule(self, most: float) -> Iterator[None]:
+        away = 0
         for heat, kicks in _kick_schedule(max(self.instance.n, FEWEST_KICKS)):
-            before = self.best.cost
-            self._kick(heat, min(kicks, most - self.kicks))
+            before, last = self.best.cost, min(self.kicks + kicks, most)
+            while self.kicks < last and self._is_worthwhile():
+                self._kick(heat, int(min(kicks_per_iteration(self.instance.n), last - self.kicks)))
+                yield
             if self._is_over(most):
                 return
             if heat == 0.0:
@@ -137,17 +145,13 @@ class PathSearch:
                     self._set_route(self.best.tour)
                     away = 0
 
-    def _anneal(self, forgetting: PathAnnealing, steps: int) -> None:
+    def _anneal(self, annealing: PathAnnealing, steps: int) -> Iterator[None]:
         """Anneal the best path and continue with the result; a step counts as a kick."""
-
-        def go_on(made: int) -> bool:
+        for path, made in annealing.anneal(self.best.tour, self.mean, steps, self.least):
             self.iteration, self.kicks = self.iteration + 1, self.kicks + made
-            self._report_progress(self.iteration)
-            return not self.stop.reached(self.iteration, self.iteration - self.best.iteration)
-
-        found = forgetting.anneal(self.best.tour, self.mean, steps, self.least, go_on)
-        self._set_route(found)
-        self._offer()
+            self._set_route(path)
+            self._offer()
+            yield
 
     def _descend(self) -> None:
         """Improve the path to a local optimum; exchanges that rewrite few positions come first."""
@@ -167,30 +171,16 @@ class PathSearch:
         route.queued[:], route.counts[:] = 0, 0
         self._offer()
 
-    def _kick(self, heat: float, kicks: float) -> None:
-        instance, stop, best = self.instance, self.stop, self.best
-        at_once = kicks_per_iteration(instance.n)
-        while kicks > 0 and not stop.reached(self.iteration, self.iteration - best.iteration):
-            count = int(min(at_once, kicks))
-            self.cost -= kick_route(
-                instance.cost,
-                self.route,
-                instance.rules,
-                self.breadth,
-                self.least,
-                heat * self.mean,
-                self.words,
-                0,
-                count,
-            )
-            self.iteration, self.kicks, kicks = self.iteration + 1, self.kicks + count, kicks - count
-            if self.cost < best.cost - self.least:
-                self._offer()
-            self._report_progress(self.iteration)
-            if not self._is_worthwhile():
-                return
+    def _kick(self, heat: float, kicks: int) -> None:
+        self.cost -= kick_route(
+            self.instance.cost, self.route, self.instance.rules, self.breadth, self.least, heat * self.mean,
+            self.words, 0, kicks,
+        )  # fmt: skip
+        self.iteration, self.kicks = self.iteration + 1, self.kicks + kicks
+        if self.cost < self.best.cost - self.least:
+            self._offer()
 
-    def _report_progress(self, iteration: int) -> None:
+    def _report_progress(self, iteration: int, _: NDArray[np.float64] | None = None) -> None:
         """Update the log; report the progress of the first of several searches."""
         self.log.ants[self.number], self.log.seconds[self.number] = self.kicks, self.stop.elapsed()
         if self.number == 0:
@@ -221,8 +211,6 @@ def _kick_schedule(n: int) -> Iterator[tuple[float, int]]:
 def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
     """Run one search per thread; each may restart from the best path of all. A work budget allows only one."""
     options, stop, best = run.options, run.stop, run.best
-    if options.iterations is not None:
-        stop.iterations = options.iterations
     kicks = math.inf if options.is_limited else budget(options.preset, instance.problem.n_clusters)
     only_time = options.iterations is None and options.time_limit is not None
     threads = (options.threads or os.cpu_count() or 1) if only_time else 1
@@ -230,23 +218,24 @@ def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
     log = WorkerLog.of(threads)
     searches = [PathSearch(instance, options.seed, best, number, layers, log) for number in range(threads)]
     best.view = SearchView(instance, log)
-
-    def work() -> int:
-        greedy = greedy_path(instance)
-        if layers is not None:
-            offer_path_of_ants(instance, layers, greedy, options.seed, best)
-        if threads == 1:
-            return searches[0].run(kicks, greedy)
-        with ThreadPoolExecutor(threads, thread_name_prefix="ants") as executor:
-            jobs = [executor.submit(one.run, kicks, greedy) for one in searches]
-            try:
-                return sum(job.result() for job in as_completed(jobs))
-            except BaseException:
-                stop.cancelled.set()  # otherwise the pool waits for the time limit
-                raise
-
-    iterations = run_until_interrupted(work, best)
+    greedy = greedy_path(instance)
+    if layers is not None:
+        offer_path_of_ants(instance, layers, greedy, options.seed, best)
+    with thread_pool(threads, stop) as executor:
+        if executor is None:
+            iterations = searches[0].run(kicks, greedy)
+        else:
+            iterations = _run_in_threads(executor, searches, kicks, greedy, stop)
     return SearchResult(best.tour, iterations, log.figures())
+
+
+def _run_in_threads(executor: Executor, searches: list[PathSearch], kicks: float, greedy: Route, stop: Stop) -> int:
+    jobs = [executor.submit(one.run, kicks, greedy) for one in searches]
+    try:
+        return sum(job.result() for job in as_completed(jobs))
+    except BaseException:
+        stop.cancelled.set()  # otherwise the pool waits for the time limit
+        raise
 
 
 def offer_path_of_ants(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -57,7 +58,7 @@ class SearchView:
 
 @dataclass
 class Best:
-    """The best tour so far and its history.
+    """The best known tour and its history.
 
     Attributes
     ----------
@@ -102,7 +103,7 @@ class Best:
         """Return the bound of the solution if it is already known; a cancelled search also uses `shown_bound`."""
         return self.known_bound if self.stop.cancelled.is_set() else self.bound
 
-    def tell(self, iteration: int, alone: bool = True, costs: NDArray[np.float64] | None = None) -> None:
+    def tell(self, iteration: int, costs: NDArray[np.float64] | None = None, alone: bool = True) -> None:
         """Report progress after an iteration with the `costs` of its tours; `alone`: the search waits for this call."""
         if self.progress is not None:
             shares = (iteration / max(self.stop.iterations, 1), self.stop.elapsed() / self.stop.seconds)
@@ -167,44 +168,47 @@ class Population(SearchView):
         """Learn from the tours of an iteration; does nothing by default."""
 
 
+def iterate(
+    steps: Iterator[NDArray[np.float64] | None], best: Best, iteration: int = 0,
+    report: Callable[[int, NDArray[np.float64] | None], None] | None = None,
+) -> int:  # fmt: skip
+    """Run an algorithm step by step until a stopping criterion holds; return the number of finished iterations.
+
+    A step constructs paths, improves them, offers the best, learns from them, and yields their costs, or None.
+    `iteration` is the number of earlier iterations; `report` shows progress.
+    """
+    stop, report = best.stop, report or best.tell
+    if not stop.reached(iteration, iteration - best.iteration):
+        for costs in steps:
+            iteration += 1
+            report(iteration, costs)
+            if stop.reached(iteration, iteration - best.iteration):
+                break
+    return iteration
+
+
 def search(population: Population, best: Best) -> int:
-    """Run an algorithm until a stopping criterion holds; return the number of finished iterations. The first of the
-    cheapest tours of an iteration counts, regardless of the thread. Ctrl-C keeps the best tour.
+    """Run a population algorithm; return the number of finished iterations. The first of the cheapest tours of an
+    iteration counts, regardless of the thread.
     """
     best.view = population
-
-    def run() -> int:
-        stop, iteration = best.stop, 0
-        while not stop.reached(iteration, iteration - best.iteration):
-            tours, costs = population.construct(iteration)
-            winner = int(np.argmin(costs))
-            best.offer(tours[winner], costs[winner], iteration)
-            if stop.now():
-                break
-            population.reinforce(iteration, tours, costs, best)
-            iteration += 1
-            best.tell(iteration, costs=costs)
-        return iteration
-
-    return run_until_interrupted(run, best)
+    return iterate(_generations(population, best), best)
 
 
-def run_until_interrupted(work: Callable[[], int], best: Best) -> int:
-    """Run `work` and return its iterations; Ctrl-C ends it and keeps the best tour, if any."""
-    try:
-        return work()
-    except KeyboardInterrupt:
-        best.stop.cancelled.set()
-        if not len(best.tour):
-            raise
-        return best.iteration
+def _generations(population: Population, best: Best) -> Iterator[NDArray[np.float64]]:
+    for iteration in itertools.count():
+        tours, costs = population.construct(iteration)
+        winner = int(np.argmin(costs))
+        best.offer(tours[winner], costs[winner], iteration)
+        if best.stop.now():
+            return
+        population.reinforce(iteration, tours, costs, best)
+        yield costs
 
 
 def set_budget(stop: Stop, options: SolveOptions, iterations: float, patience: float = math.inf) -> None:
-    """Set the iteration limit from the options; without it and without a time limit, use the preset's limits."""
-    if options.iterations is not None:
-        stop.iterations = options.iterations
-    elif options.time_limit is None:
+    """Set the limits of the preset, unless the options limit the time or the iterations."""
+    if not options.is_limited:
         stop.iterations = max(1, math.ceil(iterations))
         stop.patience = patience
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import threading
 from dataclasses import replace
 
@@ -23,7 +22,7 @@ from leafcut.order.exact import TRY_ALL, best_nodes, choose_nodes, is_exactly_so
 from leafcut.order.instance import path_cost
 from leafcut.order.precedence import broken_pair, checked_pairs, satisfies_pairs
 from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView
-from leafcut.order.stop import Deadline, PayoffLimit, Stop
+from leafcut.order.stop import Deadline, Stop
 
 
 def solve(
@@ -56,8 +55,7 @@ def solve(
     """
     options, aco, firefly = options or SolveOptions(), aco or AcoOptions(), firefly or FireflyOptions()
     cancelled, bounds = cancelled or threading.Event(), bounds or Deadline()
-    limit = math.inf if options.time_limit is None else options.time_limit
-    stop = Stop(seconds=limit, cancelled=cancelled, payoff_limit=PayoffLimit.of(options, problem))
+    stop = Stop.of(options, problem, cancelled)
     pairs = checked_pairs(problem)
     check_algorithm(options.algorithm)
     known = _order_without_search(problem, pairs, options)
@@ -81,7 +79,13 @@ def solve(
     if isinstance(observe, Study):
         observe.begin()
     compute_shown_bound(options, instance, best)
-    found = algorithm.search(instance, AlgorithmRun(options, aco, firefly, best))
+    try:
+        found = algorithm.search(instance, AlgorithmRun(options, aco, firefly, best))
+    except KeyboardInterrupt:
+        cancelled.set()
+        if not len(best.tour):
+            raise
+        found = SearchResult(best.view.result(best.tour), best.iteration, best.view.log.figures())
     solution = _solution(problem, instance.path(found.tour), options, found, best, instance.exact)
     if not options.bound:
         return solution

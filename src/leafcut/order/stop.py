@@ -81,6 +81,16 @@ class Stop:
     payoff_limit: PayoffLimit = field(default_factory=PayoffLimit)
     began: float = field(default_factory=lambda: clock())  # noqa: PLW0108  # whichever clock there is then
 
+    @classmethod
+    def of(cls, options: SolveOptions, problem: RoutingProblem, cancelled: threading.Event) -> Stop:
+        """Return the limits of the options."""
+        return cls(
+            iterations=math.inf if options.iterations is None else options.iterations,
+            seconds=math.inf if options.time_limit is None else options.time_limit,
+            cancelled=cancelled,
+            payoff_limit=PayoffLimit.of(options, problem),
+        )
+
     def elapsed(self) -> float:
         """Return the time since the start, s, without pauses."""
         return clock() - self.began

@@ -78,13 +78,17 @@ class Workers:
 
 
 @contextmanager
-def thread_pool(threads: int) -> Iterator[Executor | None]:
-    """Open a thread pool for the block; yield None for a single thread."""
+def thread_pool(threads: int, stop: Stop) -> Iterator[Executor | None]:
+    """Open a thread pool for the block; yield None for a single thread. Ctrl-C cancels the search."""
     if threads <= 1:
         yield None
         return
     with ThreadPoolExecutor(threads, thread_name_prefix="ants") as executor:
-        yield executor
+        try:
+            yield executor
+        except KeyboardInterrupt:
+            stop.cancelled.set()  # otherwise the pool waits for the tasks that run
+            raise
 
 
 def on_all_workers(executor: Executor | None, workers: int, work: Callable[[int], None]) -> None:

@@ -52,7 +52,7 @@ def run_ants(instance: Instance | DirectedInstance, run: AlgorithmRun) -> Search
         else:
             trails, executor = (
                 initial_trails(moves, parameters, c_nn, options.seed),
-                stack.enter_context(thread_pool(threads)),
+                stack.enter_context(thread_pool(threads, stop)),
             )
             ants = _ants_of(run.aco.parallel)(moves, trails, options.seed, stop, executor, threads)
         iterations = search(ants, best)

@@ -242,7 +242,7 @@ def run_fireflies(instance: Instance | DirectedInstance, run: AlgorithmRun) -> S
     options, stop, best = run.options, run.stop, run.best
     flight = Flight.of(run.firefly, limited=options.is_limited)
     threads = min(options.threads or os.cpu_count() or 1, flight.fireflies)
-    with thread_pool(threads) as executor:
+    with thread_pool(threads, stop) as executor:
         if isinstance(instance, DirectedInstance):
             swarm: Swarm = ChoiceFireflies(instance, flight, options, stop)
         elif flight.at_random:
