@@ -89,7 +89,7 @@ def optimize(
     progress
         Called with a `Progress` when a step starts and while it runs. It must be quick. An exception ends the run.
     observe
-        Called by the searches between their steps; see `leafcut.model.snapshot`.
+        Follows the searches; see `leafcut.model.snapshot`.
     cancelled
         Set it from another thread to stop the search and keep the best result.
     options

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from leafcut.model.problem import RoutingProblem
-from leafcut.model.snapshot import Snapshot
+from leafcut.model.snapshot import Observer, Snapshot
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order import stop
 from leafcut.order.instance import build_instance
@@ -38,14 +38,14 @@ def options(algorithm: str, **more: object) -> SolveOptions:
     return SolveOptions(algorithm=algorithm, iterations=4, threads=1, seed=3, **more)  # type: ignore[arg-type]
 
 
-class Eye:
+class Eye(Observer):
     """Takes every snapshot."""
 
     def __init__(self) -> None:
         self.seen: list[Snapshot] = []
         self.alone: list[bool] = []
 
-    def __call__(self, take: Take, alone: bool) -> None:
+    def show(self, take: Take, alone: bool) -> None:
         self.seen.append(take())
         self.alone.append(alone)
 
@@ -155,14 +155,15 @@ def test_the_clock_stands_still_while_an_observer_holds_the_search(monkeypatch: 
         now[0] += 0.001
         return now[0]
 
-    def hold(take: Take, alone: bool) -> None:
-        seen.append(take().seconds)
-        if alone and len(seen) <= 3:
-            now[0] += 0.4
+    class Hold(Observer):
+        def show(self, take: Take, alone: bool) -> None:
+            seen.append(take().seconds)
+            if alone and len(seen) <= 3:
+                now[0] += 0.4
 
     monkeypatch.setattr(stop, "clock", clock)
 
-    solve(points(40), SolveOptions(algorithm="mmas", time_limit=0.5, threads=1, bound=False), observe=hold)
+    solve(points(40), SolveOptions(algorithm="mmas", time_limit=0.5, threads=1, bound=False), observe=Hold())
     assert len(seen) > 4
     assert seen[3] < 0.5
 
@@ -174,8 +175,8 @@ def test_searches_in_threads_are_not_held_but_seen() -> None:
         pass
 
     class Glance(Eye):
-        def __call__(self, take: Take, alone: bool) -> None:
-            super().__call__(take, alone)
+        def show(self, take: Take, alone: bool) -> None:
+            super().show(take, alone)
             if len(self.seen) == 3:
                 raise Enough
 
@@ -187,11 +188,12 @@ def test_searches_in_threads_are_not_held_but_seen() -> None:
 
 
 def test_what_an_observer_raises_ends_the_search() -> None:
-    def broken(take: Take, alone: bool) -> None:
-        raise threading.BrokenBarrierError
+    class Broken(Observer):
+        def show(self, take: Take, alone: bool) -> None:
+            raise threading.BrokenBarrierError
 
     with pytest.raises(threading.BrokenBarrierError):
-        solve(points(40), options("mmas"), observe=broken)
+        solve(points(40), options("mmas"), observe=Broken())
 
 
 @pytest.mark.parametrize("closed", [False, True])

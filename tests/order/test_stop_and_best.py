@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 import threading
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.model.snapshot import Snapshot
+from leafcut.model.snapshot import Observer, Snapshot
 from leafcut.model.solution import WorkerFigures
-from leafcut.model.study import Study
 from leafcut.options import SolveOptions
 from leafcut.order import stop as module
 from leafcut.order.instance import build_instance
@@ -211,11 +211,12 @@ def test_an_observer_takes_a_snapshot_while_the_clock_stands_still(clock: Clock)
     instance = build_instance(RoutingProblem.of_points([(0, 0), (3, 0), (3, 4), (0, 4)], closed=True), 3)
     log, snapshots = WorkerLog([5], [1.5], [9.0]), []
 
-    def watch(take: object, alone: bool) -> None:
-        clock.now += 100.0
-        snapshots.append((take(), alone))  # type: ignore[operator]
+    class Watch(Observer):
+        def show(self, take: Callable[[], Snapshot], alone: bool) -> None:
+            clock.now += 100.0
+            snapshots.append((take(), alone))
 
-    best = Best(Stop(), service=2.0, shown_bound=3.0, view=SearchView(instance, log), observe=watch)
+    best = Best(Stop(), service=2.0, shown_bound=3.0, view=SearchView(instance, log), observer=Watch())
     best.tell(0)
     tour = np.argsort(instance.label).astype(np.int32)
     clock.now += 1.0
@@ -232,7 +233,7 @@ def test_an_observer_takes_a_snapshot_while_the_clock_stands_still(clock: Clock)
     assert second.path.tolist() == instance.places(tour).tolist()
     assert (second.cost, second.bound, second.iteration, second.seconds) == (16.0, 3.0, 1, 1.0)
     assert (second.workers, second.pheromone, third.seconds) == (figures, None, 1.0)
-    hidden = Best(Stop(), observe=watch, tour=tour, cost=14.0)
+    hidden = Best(Stop(), observer=Watch(), tour=tour, cost=14.0)
     hidden.tell(1)
     assert snapshots[-1][0].path.shape == (0, 2)
     assert SearchView(instance, log, lambda: "trails").parts(best) == {"workers": figures, "pheromone": "trails"}  # type: ignore
@@ -241,28 +242,28 @@ def test_an_observer_takes_a_snapshot_while_the_clock_stands_still(clock: Clock)
     assert SearchView().result(tour) is tour
 
 
-def test_a_study_gets_the_costs_of_an_iteration_with_service(clock: Clock) -> None:
+def test_an_observer_gets_the_costs_of_an_iteration_with_service(clock: Clock) -> None:
     noted: list[tuple[object, ...]] = []
 
-    class Notes(Study):
+    class Notes(Observer):
         def note(self, *given: object) -> None:
             noted.append(given)
 
-        def __call__(self, take: object, alone: bool) -> None:
+        def show(self, take: object, alone: bool) -> None:
             noted.append((alone,))
 
     class View(SearchView):
         def branching(self) -> float:
             return 2.5
 
-    best = Best(Stop(), service=2.0, cost=8.0, view=View(), observe=Notes())
+    best = Best(Stop(), service=2.0, cost=8.0, view=View(), observer=Notes())
     clock.now += 3.0
     best.tell(4, costs=np.array([8.0, 9.0]))
     best.tell(5)
     (iteration, seconds, cost, costs, branching), _, without, _ = noted
-    assert (iteration, seconds, cost, branching) == (4, 3.0, 10.0, 2.5)
+    assert (iteration, seconds, cost, branching()) == (4, 3.0, 10.0, 2.5)  # type: ignore[operator]
     assert costs.tolist() == [10.0, 11.0]  # type: ignore[attr-defined]
-    assert without == (5, 3.0, 10.0, None, 2.5)
+    assert without == (5, 3.0, 10.0, None, branching)
 
 
 def test_the_work_of_each_worker_is_added_up() -> None:

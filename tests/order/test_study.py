@@ -14,7 +14,7 @@ import pytest
 from leafcut.kernels.pheromone import branching_factor
 from leafcut.model import study as room
 from leafcut.model.problem import RoutingProblem
-from leafcut.model.snapshot import Snapshot
+from leafcut.model.snapshot import Observer, Snapshot
 from leafcut.model.study import Study
 from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.instance import build_instance
@@ -131,13 +131,13 @@ def test_of_a_long_search_every_second_or_fourth_iteration_is_kept_and_the_newes
     assert rows[-1][2:6] == (65.0, 3.0, 4.0, 5.0)
 
 
-class Steps:
+class Steps(Observer):
     """Takes every snapshot."""
 
     def __init__(self) -> None:
         self.seen: list[Snapshot] = []
 
-    def __call__(self, take, alone: bool) -> None:  # type: ignore[no-untyped-def]
+    def show(self, take, alone: bool) -> None:  # type: ignore[no-untyped-def]
         self.seen.append(take())
 
 

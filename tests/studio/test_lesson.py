@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 import pytest
 
 from leafcut.model.problem import RoutingProblem
-from leafcut.model.snapshot import SearchStep
+from leafcut.model.snapshot import Observer, SearchStep
 from leafcut.options import LITERATURE, SolveOptions
 from leafcut.order.solve import solve
 from leafcut.studio.page.formulas import formula, frac, number, plain, sub
@@ -20,11 +20,12 @@ XY = [(0.0, 0.0), (9.0, 1.0), (8.0, 7.0), (3.0, 9.0), (1.0, 5.0), (5.0, 4.0), (6
 def steps_of(algorithm: str) -> list[SearchStep]:
     seen: list[SearchStep] = []
 
-    def look(take, alone: bool) -> None:  # type: ignore[no-untyped-def]
-        seen.append(take().step)
+    class Look(Observer):
+        def show(self, take, alone: bool) -> None:  # type: ignore[no-untyped-def]
+            seen.append(take().step)
 
     options = SolveOptions(algorithm=algorithm, iterations=6, threads=1, local_search=False)
-    solve(RoutingProblem.of_points(XY, closed=True), options, observe=look)
+    solve(RoutingProblem.of_points(XY, closed=True), options, observe=Look())
     return seen
 
 

@@ -88,11 +88,11 @@ def test_a_paused_search_makes_one_step_per_request(clock: Clock) -> None:
 
     clock.on_wait = page
     for step in (1, 2, 3):
-        watch(Pictures(), True)
+        watch.show(Pictures(), True)
         assert clock.waits == 5 * step
     assert any(isinstance(message, Picture) and message.can_hold for message in sent)
     watch.pause(False)
-    watch(Pictures(), True)
+    watch.show(Pictures(), True)
     assert clock.waits == 15
 
 
@@ -101,25 +101,25 @@ def test_a_search_with_a_speed_makes_that_many_steps_per_second(clock: Clock) ->
     clock.on_wait = watch.look
     start = clock.now
     for _ in range(41):
-        watch(Pictures(), True)
+        watch.show(Pictures(), True)
     assert clock.now - start == pytest.approx(40 / 20.0)
     watch.go(None)
     waits = clock.waits
     for _ in range(100):
-        watch(Pictures(), True)
+        watch.show(Pictures(), True)
     assert clock.waits == waits
 
 
 def test_a_search_without_a_page_is_neither_held_nor_seen(clock: Clock) -> None:
     watch, take = observer(paused=True), Pictures()
     start = clock.now
-    watch(take, True)
+    watch.show(take, True)
     assert watching.LEFT_ALONE <= clock.now - start < watching.LEFT_ALONE + 2 * watching.EVERY
     taken, waits = take.taken, clock.waits
-    watch(take, True)
+    watch.show(take, True)
     assert (take.taken, clock.waits) == (taken, waits)
     watch.look()
-    watch(take, False)
+    watch.show(take, False)
     assert take.taken == taken + 1
 
 
@@ -158,7 +158,7 @@ def test_a_released_search_is_held_no_more(clock: Clock) -> None:
 
     clock.on_wait = page
     for _ in range(20):
-        watch(Pictures(), True)
+        watch.show(Pictures(), True)
     assert clock.waits == 3
 
 
@@ -175,7 +175,7 @@ def test_snapshots_are_at_least_a_tenth_of_a_second_apart(clock: Clock) -> None:
         end = clock.now + 1.0
         while clock.now < end:
             watch.look()
-            watch(picture, False)
+            watch.show(picture, False)
             clock.now += 0.001
         assert take.taken == pytest.approx(expected, abs=1)
 

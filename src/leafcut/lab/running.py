@@ -286,7 +286,7 @@ class SearchStudy(Study):
 
     def note(
         self, number: int, seconds: float, shortest: float, costs: Floats | None = None,
-        branching: float | None = None, working: float = 0.0,
+        branching: Callable[[], float | None] = lambda: None, working: float = 0.0,
     ) -> None:  # fmt: skip
         """Record an iteration, its processor time and the time of its workers."""
         super().note(number, seconds, shortest, costs, branching, working)

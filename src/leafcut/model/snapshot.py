@@ -1,4 +1,4 @@
-"""`Snapshot`: the state of a search for observers, and the type of an observer."""
+"""`Snapshot`: the state of a search for an `Observer`."""
 
 from __future__ import annotations
 
@@ -91,7 +91,22 @@ class Snapshot:
     step: SearchStep | None = None
 
 
-#: A function that a search calls between its steps. The first argument is a function that takes a snapshot; it is valid
-#: only during the call. The second argument states whether the whole search waits for the call with its clock stopped.
-#: The observer does not change the result. It must return quickly, and should take a snapshot only if a user watches.
-Observer = Callable[[Callable[[], Snapshot], bool], None]
+class Observer:
+    """Follows searches without changing their results. Every method does nothing by default, and must be quick."""
+
+    def begin(self) -> None:
+        """Called before each search."""
+
+    def note(
+        self, number: int, seconds: float, shortest: float, costs: NDArray[np.float64] | None = None,
+        branching: Callable[[], float | None] = lambda: None, working: float = 0.0,
+    ) -> None:  # fmt: skip
+        """Called after each iteration with its number, the time since the start, and the cost of the best path;
+        `costs` are the costs of its paths, inf for unfinished paths; `branching` returns the mean λ-branching factor;
+        `working` is the time that all workers together have worked so far, s.
+        """
+
+    def show(self, take: Callable[[], Snapshot], alone: bool) -> None:
+        """Called after `note`. `take` returns a snapshot and is valid only during the call; take one only if a user
+        watches. `alone`: the whole search waits for the call, with its clock stopped.
+        """

@@ -39,21 +39,20 @@ class Iteration(NamedTuple):
     branching: float | None = None
 
 
-class Study:
+class Study(Observer):
     """An observer that records every iteration, and forwards calls to another observer.
 
     Pass it as `observe` to a search. It does not change the result.
     """
 
     def __init__(self, observer: Observer | None = None) -> None:
-        self.observer = observer
+        self.observer = observer or Observer()
         self.searches: list[_ThinnedIterations] = []
         self._lock = threading.Lock()
 
-    def __call__(self, take: Callable[[], Snapshot], alone: bool) -> None:
+    def show(self, take: Callable[[], Snapshot], alone: bool) -> None:
         """Forward the call to the wrapped observer."""
-        if self.observer is not None:
-            self.observer(take, alone)
+        self.observer.show(take, alone)
 
     def begin(self) -> None:
         """Start the record of another search."""
@@ -62,13 +61,11 @@ class Study:
 
     def note(
         self, number: int, seconds: float, shortest: float, costs: NDArray[np.float64] | None = None,
-        branching: float | None = None, working: float = 0.0,
+        branching: Callable[[], float | None] = lambda: None, working: float = 0.0,
     ) -> None:  # fmt: skip
-        """Record an iteration; `costs` are the costs of its paths, inf for unfinished paths. `working` is the time that
-        all workers together have worked so far, s; it is not recorded.
-        """
+        """Record an iteration."""
         done = np.zeros(0) if costs is None else costs[np.isfinite(costs)]
-        row = Iteration(number, seconds, shortest, branching=branching)
+        row = Iteration(number, seconds, shortest, branching=branching())
         if len(done):
             row = row._replace(best=float(done.min()), mean=float(done.mean()), worst=float(done.max()))
         with self._lock:

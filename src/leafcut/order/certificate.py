@@ -53,9 +53,7 @@ def set_target_from_gap(options: SolveOptions, instance: AnyInstance, best: Best
 
 def compute_shown_bound(options: SolveOptions, instance: AnyInstance, best: Best) -> None:
     """Compute a lower bound for an observed search, with the clock stopped; it does not change the result."""
-    if not (best.observe is not None and best.bound is None and options.bound):
-        return
-    if instance.problem.n_clusters > MOST_BOUNDED:
+    if not options.bound or best.bound is not None or instance.problem.n_clusters > MOST_BOUNDED:
         return
     with best.stop.paused():
         best.shown_bound = _first_bound(instance, best.stop.cancelled, best.stop.cancelled.is_set)

@@ -29,12 +29,10 @@ MOST_SUMS = 2e8
 
 
 def try_all_orders(problem: RoutingProblem, pairs: Ints) -> Ints:
-    """Return the cheapest order int32[clusters] of at most `TRY_ALL` clusters under the precedence int32[k, 2]."""
-    orders = [np.array(o, dtype=np.int32) for o in itertools.permutations(range(problem.n_clusters))]
-    return min(
-        (o for o in orders if satisfies_pairs(pairs, o)),
-        key=lambda order: path_cost(problem, choose_nodes(problem, order)),
-    )
+    """Return the nodes of the cheapest path through at most `TRY_ALL` clusters under the precedence int32[k, 2]."""
+    orders = (np.array(o, dtype=np.int32) for o in itertools.permutations(range(problem.n_clusters)))
+    paths = (choose_nodes(problem, order) for order in orders if satisfies_pairs(pairs, order))
+    return min(paths, key=lambda nodes: path_cost(problem, nodes))
 
 
 def choose_nodes(problem: RoutingProblem, order: NDArray[np.int32]) -> Ints:

@@ -6,6 +6,7 @@ import itertools
 import math
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,7 +17,6 @@ from leafcut.geometry.arrays import Ints
 from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.model.snapshot import Observer, Pheromone, Snapshot
 from leafcut.model.solution import WorkerFigures, gap
-from leafcut.model.study import Study
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.directed import AnyInstance
 from leafcut.order.stop import Stop
@@ -76,7 +76,7 @@ class Best:
     bound: float | None = None
     shown_bound: float | None = None
     view: SearchView = field(default_factory=SearchView)
-    observe: Observer | None = None
+    observer: Observer = field(default_factory=Observer)
     tour: NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
     cost: float = math.inf
     iteration: int = 0
@@ -109,16 +109,10 @@ class Best:
             shares = (iteration / max(self.stop.iterations, 1), self.stop.elapsed() / self.stop.seconds)
             cost = self.cost + self.service
             self.progress(Progress("searching", min(1.0, max(shares)), cost, gap(cost, self.known_bound)))
-        if self.observe is None:
-            return
-        if alone:
-            with self.stop.paused():
-                self._show(self.observe, iteration, alone, costs)
-        else:
-            self._show(self.observe, iteration, alone, costs)
+        with self.stop.paused() if alone else nullcontext():
+            self._show(iteration, costs, alone)
 
-    def _show(self, observe: Observer, iteration: int, alone: bool, costs: NDArray[np.float64] | None) -> None:
-        """Call the observer, and give a study the figures of the iteration."""
+    def _show(self, iteration: int, costs: NDArray[np.float64] | None, alone: bool) -> None:
         seconds, view = self.stop.elapsed(), self.view
 
         def take() -> Snapshot:
@@ -127,10 +121,9 @@ class Best:
             path = view.shown.places(view.result(tour)) if view.shown is not None and len(tour) else np.zeros((0, 2))
             return Snapshot(path, cost + self.service, self.known_bound, iteration, seconds, **view.parts(self))
 
-        if isinstance(observe, Study):
-            whole = None if costs is None else costs + self.service
-            observe.note(iteration, seconds, self.cost + self.service, whole, view.branching(), sum(view.log.seconds))
-        observe(take, alone)
+        whole, worked = None if costs is None else costs + self.service, sum(view.log.seconds)
+        self.observer.note(iteration, seconds, self.cost + self.service, whole, view.branching, worked)
+        self.observer.show(take, alone)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ from leafcut.model.heartbeat import OnProgress
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution
-from leafcut.model.study import Study
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.algorithms import algorithm_for, check_algorithm, check_options, needs_choices, warm_up
 from leafcut.order.certificate import certify, compute_shown_bound, set_target_from_gap
@@ -43,7 +42,7 @@ def solve(
     progress
         Called after every iteration (`model.heartbeat`).
     observe
-        Called after every iteration (`model.snapshot`); it does not change the answer.
+        Follows the search without changing the answer (`model.snapshot`).
     cancelled
         Set it from another thread to stop and keep the best path. Ctrl-C does the same.
     bounds
@@ -55,30 +54,23 @@ def solve(
     """
     options, aco, firefly = options or SolveOptions(), aco or AcoOptions(), firefly or FireflyOptions()
     cancelled, bounds = cancelled or threading.Event(), bounds or Deadline()
-    stop = Stop.of(options, problem, cancelled)
-    pairs = checked_pairs(problem)
+    stop, pairs = Stop.of(options, problem, cancelled), checked_pairs(problem)
     check_algorithm(options.algorithm)
-    known = _order_without_search(problem, pairs, options)
+    known = _order_without_search(problem, pairs, options, stop)
     if known is not None:
-        order, name, bound = known
-        solution = _solution(
-            problem, order, options, SearchResult(order), Best(Stop(cancelled=cancelled, began=stop.began))
-        )
-        solution = replace(solution, algorithm=name)
+        solution, bound = known
         return certify(problem, solution, bound, cancelled, deadline=bounds) if options.bound else solution
     algorithm = algorithm_for(problem, options)
     options = replace(options, algorithm=algorithm.name)
     check_options(problem, algorithm, options, aco, firefly)
     with stop.paused():
         warm_up(problem, options, firefly)
-    best = Best(stop, progress)
     instance = algorithm.instance(problem, options.candidates)
-    best.service, best.view = instance.service, SearchView(instance)
+    best = Best(stop, progress, instance.service, view=SearchView(instance), observer=observe or Observer())
     set_target_from_gap(options, instance, best, bounds)
-    best.observe = observe
-    if isinstance(observe, Study):
-        observe.begin()
-    compute_shown_bound(options, instance, best)
+    best.observer.begin()
+    if observe is not None:
+        compute_shown_bound(options, instance, best)
     try:
         found = algorithm.search(instance, AlgorithmRun(options, aco, firefly, best))
     except KeyboardInterrupt:
@@ -86,20 +78,32 @@ def solve(
         if not len(best.tour):
             raise
         found = SearchResult(best.view.result(best.tour), best.iteration, best.view.log.figures())
-    solution = _solution(problem, instance.path(found.tour), options, found, best, instance.exact)
-    if not options.bound:
-        return solution
-    return certify(problem, solution, best.final_bound(), cancelled, instance, bounds)
+    nodes = choose_nodes(problem, instance.path(found.tour))
+    cost, seconds = path_cost(problem, nodes), stop.elapsed()
+    solution = Solution(
+        nodes=nodes,
+        cost=cost,
+        unit=problem.metric.unit,
+        algorithm=algorithm.name,
+        seed=options.seed,
+        iterations=found.iterations,
+        seconds=seconds,
+        history=_history(best, seconds, cost, instance.exact),
+        workers=found.workers,
+        stopped_early=cancelled.is_set() or seconds >= stop.seconds,
+        spared=stop.payoff_limit.spared,
+    )
+    return certify(problem, solution, best.final_bound(), cancelled, instance, bounds) if options.bound else solution
 
 
 def _order_without_search(
-    problem: RoutingProblem, pairs: Ints, options: SolveOptions
-) -> tuple[Ints, str, float | None] | None:
-    """Return the order of the drawing for `none`, or the exact order of a few clusters, whose cost is the bound; the
-    algorithm's name; and the lower bound. None if a search is needed.
+    problem: RoutingProblem, pairs: Ints, options: SolveOptions, stop: Stop
+) -> tuple[Solution, float | None] | None:
+    """Return the order of the drawing for `none`, or the exact order of a few clusters, with its lower bound; None if
+    a search is needed.
     """
-    few = problem.n_clusters <= TRY_ALL
-    if options.algorithm == "none":
+    name, few, bound = options.algorithm, problem.n_clusters <= TRY_ALL, None
+    if name == "none":
         order = np.arange(problem.n_clusters, dtype=np.int32)
         broken = broken_pair(pairs, order)
         if broken is not None:
@@ -107,41 +111,23 @@ def _order_without_search(
                 f"the order as drawn has cluster {broken[1]} before cluster {broken[0]}, which must come first; "
                 "use --algorithm auto"
             )
-        return order, "none", _cost(problem, try_all_orders(problem, pairs)) if few else None
-    if few:
-        order = try_all_orders(problem, pairs)
-        return order, "colony" if options.algorithm == "auto" else options.algorithm, _cost(problem, order)
-    if options.algorithm == "auto" and needs_choices(problem) and is_exactly_solvable(problem):
+        nodes = choose_nodes(problem, order)
+    elif few:
+        nodes, name = try_all_orders(problem, pairs), "colony" if name == "auto" else name
+    elif name == "auto" and needs_choices(problem) and is_exactly_solvable(problem):
         refuse_ends_with_cost_table(problem)
-        order = problem.cluster[best_nodes(problem, pairs)].astype(np.int32)
-        return order, "exact", _cost(problem, order)
-    return None
-
-
-def _cost(problem: RoutingProblem, order: Ints) -> float:
-    return path_cost(problem, choose_nodes(problem, order))
-
-
-def _solution(
-    problem: RoutingProblem, order: Ints, options: SolveOptions, found: SearchResult, best: Best, exact: bool = True
-) -> Solution:
-    """Return the solution; `exact`: the costs in the search history are costs of real paths."""
-    nodes = choose_nodes(problem, order)
+        nodes, name = best_nodes(problem, pairs), "exact"
+    else:
+        return None
     cost = path_cost(problem, nodes)
-    seconds = best.stop.elapsed()
-    return Solution(
-        nodes=nodes,
-        cost=cost,
-        unit=problem.metric.unit,
-        algorithm=options.algorithm,
-        seed=options.seed,
-        iterations=found.iterations,
-        seconds=seconds,
-        history=_history(best, seconds, cost, exact),
-        workers=found.workers,
-        stopped_early=best.stop.cancelled.is_set() or seconds >= best.stop.seconds,
-        spared=best.stop.payoff_limit.spared,
-    )
+    if few and name == "none":
+        bound = path_cost(problem, try_all_orders(problem, pairs))
+    elif name != "none":
+        bound = cost
+    seconds, stopped = stop.elapsed(), stop.cancelled.is_set()
+    unit, history = problem.metric.unit, ((seconds, cost),)
+    solution = Solution(nodes, cost, unit, name, options.seed, seconds=seconds, history=history, stopped_early=stopped)
+    return solution, bound
 
 
 def _history(best: Best, seconds: float, cost: float, exact: bool) -> tuple[tuple[float, float], ...]:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from leafcut.model.snapshot import Snapshot
+from leafcut.model.snapshot import Observer, Snapshot
 from leafcut.model.study import Iteration, Study
 
 #: Minimum interval between snapshots, s; the same as a multiple of the duration of a snapshot.
@@ -96,7 +96,7 @@ class Watch:
         self._send("go", speed)
 
 
-class PageObserver:
+class PageObserver(Observer):
     """The observer of a search, controlled by a `Watch` in another process.
 
     It takes snapshots only while a page is open. While paused, the search waits between two steps; a speed limits
@@ -112,7 +112,7 @@ class PageObserver:
         self._looked, self._next, self._stepped = time.perf_counter(), 0.0, 0.0
         self.study: Study | None = None
 
-    def __call__(self, take: Callable[[], Snapshot], alone: bool) -> None:
+    def show(self, take: Callable[[], Snapshot], alone: bool) -> None:
         """Take a snapshot if a page is open, and hold the search if requested.
 
         `take` returns a snapshot. `alone`: the whole search waits during this call, so it can be held.
