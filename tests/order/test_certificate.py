@@ -19,7 +19,8 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import gap
 from leafcut.options import SolveOptions
 from leafcut.order import stop as stop_module
-from leafcut.order.certificate import lower_bound_with_service, symmetric_relaxation
+from leafcut.order.bound import lower_bound
+from leafcut.order.certificate import symmetric_relaxation
 from leafcut.order.instance import build_instance, path_cost
 from leafcut.order.search import Best
 from leafcut.order.solve import keep_better, solve
@@ -390,4 +391,4 @@ def test_a_relaxation_takes_the_cheapest_way_and_the_cheapest_work(kind: str, cl
     service = [min(problem.service[m]) for m in members] + [0.0] * (not closed)
     assert relaxed.service.tolist() == service
     # The problem itself has no tour that stands for its path, so no bound of its own.
-    assert lower_bound_with_service(build_instance(problem, 5), 1e9, threading.Event()) is None
+    assert lower_bound(build_instance(problem, 5), 1e9) is None

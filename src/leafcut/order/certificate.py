@@ -43,7 +43,7 @@ def set_target_from_gap(options: SolveOptions, instance: AnyInstance, best: Best
         return
     stop = best.stop
     with stop.paused(), deadline.running(stop.cancelled) as late:
-        best.bound = _first_bound(instance, stop.cancelled, late) if instance.exact else None
+        best.bound = _prove_bound(instance.problem, instance, None, stop.cancelled, late) if instance.exact else None
         over = late()
     if best.bound is not None:
         stop.target = best.bound * (1.0 + options.target_gap / 100.0) - best.service
@@ -55,25 +55,32 @@ def compute_shown_bound(options: SolveOptions, instance: AnyInstance, best: Best
     """Compute a lower bound for an observed search, with the clock stopped; it does not change the result."""
     if not options.bound or best.bound is not None or instance.problem.n_clusters > MOST_BOUNDED:
         return
+    cancelled = best.stop.cancelled
     with best.stop.paused():
-        best.shown_bound = _first_bound(instance, best.stop.cancelled, best.stop.cancelled.is_set)
+        best.shown_bound = _prove_bound(instance.problem, instance, None, cancelled, cancelled.is_set)
 
 
-def _first_bound(instance: AnyInstance, cancelled: threading.Event, late: Callable[[], bool]) -> float | None:
-    relaxed = tour_instance(instance.problem, instance, late)
+def _prove_bound(
+    problem: RoutingProblem, instance: AnyInstance | None, cost: float | None, cancelled: threading.Event,
+    late: Callable[[], bool],
+) -> float | None:  # fmt: skip
+    """Return a lower bound on the cost of any path of the problem, or None. `cost` is that of a known path, if any;
+    `instance` is used again if the relaxed problem is the same.
+    """
+    from leafcut.order.bound import lower_bound
+
+    relaxed = symmetric_relaxation(problem, late)
     if relaxed is None:
         return None
-    return lower_bound_with_service(relaxed, relaxed.length(nearest_neighbour(relaxed)), cancelled, late)
-
-
-def tour_instance(
-    problem: RoutingProblem, instance: AnyInstance | None, late: Callable[[], bool] = lambda: False
-) -> Instance | None:
-    """Return the instance of the `symmetric_relaxation`; reuse `instance` if the problem is unchanged."""
-    relaxed = symmetric_relaxation(problem, late)
-    if isinstance(instance, Instance) and relaxed is problem:
-        return instance
-    return None if relaxed is None else build_instance(relaxed, CANDIDATES)
+    if relaxed is not problem or not isinstance(instance, Instance):
+        instance = build_instance(relaxed, CANDIDATES)
+    upper = instance.length(nearest_neighbour(instance)) if cost is None else cost - instance.service
+    try:
+        bound = lower_bound(instance, upper, stop=late)
+    except KeyboardInterrupt:
+        cancelled.set()
+        return None
+    return None if bound is None else bound + instance.service
 
 
 def _no_bound(problem: RoutingProblem) -> SolveError:
@@ -124,27 +131,7 @@ def certify(
     """
     if bound is None and not cancelled.is_set():
         with (deadline or Deadline()).running(cancelled) as late:
-            relaxed = tour_instance(problem, instance, late)
-            if relaxed is not None:
-                bound = lower_bound_with_service(relaxed, solution.cost - relaxed.service, cancelled, late)
+            bound = _prove_bound(problem, instance, solution.cost, cancelled, late)
     if bound is None or bound > solution.cost + ROUNDING * abs(solution.cost):
         return solution
     return replace(solution, lower_bound=min(bound, solution.cost))
-
-
-def lower_bound_with_service(
-    instance: Instance, upper: float, cancelled: threading.Event, late: Callable[[], bool] = lambda: False
-) -> float | None:
-    """Return a lower bound on the cost of any path of the problem, including service, or None; `upper` is the travel
-    cost of a known path. Ends when `cancelled` is set or `late` returns True.
-    """
-    from leafcut.order.bound import lower_bound
-
-    if not instance.exact:
-        return None
-    try:
-        bound = lower_bound(instance, upper, stop=lambda: cancelled.is_set() or late())
-    except KeyboardInterrupt:
-        cancelled.set()
-        return None
-    return None if bound is None else bound + instance.service
