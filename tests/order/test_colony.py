@@ -220,7 +220,7 @@ def test_a_run_has_the_work_budget_of_its_preset_unless_it_is_limited(
         best.offer(np.arange(20, dtype=np.int32), 70.0, 4)
         yield from [None] * 9
 
-    monkeypatch.setattr(colony_module.os, "cpu_count", lambda: cores)
+    monkeypatch.setattr("os.cpu_count", lambda: cores)
     monkeypatch.setattr(colony_module, "improve_by_colony", improve)
     found = run_colony(instance, AlgorithmRun(options, AcoOptions(), FireflyOptions(), best))
     ((first, seed, same, crew, _, budget),) = seen

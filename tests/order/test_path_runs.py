@@ -69,7 +69,7 @@ def test_a_search_per_thread_runs_if_only_the_time_is_limited(
         best.offer(np.arange(N, dtype=np.int32), 50.0, 0)
         return 5 + self.number
 
-    monkeypatch.setattr(path_search.os, "cpu_count", lambda: cores)
+    monkeypatch.setattr("os.cpu_count", lambda: cores)
     monkeypatch.setattr(path_search, "is_small", lambda one: small and one is instance)
     monkeypatch.setattr(path_search, "offer_path_of_ants", lambda *given: before.append(given))
     monkeypatch.setattr(PathSearch, "run", ran_by)

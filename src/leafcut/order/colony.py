@@ -12,7 +12,6 @@ and S. Kobayashi, INFORMS J. Computing 25 (2013) (edge assembly crossover, pairi
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
@@ -40,7 +39,7 @@ from leafcut.order.kicks import (
 from leafcut.order.pheromone_view import pheromone_of_tours
 from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, iterate
 from leafcut.order.stop import Stop
-from leafcut.order.workers import Share, WorkerLog, Workers, thread_pool
+from leafcut.order.workers import Share, WorkerLog, Workers, thread_count, thread_pool
 
 #: Candidates tried at each depth of an exchange, for building a tour and for repairing a recombined one.
 BREADTH = (0, 8, 5, 3, 1)
@@ -323,7 +322,7 @@ def run_colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
     """Run the colony search; the preset's work budget applies unless the options set a limit."""
     options, stop, best = run.options, run.stop, run.best
     visits = math.inf if options.is_limited else PRESETS[options.preset]
-    threads = options.threads or os.cpu_count() or 1
+    threads = thread_count(options)
     with thread_pool(threads, stop) as executor:
         workers = Workers(executor, threads, stop, WorkerLog.of(threads))
         best.view, began = SearchView(instance, workers.log), stop.elapsed()

@@ -17,7 +17,7 @@ from leafcut.errors import SolveError
 from leafcut.geometry.arrays import Ints, Points
 from leafcut.kernels.candidates import fill_directed_candidates
 from leafcut.kernels.cost import CostModel
-from leafcut.kernels.route import BLOCK, RING, TWISTED, Lists, Route, Rules, build_cheapest_path
+from leafcut.kernels.route import BLOCK, RING, TWISTED, Lists, Route, Rules, build_cheapest_path, recompute_bias
 from leafcut.model.problem import RoutingProblem
 from leafcut.order.instance import (
     PER_QUADRANT,
@@ -31,6 +31,7 @@ from leafcut.order.instance import (
     costs_of_edges,
     is_directed,
     nearby_buffers,
+    nodes_by_cluster,
 )
 from leafcut.order.precedence import CLOSURE_LIMIT, checked_pairs, compressed_rows, impossible_moves_and_reduction
 
@@ -149,7 +150,7 @@ def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
     if len(pairs) and m <= CLOSURE_LIMIT:
         barred, pairs = impossible_moves_and_reduction(pairs, m)
     cost, ends, beyond = _cost(problem, twisted)
-    way, begin = _nodes_by_cluster(problem)
+    way, begin = nodes_by_cluster(problem)
     near, back = _candidates(problem, cost, way, beyond, k + (k // 2 if len(pairs) else 0))
     near, back = _feasible_candidates(near, pairs, barred, False, k), _feasible_candidates(back, pairs, barred, True, k)
     enter = way[begin[:m]]
@@ -197,6 +198,13 @@ def route_of(instance: DirectedInstance, node: Ints, enter: Ints, log: int = 0) 
     return route
 
 
+def queue_all(instance: DirectedInstance, route: Route) -> None:
+    """Put all nodes into the empty queue. Changes: queue, queued, counts, bias, shift."""
+    route.queue[:], route.queued[:] = route.node, 1
+    route.counts[:2] = 0, instance.n
+    recompute_bias(instance.cost, route)
+
+
 def greedy_path(instance: DirectedInstance) -> Route:
     """Return the path that always continues with the cheapest unlocked cluster."""
     n, rules = instance.n, instance.rules
@@ -219,7 +227,7 @@ def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: Fals
     """
     refuse_ends_with_cost_table(problem)
     moves, m = MoveCosts(problem), problem.n_clusters
-    way, begin = _nodes_by_cluster(problem)
+    way, begin = nodes_by_cluster(problem)
     least = np.zeros((m, m) if problem.closed else (m + 1, m + 1))
     for c, (first, last) in enumerate(pairwise(begin.tolist())):
         if late():
@@ -250,13 +258,6 @@ def _cost(problem: RoutingProblem, twisted: bool) -> tuple[CostModel, tuple[np.i
     rest = np.array([*given, (0.0, 0.0)], dtype=np.float64)
     cost = cost_model(problem.metric, np.concatenate([places, rest]), free=free if len(given) < 2 else -1)
     return cost, ends, beyond
-
-
-def _nodes_by_cluster(problem: RoutingProblem) -> tuple[Ints, Ints]:
-    """Return the nodes by cluster, int32[nodes], and the first index of each cluster, int32[clusters + 1]."""
-    way = np.argsort(problem.cluster, kind="stable").astype(np.int32)
-    begin = np.searchsorted(problem.cluster[way], np.arange(problem.n_clusters + 1))
-    return way, begin.astype(np.int32)
 
 
 def _candidates(problem: RoutingProblem, cost: CostModel, way: Ints, beyond: int, k: int) -> tuple[Listed, Listed]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Ints
 from leafcut.model.problem import RoutingProblem
-from leafcut.order.instance import MoveCosts, path_cost
+from leafcut.order.instance import MoveCosts, nodes_by_cluster, path_cost
 from leafcut.order.precedence import satisfies_pairs
 
 #: Maximum number of clusters for comparing all orders: local search needs at least five nodes.
@@ -37,13 +37,10 @@ def try_all_orders(problem: RoutingProblem, pairs: Ints) -> Ints:
 
 def choose_nodes(problem: RoutingProblem, order: NDArray[np.int32]) -> Ints:
     """Return the nodes int32[clusters] of the cheapest path for a given order of clusters."""
-    way = np.argsort(problem.cluster, kind="stable").astype(np.int32)
+    nodes, begin = nodes_by_cluster(problem)
     if problem.n_nodes == problem.n_clusters:
-        return way[order]
-    ends = np.cumsum(np.bincount(problem.cluster))
-    layers = [
-        way[ends[c] - count : ends[c]] for c, count in zip(order, np.bincount(problem.cluster)[order], strict=True)
-    ]
+        return nodes[order]
+    layers = [nodes[begin[c] : begin[c + 1]] for c in order]
     # A closed tour: one closed path per node of the first layer, for which the smallest cluster is chosen.
     first = int(np.argmin([len(layer) for layer in layers])) if problem.closed else 0
     layers = layers[first:] + layers[:first]

@@ -312,6 +312,13 @@ def cluster_places(problem: RoutingProblem) -> NDArray[np.float64]:
     return np.stack(columns, axis=1)
 
 
+def nodes_by_cluster(problem: RoutingProblem) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Return the nodes by cluster, int32[nodes], and the first index of each cluster, int32[clusters + 1]."""
+    way = np.argsort(problem.cluster, kind="stable").astype(np.int32)
+    begin = np.searchsorted(problem.cluster[way], np.arange(problem.n_clusters + 1))
+    return way, begin.astype(np.int32)
+
+
 class MoveCosts:
     """Costs of moves between the nodes of a problem, from its start and to its end."""
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import os
 from collections.abc import Iterator
 from concurrent.futures import Executor, as_completed
 
@@ -16,19 +15,19 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints
 from leafcut.kernels.cluster_paths import Clusters
-from leafcut.kernels.route import Route, recompute_bias
+from leafcut.kernels.route import Route
 from leafcut.kernels.sequential import improve_route, kick_route
 from leafcut.options import AcoOptions
 from leafcut.order.annealing import PathAnnealing, build_clusters, is_small
 from leafcut.order.construction import random_words
-from leafcut.order.directed import BREADTH, LEAST, LOOKS, DirectedInstance, greedy_path, route_of
+from leafcut.order.directed import BREADTH, LEAST, LOOKS, DirectedInstance, greedy_path, queue_all, route_of
 from leafcut.order.kicks import LONGEST_REWRITE, OFFER_EVERY, kicks_per_iteration
 from leafcut.order.literature.ants import Ants, initial_trails
 from leafcut.order.literature.choices import Choices
 from leafcut.order.literature.pheromone import AntParameters
 from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, iterate, search
 from leafcut.order.stop import Stop
-from leafcut.order.workers import WorkerLog, thread_pool
+from leafcut.order.workers import WorkerLog, thread_count, thread_pool
 
 #: Budget of a preset in kicks: per node, fewest and most.
 PRESETS = {"fast": (60, 5e3, 1e5), "default": (250, 2e4, 5e5), "thorough": (2000, 1e5, math.inf)}
@@ -159,9 +158,7 @@ class PathSearch:
         offered = self.stop.elapsed()
         for longest in (LONGEST_REWRITE, instance.n):
             working = route._replace(buffer=route.buffer[:longest])
-            route.queue[:], route.queued[:] = route.node, 1
-            route.counts[:2] = 0, instance.n
-            recompute_bias(instance.cost, route)
+            queue_all(instance, route)
             while route.counts[1] > 0 and not self.stop.now():
                 self.cost -= improve_route(instance.cost, working, instance.rules, self.breadth, self.least, LOOKS)
                 if self.stop.elapsed() > offered + OFFER_EVERY:
@@ -213,7 +210,7 @@ def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
     options, stop, best = run.options, run.stop, run.best
     kicks = math.inf if options.is_limited else budget(options.preset, instance.problem.n_clusters)
     only_time = options.iterations is None and options.time_limit is not None
-    threads = (options.threads or os.cpu_count() or 1) if only_time else 1
+    threads = thread_count(options) if only_time else 1
     layers = build_clusters(instance) if is_small(instance) else None
     log = WorkerLog.of(threads)
     searches = [PathSearch(instance, options.seed, best, number, layers, log) for number in range(threads)]

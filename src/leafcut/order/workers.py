@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.solution import WorkerFigures
+from leafcut.options import SolveOptions
 from leafcut.order.stop import Stop
 
 #: Result of a task: tours int32[m, n] and their costs float64[m].
@@ -75,6 +77,11 @@ class Workers:
         began = time.perf_counter()
         share = task(self.stop)
         return threading.get_ident(), time.perf_counter() - began, share
+
+
+def thread_count(options: SolveOptions) -> int:
+    """Return the number of threads, by default one per core."""
+    return options.threads or os.cpu_count() or 1
 
 
 @contextmanager

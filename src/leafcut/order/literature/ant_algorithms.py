@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from contextlib import ExitStack, closing
 
 from leafcut.errors import SolveError
@@ -13,7 +12,7 @@ from leafcut.order.literature.ants import AntColony, Ants, initial_trails, move_
 from leafcut.order.literature.pheromone import AntParameters
 from leafcut.order.literature.processes import AntProcesses
 from leafcut.order.search import AlgorithmRun, SearchResult, search, set_budget_of_visits
-from leafcut.order.workers import thread_pool
+from leafcut.order.workers import thread_count, thread_pool
 
 
 def check_ants(algorithm: str, aco: AcoOptions, _: FireflyOptions, choices: bool) -> None:
@@ -40,7 +39,7 @@ def run_ants(instance: Instance | DirectedInstance, run: AlgorithmRun) -> Search
     """Run one of the five ant algorithms."""
     options, stop, best = run.options, run.stop, run.best
     parameters = AntParameters.of(options.algorithm, run.aco, instance.n, options.local_search)
-    threads = min(options.threads or os.cpu_count() or 1, parameters.ants) if isinstance(instance, Instance) else 1
+    threads = min(thread_count(options), parameters.ants) if isinstance(instance, Instance) else 1
     moves = move_set(instance, options.local_search, threads)
     c_nn = moves.start(best)
     set_budget_of_visits(stop, options, parameters.ants * instance.n)

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Ints
 from leafcut.kernels.cluster_paths import Clusters
 from leafcut.kernels.ordering import choose_all, construct_order
-from leafcut.kernels.route import Route, recompute_bias
+from leafcut.kernels.route import Route
 from leafcut.kernels.sequential import improve_route
 from leafcut.order.annealing import build_clusters
-from leafcut.order.directed import BREADTH, LEAST, LOOKS, DirectedInstance, greedy_path, route_of
+from leafcut.order.directed import BREADTH, LEAST, LOOKS, DirectedInstance, greedy_path, queue_all, route_of
 from leafcut.order.instance import cluster_places
 from leafcut.order.literature.pheromone import Trails
 from leafcut.order.pheromone_view import pheromone_on_edges
@@ -89,9 +89,7 @@ class Choices:
             return length
         instance = self.instance
         route = route_of(instance, *instance.path_of(self.nodes()))
-        route.queue[:], route.queued[:] = route.node, 1
-        route.counts[1] = instance.n
-        recompute_bias(instance.cost, route)
+        queue_all(instance, route)
         least = LEAST * max(length, 0.0) / instance.n
         while route.counts[1] > 0 and not stop.now():
             improve_route(instance.cost, route, instance.rules, self.breadth, least, LOOKS)

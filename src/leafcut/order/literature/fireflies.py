@@ -26,7 +26,6 @@ traveling salesman problem: a new movement scheme, in: Swarm Intelligence and Bi
 from __future__ import annotations
 
 import math
-import os
 import time
 from concurrent.futures import Executor
 
@@ -49,7 +48,7 @@ from leafcut.order.literature.flight import Flight, Swarm, completed_share, init
 from leafcut.order.literature.published_fireflies import PublishedFireflies
 from leafcut.order.search import AlgorithmRun, Best, SearchResult, Tours, search, set_budget, set_budget_of_visits
 from leafcut.order.stop import Stop
-from leafcut.order.workers import on_all_workers, thread_pool
+from leafcut.order.workers import on_all_workers, thread_count, thread_pool
 
 #: Flights per iteration and node, without and with repair. A repaired move does the work of about a hundred others.
 FLIGHTS, FLIGHTS_MENDED = 1.0, 0.05
@@ -241,7 +240,7 @@ def run_fireflies(instance: Instance | DirectedInstance, run: AlgorithmRun) -> S
     """Run the firefly algorithm."""
     options, stop, best = run.options, run.stop, run.best
     flight = Flight.of(run.firefly, limited=options.is_limited)
-    threads = min(options.threads or os.cpu_count() or 1, flight.fireflies)
+    threads = min(thread_count(options), flight.fireflies)
     with thread_pool(threads, stop) as executor:
         if isinstance(instance, DirectedInstance):
             swarm: Swarm = ChoiceFireflies(instance, flight, options, stop)
