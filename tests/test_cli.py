@@ -314,6 +314,32 @@ def test_quiet_still_warns_of_lost_holes(tmp_path: Path, capsys: pytest.CaptureF
     assert "odd.csv" in err or "line 3" in err or ":3" in err
 
 
+@pytest.mark.parametrize(
+    ("head", "machine", "shown", "hidden"),
+    [
+        (
+            "(o=0, pd=0.1, ph=3, ch=1, fr=900)\nM3 $0 S1",
+            "plasma-table",
+            ("feed moves", "piercing"),
+            ("spindle", "tool", "dwell", "Z "),
+        ),
+        ("M3 S900", "linuxcnc-mill", ("cutting", "spindle", "Z -1.000 to 5.000"), ("piercing", "tool", "dwell")),
+    ],
+)
+def test_simulate_uses_the_terms_of_the_machine_and_leaves_out_axes_without_positions(
+    head: str, machine: str, shown: tuple[str, ...], hidden: tuple[str, ...], tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    program, z = tmp_path / "cut.ngc", ("G0 Z5\n", "G1 Z-1 F100\n") if machine == "linuxcnc-mill" else ("", "")
+    program.write_text(
+        f"G21 G90\n{z[0]}G0 X1 Y1\n{head}\n{z[1]}G1 X20 F900\nM5{' $0' * (not z[0])}\n{z[0]}G0 X0 Y0\nM2\n"
+    )
+    said = answer(capsys, "simulate", str(program), "--machine", machine)[0]
+    assert all(words in said for words in shown) and not any(words in said for words in hidden)
+    found = json.loads(answer(capsys, "simulate", str(program), "--machine", machine, "--json")[0])["extents"]
+    assert found == {"x": [0.0, 20.0], "y": [0.0, 1.0], "z": [-1.0, 5.0] if z[0] else None}
+
+
 def test_simulate_says_a_danger_once_and_how_often_it_is_there(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

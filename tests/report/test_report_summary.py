@@ -40,11 +40,43 @@ def test_paths_are_folded_never_cut(outcome_of):
 
 
 def test_the_three_orders_have_their_figures(outcome_of):
-    rows = {line.split("  ")[0]: line.split() for line in shown(outcome_of([(1.0, 1.0)])).splitlines() if line}
+    searched = outcome_of([(1.0, 1.0)], options={"--seed": "7"})
+    rows = {line.split("  ")[0]: line.split() for line in shown(searched).splitlines() if line}
     assert rows["drawing"][1:] == ["9.00", "m", "560.0", "mm", "1", "min", "40", "s", "–"]
     assert rows["nearest neighbour"][2:] == ["4.00", "m", "560.0", "mm", "1", "min", "10", "s", "30.0", "%"]
     assert rows["leafcut"][1:] == ["3.00", "m", "560.0", "mm", "58.0", "s", "42.0", "%"]
     assert " ".join(rows["gap"][1:]) == "travel time at most 5.00 % above the least possible"
+
+
+@pytest.mark.parametrize(
+    ("options", "shows"),
+    [({"--thickness": "6mm"}, False), ({"--algorithm": "mmas"}, True), ({"--no-local-search": ""}, True)],
+)
+def test_facts_of_the_search_are_for_users_of_its_options(outcome_of, options, shows):
+    """The page and the answer have them for everybody."""
+    outcome = outcome_of([(1.0, 1.0)], options=options)
+    headings = {line.split("  ")[0] for line in shown(outcome).splitlines()}
+    assert ({"gap", "method"} <= headings) is shows is bool({"gap", "method"} & headings)
+    assert "at most 5.00 % above" in Page(write_page(report_of(outcome))).words
+    assert as_json(report_of(outcome))["gap_percent"] == pytest.approx(5.0)
+
+
+def test_facts_for_the_operator_precede_the_comparison_of_orders(outcome_of):
+    """Two holes of Ø2 at X1 and X30: the fixture drills to Z-6 from Z10, at 3 mm/s and 1500 rpm."""
+    detail = DrillingDetail(clearance=10.0, retract=(2.0, 2.0))
+    outcome = outcome_of([(1.0, 2.0), (30.0, 4.0)], detail=detail, work_offset="G54")
+    lines = [" ".join(line.split()) for line in shown(outcome).splitlines()]
+    expected = [
+        "tool T1 drill Ø2, 1,500 rpm, 180 mm/min, G81",
+        "heights clearance Z10, retract Z2",
+        "time 58.0 s",
+        "range X 0 to 30, Y 0 to 4, Z -6 to 10 mm",
+        "work offset G54",
+        "order travel cutting time saved",
+    ]
+    assert [line for line in lines if line in expected] == expected
+    inches = shown(replace(outcome, options={"--output-units": "inch"}))
+    assert "Z -0.236 to 0.394 in" in inches
 
 
 def test_a_gap_is_never_said_smaller_than_it_is(outcome_of):

@@ -8,15 +8,12 @@ from collections.abc import Iterator, Set
 
 import sources
 
-from leafcut.model.toolpath import Toolpath
 from leafcut.options import AcoOptions
 from leafcut.processes.settings import all_options, group_of
-from leafcut.read.machine import load_machine
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.page import forms
 from leafcut.studio.page.panel_live import PACES
 from leafcut.studio.wording import LANGUAGES, words
-from leafcut.timing.toolpath import measure_toolpath
 
 STUDIO = sources.PACKAGE / "studio"
 EN, ES = words("en"), words("es")
@@ -88,7 +85,6 @@ def faults_of_keys() -> Iterator[str]:
         "group": groups,
         "work": set(forms.works()),
         "state": {state.value for state in JobState},
-        "kind": {str(kind) for kind in measure_toolpath(Toolpath.of_motions([]), load_machine("haas-vf2")).by_kind},
         "process": set(forms.program_processes()),
         "pace": set(PACES),
     }.items():

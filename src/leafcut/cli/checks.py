@@ -78,6 +78,8 @@ def simulate(
 
 
 def _print_simulated(simulation: Simulation) -> None:
+    from leafcut.report.chart import time_kinds
+    from leafcut.report.set_up import moved_axes
     from leafcut.units import format_length, format_time, to_fixed
 
     dangers = [issue for issue in simulation.issues if issue.severity == "danger"]
@@ -86,8 +88,9 @@ def _print_simulated(simulation: Simulation) -> None:
     cost = simulation.measure
     print(f"{simulation.program}: {format_time(cost.time_s)} on {simulation.machine.name}")
     print(f"rapid {format_length(cost.travel_mm)}, feed {format_length(cost.cut_mm)}")
-    print("  ".join(f"{kind} {format_time(s)}" for kind, s in cost.by_kind.items()))
-    for axis, low, high in zip("XYZ", *simulation.path.extents, strict=True):
+    names = time_kinds(simulation.machine.head.method)
+    print("  ".join(f"{names[kind]} {format_time(s)}" for kind, s in cost.by_kind.items() if s > 0.0))
+    for axis, low, high in moved_axes(simulation.path):
         print(f"{axis} {to_fixed(low, 3)} to {to_fixed(high, 3)} mm")
     if not any(issue.code.startswith("L8") for issue in simulation.issues):
         print("no dangerous moves found")

@@ -22,6 +22,8 @@ class Fact:
         Text for users; "" for a value that is for scripts only.
     name
         Heading of value and sentence; a fact without a name is part of the title.
+    of_search
+        Whether the fact is about the search, not about the program; the summary shows it only to users of its options.
     """
 
     key: str = ""
@@ -29,3 +31,4 @@ class Fact:
     unit: str = ""
     sentence: str = ""
     name: str = ""
+    of_search: bool = False

@@ -67,6 +67,8 @@ class Outcome(Generic[D]):
         Used options that the user's own defaults set, as typed.
     made_by
         Name of the process that generated the program; it may be a plug-in.
+    work_offset
+        Words of the work offsets that the program selects, such as ``G54``; empty if it selects none.
     """
 
     part: Part
@@ -93,6 +95,7 @@ class Outcome(Generic[D]):
     defaults: tuple[str, ...] = ()
     version: str = ""
     made_by: str = ""
+    work_offset: str = ""
     seconds: float = 0.0
     compile_seconds: float = 0.0
 

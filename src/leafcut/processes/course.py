@@ -9,6 +9,7 @@ from leafcut._version import __version__
 from leafcut.kernels.compiling import announced_compilations
 from leafcut.model.outcome import Outcome
 from leafcut.model.plan import Candidate, Order
+from leafcut.model.toolpath import Kind
 from leafcut.processes.job import Job, assumed_machine, machine_issues, refuse_missing, refuse_too_large
 from leafcut.processes.ordering import check_order, find_order
 from leafcut.processes.plan import OrderRefused, Plan
@@ -97,7 +98,16 @@ def _build_outcome(
             *assumed_machine(settings, machine, plan.issues),
             *machine_issues(plan.limits or machine, plan.box, settings.read.origin is not None),
         ),
+        work_offset=_work_offset(process, plan, best),
         options=settings.changed(),
         version=__version__,
         detail=process.detail(plan, given, nearest, best),
     )
+
+
+def _work_offset(process: Process, plan: Plan, best: Candidate) -> str:
+    """Return the work offset of the dialect's first blocks; for a foreign program, the offsets that it selects."""
+    if process.reads != "program":
+        return next((word for line in plan.dialect.preamble for word in line.split() if word == "G54"), "")
+    selected = best.path.ref[best.path.kind == Kind.FRAME].tolist()
+    return ", ".join(f"G{number / 10:g}" for number in dict.fromkeys(selected))

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from leafcut.model.kinds import CutMethod
 from leafcut.report.svg import element, nice_step, svg_number, text, text_within, tick_words, ticks, title
 from leafcut.report.wording import cost_words
 
@@ -35,6 +36,13 @@ TIME_KINDS = {
     "tool_change": "tool changes",
     "spindle": "spindle",
 }
+
+
+def time_kinds(method: str | None) -> dict[str, str]:
+    """Return the kinds of motion with their names for a cutting method; None for a spindle."""
+    if method is None:
+        return TIME_KINDS
+    return TIME_KINDS | {"feed": "feed moves", "spindle": "beam on, off" if method == CutMethod.LASER else "piercing"}
 
 
 @dataclass(frozen=True)

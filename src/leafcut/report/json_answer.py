@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from leafcut.model.kinds import BEAMS
+from leafcut.report.set_up import moved_axes
 from leafcut.report.wording import (
     TranslatableText,
     algorithm_words,
@@ -105,16 +106,17 @@ def solved_as_json(solved: Solved) -> dict[str, Any]:
 
 
 def simulation_as_json(simulation: Simulation) -> dict[str, Any]:
-    """Return the answer of `leafcut simulate --json`: lengths in mm, times in s."""
-    low, high = simulation.path.extents
+    """Return the answer of `leafcut simulate --json`: lengths in mm, times in s; None for an axis without position."""
+    known = {axis.lower(): [low, high] for axis, low, high in moved_axes(simulation.path)}
     return {
         "program": simulation.program,
         "machine": simulation.machine.name,
+        "head": simulation.machine.head,
         "time_s": simulation.measure.time_s,
         "rapid_mm": simulation.measure.travel_mm,
         "feed_mm": simulation.measure.cut_mm,
         "by_kind": simulation.measure.by_kind,
-        "extents": {axis: [low[k], high[k]] for k, axis in enumerate("xyz")},
+        "extents": {axis: known.get(axis) for axis in "xyz"},
         "issues": issues_as_json(simulation.issues),
         **_defaults(simulation.defaults),
     }

@@ -12,6 +12,7 @@ from leafcut.model.outcome import Outcome, Which
 from leafcut.model.shown_stock import ShownStock
 from leafcut.report import views
 from leafcut.report.drawing import RAMP, Scene, build_scene, cut_tools, tool_class, toolpath_drawing
+from leafcut.report.set_up import range_facts, time_facts
 from leafcut.report.wording import (
     at_most_words,
     count,
@@ -85,13 +86,14 @@ class PathReport(Generic[D]):
 
     @cached_property
     def facts(self) -> list[Fact]:
-        """All facts; those of the title come first."""
-        bound = self.bound_words()
+        """All facts: those of the title, of the work, of the set-up, and of the search."""
+        bound, outcome = self.bound_words(), self.outcome
         return [
             *(self._counts or self.counts()),
             *self.own_facts(),
-            *([Fact(sentence=bound, name="gap")] if bound else []),
-            *([Fact(sentence=method_words(self.outcome), name="method")] if self.outcome.operations else []),
+            *range_facts(outcome),
+            *([Fact(sentence=bound, name="gap", of_search=True)] if bound else []),
+            *([Fact(sentence=method_words(outcome), name="method", of_search=True)] if outcome.operations else []),
         ]
 
     def counts(self) -> list[Fact]:
@@ -107,7 +109,7 @@ class PathReport(Generic[D]):
 
     def own_facts(self) -> list[Fact]:
         """Return the facts specific to the process."""
-        return self.savings()
+        return [*time_facts(self.outcome), *self.savings()]
 
     def savings(self) -> list[Fact]:
         """Return facts about the time that is saved by changes other than the order."""

@@ -1,4 +1,4 @@
-"""The summary on the terminal: the times before and after, the proof, and the issues."""
+"""The summary on the terminal: the proof, facts for the operator, times before and after, and issues."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from leafcut.model.issue import LIMITS, Issue, Severity, missing_words
+from leafcut.options.option_spec import flag_name
+from leafcut.options.search import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.report.wording import (
     MOTION,
     IssueGroup,
@@ -34,14 +36,14 @@ _WORST = (Severity.DANGER, Severity.MISSING)
 
 
 def summary(report: PathReport[Any]) -> RenderableType:
-    """Return the summary for `rich`: part and machine, a table of the orders, facts, and issues.
+    """Return the summary for `rich`: part and machine, facts, a table of the orders, and issues.
 
     It fits 80 columns, and it is complete without its colours. Names from files are printed verbatim, never as markup.
     """
     from rich.console import Group
 
     outcome = report.outcome
-    parts: list[RenderableType] = [*_worst_issues(outcome), _title(report), "", _table(report), "", _facts(report)]
+    parts: list[RenderableType] = [*_worst_issues(outcome), _title(report), "", _facts(report), "", _table(report)]
     if any(issue.code not in LIMITS for issue in _other_issues(outcome)):
         parts += ["", _issues(outcome)]
     return Group("", *parts, "")
@@ -100,7 +102,9 @@ def _facts(report: PathReport[Any]) -> Table:
     facts: list[tuple[str, Text]] = [("verified", verified)]
     facts += [(name, Text(words, "yellow")) for name, words in verification_limits(_other_issues(outcome))]
     facts += [
-        (fact_heading(fact.name), Text(replace_unprintable(fact_line(fact)))) for fact in report.facts if fact.name
+        (fact_heading(fact.name), Text(replace_unprintable(fact_line(fact))))
+        for fact in report.facts
+        if fact.name and (not fact.of_search or _sets_search(outcome))
     ]
     facts += [(name, Text(words)) for name, words in (outcome.part.zero.facts() if outcome.part.zero else [])]
     facts += [
@@ -118,6 +122,13 @@ def _facts(report: PathReport[Any]) -> Table:
     for name, words in facts:
         table.add_row(name, words)
     return table
+
+
+def _sets_search(outcome: Outcome) -> bool:
+    """Return whether an option of the search is set. Other users find the facts of the search in report and JSON."""
+    groups = (SolveOptions, AcoOptions, FireflyOptions)
+    names = {flag_name(name).removeprefix("--") for group in groups for name in group.specs()}
+    return any(flag.removeprefix("--").removeprefix("no-") in names for flag in outcome.options)
 
 
 def _row_of(group: IssueGroup) -> tuple[str, str]:

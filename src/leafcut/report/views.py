@@ -48,8 +48,6 @@ MAX_SEARCHES = 12
 WHOLE_PROGRAM_LINES = 2000
 HEAD_LINES = 200
 
-#: Names of times for a laser or plasma program.
-_TIMES_OF_BEAMS = {"feed": "feed moves", "spindle": "beam on, off"}
 _KIND_WORDS = {
     "centre-drill": "centre drill",
     "slot-mill": "slot mill",
@@ -94,7 +92,7 @@ def savings_headline(outcome: Outcome, came_in: str, bound: str) -> PageRow:
 def time_rows(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> PageRow:
     """Return the seconds by kind of motion of each order, with stacked bars; kinds that never occur are left out."""
     kinds = [k for k in chart.TIME_KINDS if any(m.by_kind.get(k, 0.0) > 0 for _, m in measures)]
-    words = chart.TIME_KINDS | (_TIMES_OF_BEAMS if outcome.process in BEAMS else {})
+    words = chart.time_kinds(outcome.process if outcome.process in BEAMS else None)
     return stacked_bars(
         {k: translatable(words[k]) for k in kinds}, [(name, m.by_kind, time_words(m.time_s)) for name, m in measures]
     )

@@ -204,6 +204,43 @@ def test_the_end_mill_of_a_library_is_called_by_its_number_with_its_own_data(dra
 
 
 @pytest.mark.usefixtures("contour_only")
+@pytest.mark.parametrize(("number", "told"), [(None, ["T1 end-mill Ø10"]), (1, []), (7, [])])
+def test_a_tool_number_that_nobody_stated_is_said_to_be_assumed(
+    drawing: Path, number: int | None, told: list[str]
+) -> None:
+    """Programs for one drawing would otherwise share T1 for different tools without a word."""
+    outcome = api.optimize(drawing, strategy="contour", tool_number=number, **FAST)
+    notes = [i.message for i in outcome.issues if i.code == "L401" and "load it under this number" in i.message]
+    assert [words.split(" is assumed")[0] for words in notes] == told
+
+
+@pytest.mark.usefixtures("contour_only")
+def test_the_uncut_area_and_corners_that_the_tool_does_not_reach_are_one_statement(tmp_path: Path) -> None:
+    """A tool of radius r leaves (4 − π) r² in the corners of a rectangle: 21.46 mm² of 1200 mm² for Ø10."""
+    (tmp_path / "box.wkt").write_text(shapely.box(0, 0, 40, 30).wkt)
+    outcome = api.optimize(tmp_path / "box.wkt", strategy="contour", **FAST)
+    (uncut,) = [fact for fact in report_of(outcome).facts if fact.name == "Uncut"]
+    words = r"\S+ mm² of the (\S+) mm² that the tool reaches; it does not reach the other (\S+) mm²"
+    reached, rest = (float(area.replace(",", "")) for area in re.fullmatch(words, uncut.sentence).groups())  # type: ignore[union-attr]
+    assert rest == pytest.approx((4.0 - math.pi) * 25.0, abs=0.5) and reached == pytest.approx(1200.0 - rest, abs=0.6)
+    assert [i.code for i in outcome.issues if "corners" in i.message] == ["L701"]
+
+
+@pytest.mark.usefixtures("contour_only")
+def test_entries_heights_and_range_of_the_summary_are_those_of_the_program(drawing: Path) -> None:
+    """Two levels of 2 mm, each entered once; the range is that of the coordinates in the text."""
+    outcome = api.optimize(
+        drawing, strategy="contour", entry="plunge", clearance_height=12, retract_height=3, machine="haas-vf2", **FAST
+    )
+    facts = {fact.name: fact.sentence for fact in report_of(outcome).facts if fact.name}
+    assert facts["Entry"] == "2 × plunge"
+    assert facts["Heights"] == "clearance Z12, retract Z3"
+    heights = [float(z) for z in re.findall(r"^(?!.*G53).*Z(-?[0-9.]+)", outcome.text, re.M)]
+    assert facts["Range"].endswith(f"Z {min(heights):g} to {max(heights):g} mm")
+    assert facts["Work offset"] in outcome.text.split()
+
+
+@pytest.mark.usefixtures("contour_only")
 def test_on_mach3_roughing_runs_through_where_the_stock_is_more_than_what_corners_lose(drawing: Path) -> None:
     """v² / 4a = (800 / 60)² / (4 · 600) mm = 0.074 mm: less than 0.3 mm of stock, and more than none."""
     options = {**FAST, "machine": "mach3-router", "spindle_speed": 9000, "strategy": "contour"}

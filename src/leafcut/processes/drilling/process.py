@@ -185,7 +185,7 @@ class Drilling(Process):
         )
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> DrillingDetail:
-        """Return the thickness, surface and fixtures of the part, and the time saved by low travel moves."""
+        """Return thickness, surface and fixtures of the part, heights, and the time saved by low travel moves."""
         from leafcut.processes.drilling.model import DrillingDetail
         from leafcut.processes.drilling.plan.drill_toolpath import with_high_travel
         from leafcut.timing.toolpath import measure_toolpath
@@ -196,7 +196,9 @@ class Drilling(Process):
             saved = measure_toolpath(high, plan.job.machine, start=plan.start).time_s - best.measure.time_s
         work_surface = drill_plan.work_surface
         mesh, boxes = (None, ()) if work_surface is None else (work_surface.mesh, work_surface.shown_boxes)
-        return DrillingDetail(saved, plan.job.settings.job.thickness, mesh, boxes)
+        planes = drill_plan.r_planes
+        retract = (float(planes.min()), float(planes.max())) if len(planes) else None
+        return DrillingDetail(saved, plan.job.settings.job.thickness, mesh, boxes, drill_plan.clearance_height, retract)
 
     def report(self, outcome: Outcome[DrillingDetail]) -> DrillingReport:
         """Return the facts and pictures of an outcome."""

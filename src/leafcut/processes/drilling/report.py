@@ -9,6 +9,7 @@ from leafcut.model.shown_stock import ShownStock
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.report.part_edge import near_edge
 from leafcut.report.path_report import PathReport
+from leafcut.report.set_up import coordinate_words, height_facts, time_facts, tool_facts
 from leafcut.report.wording import translatable
 from leafcut.units import to_fixed
 
@@ -22,10 +23,19 @@ class DrillingReport(PathReport[DrillingDetail]):
     """Facts and pictures of drilled holes."""
 
     def own_facts(self) -> list[Fact]:
-        """Return how deep the holes of a plate are, and the saved time."""
+        """Return tools, depth of a plate's holes, heights, and the saved time."""
+        return [
+            *tool_facts(self.outcome.operations),
+            *self._depth(),
+            *self._heights(),
+            *time_facts(self.outcome),
+            *self.savings(),
+        ]
+
+    def _depth(self) -> list[Fact]:
         thickness, lowest = self.outcome.detail.thickness, float(self.outcome.path_after.extents[0][2])
         if self.outcome.detail.surface is not None or not self.outcome.operations:
-            return self.savings()
+            return []
         below = 0.0 if thickness is None else -thickness - lowest
         z = to_fixed(lowest, 2)
         if below < _LEAST_BELOW:
@@ -34,7 +44,14 @@ class DrillingReport(PathReport[DrillingDetail]):
             words = translatable(
                 "Z0 is the top; the lowest point is Z{z}, {below} mm below the plate", z=z, below=to_fixed(below, 2)
             )
-        return [Fact(sentence=words, name=translatable("Depth")), *self.savings()]
+        return [Fact(sentence=words, name=translatable("Depth"))]
+
+    def _heights(self) -> list[Fact]:
+        planes = self.outcome.detail.retract
+        if planes is None:
+            return []
+        retract = " to ".join(dict.fromkeys(f"Z{coordinate_words(plane)}" for plane in planes))
+        return height_facts(self.outcome.detail.clearance, retract)
 
     def savings(self) -> list[Fact]:
         """Return the time saved by low travel moves over a surface; without a sentence if it is negligible."""

@@ -14,10 +14,14 @@ class PocketDetail:
     """Results of clearing pockets beyond the general outcome.
 
     `programs` is empty for a single pocket. `pace` is None for a constant feed. `before` is the material before the
-    first cut if it is a solid with steps instead of a block.
+    first cut if it is a solid with steps instead of a block. `clearance` and `retract` are the heights of rapids, mm.
+    `entries` are kind and number of the entries into the material.
     """
 
     plans: tuple[PocketPlan, ...]
     programs: tuple[PocketProgram, ...] = ()
     pace: PaceChange | None = None
     before: Mesh | None = field(default=None, compare=False, repr=False)
+    clearance: float = 0.0
+    retract: float = 0.0
+    entries: tuple[tuple[str, int], ...] = ()

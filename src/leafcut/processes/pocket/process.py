@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -244,7 +245,7 @@ class Pocketing(Process):
         return (*entry_issues(best.detail.descents), *stop_notes(plan.work.job), *best.detail.left)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> PocketDetail:
-        """Return the results of all strategies, the saving by load-dependent feeds, and the solid before milling."""
+        """Return the results of all strategies, the saving by load-dependent feeds, the solid, heights and entries."""
         from leafcut.model.pace_change import PaceChange
         from leafcut.processes.pocket.clearing import clearing_motion, strategy_programs
         from leafcut.processes.pocket.model import PocketDetail
@@ -255,12 +256,15 @@ class Pocketing(Process):
             even = [clearing for pocket in work.cleared for clearing in pocket.even[pocket.plan.result.strategy]]
             seconds = clearing_motion(work.job, [even[node] for node in nodes]).measure.time_s
             pace = PaceChange(feeds_s=seconds - best.measure.time_s, changed=chips.changed, tools=(chips.tool,))
-        solid = work.job.solid
+        solid, heights = work.job.solid, work.job.heights
         return PocketDetail(
             tuple(pocket.plan for pocket in work.cleared),
             strategy_programs(work.job, list(work.cleared), nodes),
             pace,
             None if solid is None else solid.before,
+            heights.clearance + work.job.top,
+            (heights.clearance if heights.always_clearance else heights.retract) + work.job.top,
+            tuple(Counter(descent.kind for descent in best.detail.descents).items()),
         )
 
     def report(self, outcome: Outcome[PocketDetail]) -> PocketReport:

@@ -14,7 +14,7 @@ from leafcut.geometry.arrays import Point
 from leafcut.geometry.regions import tool_centres
 from leafcut.geometry.zones import widen_zones
 from leafcut.model.cutter import bodies_of, discs_of, widest_below
-from leafcut.model.issue import Issue
+from leafcut.model.issue import Issue, Severity
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
@@ -73,6 +73,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
         for depth, over, top in zip(depths, around, tops, strict=True)
     )
     data, issues = milling_data(options, settings.job, rules, run.machine, mill)
+    issues = [*_assumed_number(options, mill, data.tool), *issues]
     limits = None
     if settings.of(FeedOptions).feeds:
         limits, limit_issues = feed_limits(settings, run.machine, levels, data, mill, _material(settings))
@@ -141,6 +142,14 @@ def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> 
     before = place_mesh(Mesh(fill_pockets(triangles, whole.pockets, all_tops), part.name), part, read)
     tops = [all_tops[k] for k, one in enumerate(whole.pockets) if any(one is mine for mine in part.pockets)]
     return PocketSolid(triangles, whole.pockets, part.pockets, before), tops
+
+
+def _assumed_number(options: PocketOptions, mill: Tool | None, tool: Tool) -> list[Issue]:
+    """Return a note if neither the tool library nor an option states the number of the end mill."""
+    if mill is not None or options.tool_number is not None:
+        return []
+    words = f"{tool.label} is assumed: load it under this number, or give --tool-number"
+    return [Issue("L401", words, severity=Severity.NOTE)]
 
 
 def _lower_top_issues(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[Issue]:

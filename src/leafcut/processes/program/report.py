@@ -14,6 +14,7 @@ from leafcut.report.drawing import Scene
 from leafcut.report.json_answer import certificate_as_json
 from leafcut.report.pace_words import pace_facts
 from leafcut.report.path_report import PathReport
+from leafcut.report.set_up import time_facts
 from leafcut.report.wording import count, replace_unprintable
 
 #: Maximum number of reasons for fixed pieces in the summary.
@@ -67,6 +68,7 @@ class ProgramReport(PathReport[ProgramDetail]):
             Fact("staying", [asdict(group) for group in detail.staying], "", stays, "stays" if stays else ""),
             Fact("avoided_areas", asdict(detail.avoided)),
             *left,
+            *time_facts(self.outcome),
             *self.savings(),
         ]
 

@@ -11,8 +11,6 @@ from leafcut.units import format_time
 
 _MAX_PARTS = 100
 _NORM_COLUMNS = ("part", "perimeter", "quantity", "total_perimeter", "hours", "minutes", "seconds")
-#: Kinds of time in stacking order, as in the report.
-_KINDS = ("rapid", "feed", "dwell", "tool-change", "spindle")
 
 
 def draw_figures(overview: dict[str, Any], words: Words) -> None:
@@ -37,9 +35,7 @@ def _tiles(tiles: Sequence[dict[str, Any]], words: Words) -> None:
                     text("span", words.report_text(tile["words"]), "quiet small")
 
 
-def draw_times(
-    rows: Sequence[tuple[str, dict[str, float], str]], words: Words, kinds: dict[str, str] | None = None
-) -> None:
+def draw_times(rows: Sequence[tuple[str, dict[str, float], str]], words: Words, kinds: dict[str, str]) -> None:
     """Show rows (name, seconds by kind, total) as stacked bars with a common scale. `kinds` maps kinds to labels."""
     rows = [
         (name, {k.replace("_", "-"): s for k, s in seconds.items() if s > 0}, total) for name, seconds, total in rows
@@ -47,7 +43,6 @@ def draw_times(
     longest = max((sum(seconds.values()) for _, seconds, _ in rows), default=0.0)
     if longest <= 0.0:
         return
-    kinds = kinds or {kind: words(f"kind.{kind.replace('-', '_')}") for kind in _KINDS}
     text("h3", words("result.where"))
     with box("ul", "time-bars", aria_label=words("result.where")):
         for name, seconds, total in rows:

@@ -6,6 +6,8 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from leafcut.model.issue import LIMITS
+from leafcut.model.kinds import Head
+from leafcut.report.chart import time_kinds
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.page import headline
 from leafcut.studio.page.elements import box, button, link, table, text
@@ -358,9 +360,14 @@ class ResultPanel:
             [w("result.feed"), format_length(answer["feed_mm"])],
         ]
         table([("", ""), (w("result.length_of"), _NUMBER)], rows, w("result.times"))
-        draw_times([("", answer["by_kind"], format_time(answer["time_s"]))], w)
+        # Answers of earlier versions lack the head.
+        names = time_kinds(Head(answer.get("head", Head.SPINDLE)).method)
+        kinds = {kind.replace("_", "-"): w.report_text({"words": name, "values": {}}) for kind, name in names.items()}
+        draw_times([("", answer["by_kind"], format_time(answer["time_s"]))], w, kinds)
         limits = [
-            [axis.upper(), to_fixed(low, 3), to_fixed(high, 3)] for axis, (low, high) in answer["extents"].items()
+            [axis.upper(), *(to_fixed(limit, 3) for limit in limits)]
+            for axis, limits in answer["extents"].items()
+            if limits is not None
         ]
         table([("mm", ""), (w("result.from"), _NUMBER), (w("result.to"), _NUMBER)], limits, w("result.extents"))
 

@@ -450,16 +450,14 @@ def test_assumed_feeds_name_the_material_that_they_are_for() -> None:
         (words,) = [issue.message for issue in plan(library=None, **given).issues if issue.code == "L401"]
         return words
 
-    material = " (for high-speed steel in mild steel or aluminium): check these values, or give --tools"
+    advice = "load it under this number, and check these values, or give --tools"
+    material = f" (for high-speed steel in mild steel or aluminium): {advice}"
     assert told().endswith(f"rpm{material}") and told(feed=2.0).endswith(f"120 mm/min at 1273 rpm{material}")
-    assert (
-        told(feed=2.0, spindle_speed=3000.0)
-        == "T1 drill Ø5 is assumed, with 120 mm/min at 3000 rpm: check these values, or give --tools"
-    )
+    assert told(feed=2.0, spindle_speed=3000.0) == f"T1 drill Ø5 is assumed, with 120 mm/min at 3000 rpm: {advice}"
     board = plan(Part("board", FOUR.holes, format="excellon"), None)
-    assert ["rpm (for circuit boards): check these values" in i.message for i in board.issues if i.code == "L401"] == [
-        True
-    ]
+    assert [
+        "rpm (for circuit boards): load it under this number" in i.message for i in board.issues if i.code == "L401"
+    ] == [True]
     library = replace(LIBRARY, tools=(replace(DRILL5, feed=0.0, spindle_rpm=0.0),), recipes=(), without_feeds=True)
     (filled,) = [issue.message for issue in plan(library=library).issues if issue.code == "L401"]
     assert filled.endswith("rpm (for high-speed steel in mild steel or aluminium); check both values")

@@ -225,8 +225,8 @@ def test_a_feed_that_is_assumed_for_a_speed_far_above_the_right_one_is_a_warning
     (issue,) = chosen(Hole(0, 0, 25.6), router, spindle_speed=6000.0)[1]
     assert issue.severity is Severity.WARNING
     assert issue.message.endswith(
-        "at 6000 rpm (for high-speed steel in mild steel or aluminium): check these values, or give --tools. "
-        "Recommended spindle speed: 249 rpm"
+        "at 6000 rpm (for high-speed steel in mild steel or aluminium): load it under this number, and check these "
+        "values, or give --tools. Recommended spindle speed: 249 rpm"
     )
     (issue,) = chosen(Hole(0, 0, 25.6), router, spindle_speed=6000.0, feed=1.0)[1]
     assert issue.severity is Severity.NOTE and "Recommended" not in issue.message

@@ -196,7 +196,8 @@ def test_the_summary_begins_with_the_size_of_the_pocket_or_of_the_largest(pocket
 
 def test_the_summary_fits_a_terminal(pocketed: Outcome) -> None:
     out = io.StringIO()
-    print_summary(report_of(pocketed), Console(file=out, width=80, color_system=None))
+    searched = replace(pocketed, options={"--preset": "thorough"})
+    print_summary(report_of(searched), Console(file=out, width=80, color_system=None))
     said = out.getvalue()
     assert all(len(row) <= 80 for row in said.splitlines())
     assert "not possible: no <limit> is given" in said

@@ -295,7 +295,7 @@ def test_the_totals_are_those_of_the_norm(sheet_outcome):
         "Path length 5.04 m perimeters + 4.50 m between",  # 542.8 + 1500 × 3
         "Sheet used 36.4 % 0.00729 m² of parts",
         "Cost of a sheet 5.00",
-        "Batch of 10 1 h 15 min cost 50.00",
+        "Batch of 10 sheets 1 h 15 min cost 50.00; 20 parts in all, 2 on each sheet",
         "9.00 s saved compared with the drawing’s order",
         "1 min 30 s on the batch of 10 sheets. The travel between the cuts is 75.0 % shorter.",
         "kerf 0.237 mm",
@@ -373,7 +373,9 @@ def test_the_terminal_says_the_ways_between_and_sensible_digits(sheet_outcome):
     assert re.search(r"drawing +18.00 m +550.8 mm", shown)  # 1500 × 12, 542.8 + 8
     assert re.search(r"leafcut +4.50 m", shown)
     assert "kerf 0.237 mm" in " ".join(shown.split())
-    assert re.search(r"cost of a sheet +5.00", shown) and re.search(r"batch of 10 .*cost 50.00", shown)
+    assert re.search(r"cost of a sheet +5.00", shown) and re.search(
+        r"batch of 10 sheets .*cost 50.00; 20 parts in all", shown
+    )
 
 
 def test_a_gap_is_said_of_the_starts_that_were_tried(sheet_outcome):

@@ -167,7 +167,8 @@ class ToolChooser:
             yield Issue(
                 "L401",
                 f"{tool.label} is assumed, with {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm"
-                f"{self._material_note()}: check these values, or give --tools{self._speed_advice(tool)}",
+                f"{self._material_note()}: load it under this number, and check these values, or give --tools"
+                f"{self._speed_advice(tool)}",
                 severity=Severity.WARNING if self._speed_advice(tool) else Severity.NOTE,
             )
             if tool.kind is ToolKind.DRILL and tool.diameter > LARGEST_COMMON_DRILL:

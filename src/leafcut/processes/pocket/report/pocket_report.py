@@ -38,6 +38,7 @@ from leafcut.processes.pocket.report.pocket_words import (
 from leafcut.report import chart, views
 from leafcut.report.pace_words import pace_facts
 from leafcut.report.path_report import PathReport
+from leafcut.report.set_up import coordinate_words, height_facts, range_facts
 from leafcut.report.wording import (
     NO_VALUE,
     angle_words,
@@ -99,14 +100,25 @@ class PocketReport(PathReport[PocketDetail]):
 
     @cached_property
     def facts(self) -> list[Fact]:
-        """Facts for the operator, and the reasons why strategies were rejected."""
+        """Facts for the operator, and the reasons why strategies were rejected.
+
+        A faster strategy that is not written matters to every user; other rejected strategies belong to the search.
+        """
         reasons = [
-            Fact(sentence=replace_unprintable(f"{word}: {reason}"), name=row.name)
-            for word, name in (("not possible", "refused"), ("not written", "passed_over"))
+            Fact(sentence=replace_unprintable(f"{word}: {reason}"), name=row.name, of_search=name == "refused")
+            for word, name in (("not written", "passed_over"), ("not possible", "refused"))
             for row in self.strategies
             if (reason := getattr(row, name))
         ]
-        return [*self.counts(), *self._times(), *self._path_facts(), *self._tool_facts(), *self.savings(), *reasons]
+        return [
+            *self.counts(),
+            *self._tool_facts(),
+            *range_facts(self.outcome),
+            *self._times(),
+            *self._path_facts(),
+            *self.savings(),
+            *reasons,
+        ]
 
     def counts(self) -> list[Fact]:
         """Return the numbers of pockets, islands, levels and tools.
@@ -157,15 +169,14 @@ class PocketReport(PathReport[PocketDetail]):
         outcome, m = self.outcome, written_measures(self.outcome)
         rules, plain = outcome.detail.plans[0].rules, plain_measures(m)
 
-        def fact(key: str, unit: str, sentence: str, name: str) -> Fact:
-            return Fact(f"pocket.{key}", plain[key], unit, sentence, translatable(name))
+        def fact(key: str, unit: str, sentence: str, name: str, *, of_search: bool = False) -> Fact:
+            return Fact(f"pocket.{key}", plain[key], unit, sentence, translatable(name), of_search)
 
         above = 100.0 * ((m.feed_mm + m.rapid_mm) / m.floor_mm - 1.0) if m.floor_mm > 0.0 else math.nan
         rapids, lifted = length_words(m.rapid_mm), translatable("never lifted")
         if m.retracts:
             number = "1 retract" if m.retracts == 1 else "{number} retracts"
             lifted = translatable(f"{number}, {{length}} of rapids", number=f"{m.retracts:,}", length=rapids)
-        area, whole = area_words(m.uncovered_mm2), area_words(m.reachable_mm2)
         asked = translatable(
             "{asked} mm asked for; passes that meet in the middle: {middle} mm apart",
             asked=f"{rules.step_over:.4g}",
@@ -176,13 +187,13 @@ class PocketReport(PathReport[PocketDetail]):
         facts = [
             Fact("pocket", self._pocket(plain)),
             Fact("strategies", [_strategy(row) for row in self.strategies]),
-            fact("feed_mm", "mm", lifted, "Path over a level"),
-            Fact(value=above, unit="%", sentence=floor, name=translatable("Above minimum")),
-            fact("uncovered_percent", "%", translatable("{area} of {whole}", area=area, whole=whole), "Uncut"),
-            fact("gouge_mm2", "mm²", translatable("by simulation of the program"), "Gouge"),
-            fact("max_engagement_deg", "°", mean, "Engagement"),
+            fact("uncovered_percent", "%", self._uncut_words(m), "Uncut"),
             fact("max_step_over", "mm", asked, "Step-over"),
             fact("max_width", "mm", wider_words(m, rules.tool_diameter) if m.wide_mm > 0.0 else "", "Widest cut"),
+            fact("feed_mm", "mm", lifted, "Path over a level", of_search=True),
+            Fact(value=above, unit="%", sentence=floor, name=translatable("Above minimum"), of_search=True),
+            fact("gouge_mm2", "mm²", translatable("by simulation of the program"), "Gouge", of_search=True),
+            fact("max_engagement_deg", "°", mean, "Engagement", of_search=True),
         ]
         if m.feed_mm > 0.0 and m.air_mm >= _AIR * m.feed_mm:
             path, tool = outcome.path_after, outcome.operations[0].tool
@@ -193,6 +204,16 @@ class PocketReport(PathReport[PocketDetail]):
             air = translatable(template, share=share, feed=number_words(feed_mm_min(fast)))
             facts.append(fact("air_mm", "mm", air, "Air"))
         return facts
+
+    def _uncut_words(self, m: PocketMeasures) -> str:
+        """Return the uncut area as a part of the reachable area, and the area that issue L701 reports as not cut."""
+        area, whole = area_words(m.uncovered_mm2), area_words(m.reachable_mm2)
+        if all(issue.code != "L701" for issue in self.outcome.issues):
+            return translatable("{area} of {whole}", area=area, whole=whole)
+        plans = self.outcome.detail.plans
+        drawn = sum(plan.pocket.region(plan.rules.tolerance).area for plan in plans)
+        words = "{area} of the {whole} that the tool reaches; it does not reach the other {rest}"
+        return translatable(words, area=area, whole=whole, rest=area_words(max(drawn - m.reachable_mm2, 0.0)))
 
     def _tool_facts(self) -> list[Fact]:
         plans, tool = self.outcome.detail.plans, self.outcome.operations[0].tool
@@ -212,9 +233,13 @@ class PocketReport(PathReport[PocketDetail]):
         side = "climb" if rules.climb else "conventional"
         feed, speed = number_words(feed_mm_min(tool.feed)), f"{tool.spindle_rpm:,.0f}"
         cut = translatable(f"{{feed}} mm/min, {{speed}} rpm, {side}", feed=feed, speed=speed)
+        detail = self.outcome.detail
+        entries = ", ".join(f"{number:,} × {kind}" for kind, number in detail.entries)
         return [
+            Fact(value=f"T{tool.number} Ø{tool.diameter:g} mm", sentence=cut, name=translatable("Tool")),
             Fact(value=levels, sentence=words, name=translatable("Levels")),
-            Fact(value=f"Ø{tool.diameter:g} mm", sentence=cut, name=translatable("Tool")),
+            *height_facts(detail.clearance, f"Z{coordinate_words(detail.retract)}"),
+            *([Fact(sentence=entries, name=translatable("Entry"))] if entries else []),
         ]
 
     def _pocket(self, plain: dict[str, Any]) -> dict[str, Any]:

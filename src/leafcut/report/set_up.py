@@ -1,0 +1,73 @@
+"""Facts for the operator who sets up the machine: tools, heights, range of motion, work offset."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from leafcut.model.fact import Fact
+from leafcut.model.outcome import OperationOutcome, Outcome
+from leafcut.model.toolpath import MOTIONS, Toolpath
+from leafcut.report.wording import feed_mm_min, number_words, replace_unprintable, time_words, translatable
+from leafcut.units import MM_PER_INCH
+
+#: Maximum number of tools in the summary; the header of the program lists all.
+MAX_TOOLS = 8
+
+
+def coordinate_words(mm: float, scale: float = 1.0) -> str:
+    """Return a coordinate with up to three decimals; `scale` is the number of mm per unit."""
+    return f"{round(mm / scale, 3) + 0.0:.3f}".rstrip("0").rstrip(".")
+
+
+def moved_axes(path: Toolpath) -> list[tuple[str, float, float]]:
+    """Return name, lowest and highest position, mm, of each axis that the program positions."""
+    moving = np.isin(path.kind, [int(kind) for kind in MOTIONS])
+    known = np.isfinite(path.end[moving]).any(axis=0).tolist()
+    return [axis for axis, is_known in zip(zip("XYZ", *path.extents, strict=True), known, strict=True) if is_known]
+
+
+def range_facts(outcome: Outcome) -> list[Fact]:
+    """Return the range of motion of the written program, and its work offset."""
+    path = outcome.written or outcome.path_after
+    scale, unit = (MM_PER_INCH, "in") if outcome.options.get("--output-units") == "inch" else (1.0, "mm")
+    axes = [
+        f"{name} {coordinate_words(low, scale)} to {coordinate_words(high, scale)}"
+        for name, low, high in moved_axes(path)
+    ]
+    facts = [Fact(sentence=f"{', '.join(axes)} {unit}", name=translatable("Range"))] if axes else []
+    offset = outcome.work_offset
+    return [*facts, *([Fact(sentence=offset, name=translatable("Work offset"))] if offset else [])]
+
+
+def time_facts(outcome: Outcome) -> list[Fact]:
+    """Return the time of the written program in words; the table of orders has it as a number."""
+    return [Fact(sentence=time_words(outcome.after.time_s), name=translatable("Time"))]
+
+
+def tool_facts(operations: Sequence[OperationOutcome]) -> list[Fact]:
+    """Return number, kind, size, speed, feed and cycle of each tool in the order of use."""
+    rows = list(dict.fromkeys(_tool_words(operation) for operation in operations))
+    more = [f"and {len(rows) - MAX_TOOLS} more in the header of the program"] if len(rows) > MAX_TOOLS else []
+    words = "; ".join([*rows[:MAX_TOOLS], *more])
+    return [Fact(sentence=words, name=translatable("Tools" if len(rows) > 1 else "Tool"))] if rows else []
+
+
+def _tool_words(operation: OperationOutcome) -> str:
+    tool = operation.tool
+    parts: Iterable[str] = (
+        replace_unprintable(tool.label),
+        f"{number_words(tool.spindle_rpm)} rpm",
+        f"{number_words(feed_mm_min(tool.feed))} mm/min",
+        operation.cycle if operation.cycle.startswith("G") else "",
+    )
+    return ", ".join(filter(None, parts))
+
+
+def height_facts(clearance: float, retract: str) -> list[Fact]:
+    """Return the heights of rapids: the clearance height, mm, and the retract height in words."""
+    words = translatable(
+        "clearance Z{clearance}, retract {retract}", clearance=coordinate_words(clearance), retract=retract
+    )
+    return [Fact(sentence=words, name=translatable("Heights"))]
