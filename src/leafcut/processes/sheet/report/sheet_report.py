@@ -121,12 +121,9 @@ class SheetReport(PathReport[SheetDetail]):
             earlier = translatable(f"{{cost}} in the {self.came_in}’s order", cost=money_words(first.cost))
             facts.append(Fact("cutting.cost", norm.cost, "", earlier, translatable("Cost of a sheet")))
         if norm.quantity > 1:
-            each = cut_counts(plan)["parts"]
-            template = "{parts} parts in all, {each} on each sheet"
-            if norm.cost > 0.0:
-                template = "cost {cost}; {parts} parts in all, {each} on each sheet"
-            parts, cost = f"{norm.quantity * each:,}", money_words(norm.batch_cost)
-            words = translatable(template, cost=cost, parts=parts, each=f"{each:,}")
+            each, cost = cut_counts(plan)["parts"], money_words(norm.batch_cost)
+            template = f"{'cost {cost}; ' if norm.cost > 0.0 else ''}{{parts}} parts in all, {{each}} on each sheet"
+            words = translatable(template, cost=cost, parts=f"{norm.quantity * each:,}", each=f"{each:,}")
             name = translatable("Batch of {number} sheets", number=f"{norm.quantity:,}")
             facts.append(Fact("cutting.batch.total_s", norm.batch.total_s, "s", words, name))
         uses = [f"{amount} {name}" for name, amount in amounts(norm.used, plan.data.rates) if amount != NO_VALUE]
