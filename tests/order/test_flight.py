@@ -24,7 +24,7 @@ from leafcut.order.stop import Stop
         ({"variant": "published"}, False, (11, 20.0, 0.015, 20, True, False, False, False)),
         ({"variant": "published-complex"}, False, (10, 15.0, 0.015, 20, True, True, False, False)),
         (
-            {"variant": "published", "moving_firefly": "darker", "short_inversions": "distance"},
+            {"variant": "published", "reading": "darker-distance"},
             True,
             (11, 20.0, 0.015, math.inf, True, False, True, True),
         ),

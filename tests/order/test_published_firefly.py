@@ -78,7 +78,7 @@ def plain_iteration(
 def test_twelve_places_have_the_tours_of_a_plain_implementation(variant: str, moving: str, short: str) -> None:
     instance = instance_of(12)
     flight = Flight.of(
-        FireflyOptions(variant=variant, moving_firefly=moving, short_inversions=short, n_fireflies=5), limited=True
+        FireflyOptions(variant=variant, reading=f"{moving}-{short}", n_fireflies=5), limited=True
     )
     swarm = PublishedFireflies(instance, flight, SolveOptions(seed=3), Stop(iterations=20))
     d, plain = instance.cost.matrix.tolist(), swarm.tours.tolist()
@@ -183,7 +183,7 @@ def test_options_that_it_would_not_use_are_refused_and_off_is_off() -> None:
         settings_for(collect_settings({"variant": "published"}), drill)
     assert settings_for(collect_settings({**published, "local_search": False}), drill).firefly.variant == "published"
     with pytest.raises(OptionError, match="only used with --variant published"):
-        settings_for(collect_settings({"algorithm": "firefly", "moving_firefly": "brighter"}), drill)
+        settings_for(collect_settings({"algorithm": "firefly", "reading": "brighter-tenth"}), drill)
     pocket = registry.work("pocket")
     assert settings_for(collect_settings({"variant": "published"}), pocket).firefly.variant == "published"
     with pytest.raises(OptionError, match="only used with --variant leafcut"):

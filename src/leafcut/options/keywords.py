@@ -533,11 +533,9 @@ class _FireflyOptions1(TypedDict, total=False):
     """Firefly variant; in the published variants, for simple and for complex pockets, every pair makes β₀
     inversions, the n shortest tours survive, and there is no local search (default: leafcut).
     """
-    moving_firefly: Literal["brighter", "darker", None]
-    """Firefly of a pair that moves first, by the attractiveness of its partner (default: brighter)."""
-    short_inversions: Literal["tenth", "distance", None]
-    """Maximum length of a short inversion: a tenth of the nodes, or the places at which two tours differ (default:
-    tenth).
+    reading: Literal["brighter-tenth", "brighter-distance", "darker-tenth", "darker-distance", None]
+    """Reading of the paper: which firefly of a pair moves first, and the maximum length of a short inversion, a
+    tenth of the nodes or the number of places at which two tours differ (distance) (default: brighter-tenth).
     """
     n_fireflies: int | None
     """Number of fireflies (n) (default: 11; 10 for published-complex)."""

@@ -226,18 +226,12 @@ class FireflyOptions(OptionGroup):
         choices=("leafcut", "published", "published-complex"),
         needs=(FIREFLIES,),
     )
-    moving_firefly: str = option(
+    reading: str = option(
         "text",
-        "brighter",
-        "firefly of a pair that moves first, by the attractiveness of its partner",
-        choices=("brighter", "darker"),
-        needs=_PUBLISHED,
-    )
-    short_inversions: str = option(
-        "text",
-        "tenth",
-        "maximum length of a short inversion: a tenth of the nodes, or the places at which two tours differ",
-        choices=("tenth", "distance"),
+        "brighter-tenth",
+        "reading of the paper: which firefly of a pair moves first, and the maximum length of a short inversion, a tenth "
+        "of the nodes or the number of places at which two tours differ (distance)",
+        choices=("brighter-tenth", "brighter-distance", "darker-tenth", "darker-distance"),
         needs=_PUBLISHED,
     )
     n_fireflies: int | None = option(

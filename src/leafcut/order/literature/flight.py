@@ -54,6 +54,7 @@ class Flight:
     def of(cls, options: FireflyOptions, limited: bool) -> Flight:
         """Return the parameters; a search `limited` in time or iterations has no patience."""
         count, attractiveness = MODES[options.variant]
+        moving, short_limit = options.reading.split("-")
         return cls(
             fireflies=options.n_fireflies or count,
             attractiveness=attractiveness if options.attractiveness is None else options.attractiveness,
@@ -61,8 +62,8 @@ class Flight:
             patience=math.inf if limited else PATIENCE,
             at_random=options.variant != "leafcut",
             complex=options.variant == "published-complex",
-            darker_moves=options.moving_firefly == "darker",
-            short_by_distance=options.short_inversions == "distance",
+            darker_moves=moving == "darker",
+            short_by_distance=short_limit == "distance",
         )
 
     def attraction(self, apart: int, h: int) -> float:

@@ -10,14 +10,14 @@ attractiveness β = β0·exp(-γ·r²). In an iteration each pair (i, j), i <= j
 - Fireflies of equal brightness make long moves, among them each firefly with itself (i = j).
 - All other moves are short.
 
-The source contradicts itself or is silent about two points, which are options.
+The source contradicts itself or is silent about two points, which `--reading` decides.
 
-- `--moving-firefly`: the algorithm moves j towards i if I(i) < I(j), so the `brighter` moves first; the text moves the
-  less bright firefly (`darker`) towards the brighter.
-- `--short-inversions`: the source gives no length of a short inversion. `tenth` is 2 … h/10 nodes, `distance` 2 … A
-  nodes, as Jati and Suyanto.
+- The algorithm moves j towards i if I(i) < I(j), so the `brighter` moves first; the text moves the less bright firefly
+  (`darker`) towards the brighter.
+- The source gives no length of a short inversion. `tenth` is 2 … h/10 nodes, `distance` 2 … A nodes, as Jati and
+  Suyanto.
 
-The defaults fit the published tables best (`docs/experiments.md`).
+The default fits the published tables best (`docs/experiments.md`).
 
 Decided here: the number β is rounded down; every result is one inversion of a current tour; the percentages are shares
 of the iterations or of the time limit.
@@ -45,7 +45,7 @@ from leafcut.order.stop import Stop
 #: Complex pockets: share of the iterations in which fireflies explore, and in which all moves are long.
 EXPLORE_BELOW, LONG_BELOW = 0.37, 0.27
 
-#: Maximum length of a short inversion for `--short-inversions tenth`, as a share of the nodes.
+#: Maximum length of a short inversion for a `--reading` with `tenth`, as a share of the nodes.
 TENTH = 0.1
 
 #: Iterations of the presets; the published range is 2000 to 6000.
