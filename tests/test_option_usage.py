@@ -152,7 +152,7 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         laid = {"sheet": "400x200", "ignore_layers": "MARK", "open_paths": "drop", "nester": "shapes", **FAST}
         api.nest([at["sheet.dxf"]], out / "nest.dxf", remnants_out=out, **laid)
     elif work == "solve":
-        api.solve(at["holes.csv"], **APART, target_gap=1, **LITTLE)
+        api.solve(at["holes.csv"], **APART, **LITTLE)
         api.solve("random:12", algorithm="firefly", **LITTLE)
     elif work == "simulate":
         api.simulate(at["cam.nc"])

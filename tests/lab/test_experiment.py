@@ -181,5 +181,4 @@ def test_an_algorithm_gets_the_options_that_mean_something_to_it() -> None:
     assert set(options_for("acs", options)) == {"algorithm", "bound", "n_ants", "greedy_probability", "iterations"}
     assert set(options_for("firefly", options)) == {"algorithm", "bound", "absorption", "iterations"}
     assert set(options_for("nn", options)) == {"algorithm", "bound", "iterations"}
-    assert options_for("mmas", {"target_gap": 2.0}) == {"algorithm": "mmas", "target_gap": 2.0}
     assert "auto" not in COMPARED

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 import leafcut
-from leafcut.errors import OptionError, SolveError
 from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import gap
@@ -58,70 +57,6 @@ def slots(n: int) -> RoutingProblem:
     xy = np.random.default_rng(6).uniform(0, 50, (2 * n, 2))
     swapped = xy.reshape(n, 2, 2)[:, ::-1].reshape(-1, 2)
     return RoutingProblem(xy, swapped.copy(), np.repeat(np.arange(n, dtype=np.int32), 2), np.zeros(2 * n))
-
-
-@pytest.mark.parametrize("algorithm", ["mmas", "auto"])
-def test_a_search_with_a_target_gap_stops_at_the_first_tour_that_is_good_enough(
-    algorithm: str, bounding: Bounding
-) -> None:
-    long = solve(board(), SolveOptions(algorithm=algorithm, iterations=30, bound=False))
-    asked = bounding(long.cost)
-    found = solve(board(), SolveOptions(algorithm=algorithm, iterations=30, target_gap=2.0))
-    *before, last = [cost for _, cost in found.history]
-    assert last == found.cost <= 1.02 * long.cost < min(before, default=math.inf)
-    assert found.iterations < 30
-    assert found.lower_bound == long.cost
-    assert len(asked) == 1, "the bound is sought once, before the search"
-    assert asked[0] == pytest.approx(solve(board(), SolveOptions(algorithm="nn", bound=False)).cost)
-
-
-def test_a_target_gap_that_is_never_reached_ends_with_the_budget(bounding: Bounding) -> None:
-    bounding(1.0)
-    found = solve(board(), SolveOptions(algorithm="mmas", iterations=4, target_gap=1.0))
-    assert (found.iterations, found.lower_bound) == (4, 1.0)
-
-
-def test_the_target_counts_what_the_nodes_themselves_cost(bounding: Bounding) -> None:
-    """60 nodes of 1000 each: the nearest-neighbour tour of some 600 to 800 is within 1 % of any bound."""
-    bounding(500.0)
-    found = solve(board(service=1000.0), SolveOptions(algorithm="mmas", target_gap=1.0))
-    assert found.iterations == 0
-    assert found.lower_bound == 60_500.0
-    assert found.cost <= 1.01 * 60_500.0
-
-
-@pytest.mark.parametrize(
-    ("problem", "words"), [(board(), "60 targets;"), (slots(20), "20 targets with several starts")]
-)
-def test_a_target_gap_without_a_bound_is_refused_in_one_line(
-    problem: RoutingProblem, words: str, bounding: Bounding, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    bounding(None)
-    monkeypatch.setattr("leafcut.order.certificate.MOST_WAYS", 39)
-    with pytest.raises(SolveError, match=words) as refused:
-        solve(problem, SolveOptions(target_gap=1.0))
-    assert "\n" not in str(refused.value)
-
-
-def test_a_target_gap_of_more_cuts_than_are_bounded_is_refused_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("leafcut.order.certificate.MOST_CLUSTERS", 19)
-    xy = np.random.default_rng(1).uniform(0, 50, (40, 2))
-    cuts = RoutingProblem(xy[:20], xy[20:], np.arange(20, dtype=np.int32), np.zeros(20))
-    with pytest.raises(SolveError, match="20 targets with costs that differ by direction;") as refused:
-        solve(cuts, SolveOptions(target_gap=1.0, iterations=1))
-    assert "\n" not in str(refused.value)
-
-
-def test_a_target_gap_and_no_bound_exclude_each_other() -> None:
-    with pytest.raises(OptionError, match="--no-bound"):
-        SolveOptions(target_gap=1.0, bound=False)
-
-
-@pytest.mark.parametrize("given, value", [("2.5", 2.5), ("2.5%", 2.5), ("2.5 %", 2.5), (2.5, 2.5), (0, 0.0)])
-def test_a_target_gap_may_be_written_with_its_percent_sign(given: object, value: float) -> None:
-    assert SolveOptions(target_gap=given).target_gap == value  # type: ignore[arg-type]
-    with pytest.raises(OptionError, match="--target-gap: 'x%' is not a percentage"):
-        SolveOptions(target_gap="x%")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("algorithm", ["auto", "mmas", "2opt", "nn", "none"])
@@ -209,12 +144,11 @@ def test_ctrl_c_while_a_bound_is_sought_keeps_the_solution(monkeypatch: pytest.M
         raise KeyboardInterrupt
 
     monkeypatch.setitem(sys.modules, "leafcut.order.bound", SimpleNamespace(lower_bound=lower_bound))
-    for options in (SolveOptions(iterations=2), SolveOptions(iterations=2, target_gap=1.0)):
-        cancelled = threading.Event()
-        found = solve(board(), options, cancelled=cancelled)
-        assert sorted(found.nodes.tolist()) == list(range(60))
-        assert found.lower_bound is None
-        assert cancelled.is_set()
+    cancelled = threading.Event()
+    found = solve(board(), SolveOptions(iterations=2), cancelled=cancelled)
+    assert sorted(found.nodes.tolist()) == list(range(60))
+    assert found.lower_bound is None
+    assert cancelled.is_set()
 
 
 def test_the_clock_of_a_search_stands_still_while_a_bound_is_sought(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -235,8 +169,8 @@ def test_progress_tells_cost_gap_and_share(bounding: Bounding) -> None:
     bounding(400.0)
     told: list[Progress] = []
     found = solve(
-        board(service=1.0), SolveOptions(algorithm="mmas", iterations=5, target_gap=0.0),
-        progress=told.append,
+        board(service=1.0), SolveOptions(algorithm="mmas", iterations=5),
+        progress=told.append, observe=lambda take, alone: None,
     )  # fmt: skip
     assert [now.share for now in told] == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
     assert told[-1].cost == pytest.approx(found.cost)
@@ -351,16 +285,6 @@ def test_a_bound_that_ends_early_is_the_bound_proved_so_far(n: int, monkeypatch:
         assert bounds[-1] <= found.cost
     assert bounds == sorted(bounds)
     assert bounds[0] < bounds[-1] == solve(board(n), SolveOptions(preset="fast", threads=1)).lower_bound
-
-
-def test_the_bound_of_a_target_gap_ends_at_its_deadline_and_the_search_goes_on() -> None:
-    """Without a bound, the target gap has no effect: the search ends at its other limits."""
-    for problem in (board(30), slots(20)):
-        options = SolveOptions(iterations=3, threads=1, target_gap=1000.0)
-        assert solve(problem, options).iterations == 0
-        found = solve(problem, options, bounds=Deadline(0.0))
-        assert found.iterations == 3
-        assert found.lower_bound is None
 
 
 @pytest.mark.parametrize("kind", ["cuts", "slots"])

@@ -128,7 +128,7 @@ def test_ants_with_local_search_order_a_path_in_a_share_of_the_time(
     """Twenty generations of Ant Colony System, ten without a gain; at most 15 % of the time limit."""
     instance, seen = cuts(), []
     layers, greedy, cancelled = build_clusters(instance), greedy_path(instance), threading.Event()
-    best = Best(Stop(seconds=200.0, target=-5.0, cancelled=cancelled, began=17.0))
+    best = Best(Stop(seconds=200.0, cancelled=cancelled, began=17.0))
     optimum = np.random.default_rng(3).permutation(N)
 
     def searched(ants: Ants, own: Best) -> int:
@@ -144,7 +144,7 @@ def test_ants_with_local_search_order_a_path_in_a_share_of_the_time(
     stop = own.stop
     assert (stop.iterations, stop.patience) == (generations or 20, 10)
     assert stop.seconds == pytest.approx(30.0)
-    assert (stop.target, stop.began, stop.cancelled) == (-5.0, 17.0, cancelled)
+    assert (stop.began, stop.cancelled) == (17.0, cancelled)
     assert stop.payoff_limit == PayoffLimit()
     assert (ants.stop, ants.seed, ants.trails.parameters.algorithm) == (stop, 9, "acs")
     assert ants.trails.parameters.local_search

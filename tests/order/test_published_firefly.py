@@ -77,9 +77,7 @@ def plain_iteration(
 @pytest.mark.parametrize("short", ["distance", "tenth"])
 def test_twelve_places_have_the_tours_of_a_plain_implementation(variant: str, moving: str, short: str) -> None:
     instance = instance_of(12)
-    flight = Flight.of(
-        FireflyOptions(variant=variant, reading=f"{moving}-{short}", n_fireflies=5), limited=True
-    )
+    flight = Flight.of(FireflyOptions(variant=variant, reading=f"{moving}-{short}", n_fireflies=5), limited=True)
     swarm = PublishedFireflies(instance, flight, SolveOptions(seed=3), Stop(iterations=20))
     d, plain = instance.cost.matrix.tolist(), swarm.tours.tolist()
     swarm.construct(0)

@@ -68,15 +68,10 @@ def test_a_search_keeps_the_first_of_the_cheapest_and_learns_from_every_iteratio
     assert [row[3] for row in ants.learned] == reported == [8.0, 8.0, 6.0, 6.0]
 
 
-def test_a_search_ends_without_patience_or_at_its_target_and_learns_nothing_then() -> None:
+def test_a_search_ends_without_patience() -> None:
     ants = Candidates([(9.0, 9.0)] * 9)
     best = Best(Stop(patience=3))
     assert search(ants, best) == 3
-    ants = Candidates([(9.0, 9.0), (5.0, 9.0), (1.0, 1.0)])
-    best = Best(Stop(target=5.0))
-    assert search(ants, best) == 1
-    assert best.cost == 5.0
-    assert len(ants.learned) == 1
 
 
 def test_ctrl_c_keeps_the_best_tour_and_ends_the_program_without_one() -> None:

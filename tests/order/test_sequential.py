@@ -297,18 +297,6 @@ def test_the_bound_leaves_precedence_out_and_is_never_above_the_optimum() -> Non
         assert found.lower_bound <= least(free) + 1e-9
 
 
-def test_a_target_gap_ends_the_search_at_the_first_path_that_is_good_enough() -> None:
-    problem = random_problem(2, 60, "holes", "closed", pairs=0)
-    pair = RoutingProblem(
-        problem.entry, problem.exit, problem.cluster, problem.service, problem.metric,
-        np.array([[0, 1]], dtype=np.int32), closed=True,
-    )  # fmt: skip
-    found = solve(pair, SolveOptions(target_gap=8.0, iterations=10_000))
-    assert found.gap is not None
-    assert found.gap <= 0.08
-    assert found.iterations < 10_000
-
-
 def test_a_search_that_is_stopped_or_interrupted_keeps_the_best_that_it_has() -> None:
     problem, seen = random_problem(2, 80, "cuts", ENDS[1], pairs=30), []
     cancelled = threading.Event()

@@ -57,8 +57,6 @@ def test_a_search_stops_at_its_limit_less_the_time_still_needed(clock: Clock) ->
     for unlimited in (Stop(), Stop(iterations=3)):
         clock.now += 1e9
         assert not unlimited.now(1e9)
-        unlimited.satisfied = True
-        assert unlimited.now()
     cancelled = Stop()
     cancelled.cancelled.set()
     assert cancelled.now()
@@ -156,7 +154,7 @@ def test_the_time_left_of_a_deadline_falls_while_a_search_runs_and_stays_afterwa
 
 
 def test_a_tour_is_kept_if_it_is_shorter_by_more_than_rounding(clock: Clock) -> None:
-    best, tour = Best(Stop(target=4.0)), np.array([2, 0, 1], dtype=np.int32)
+    best, tour = Best(Stop()), np.array([2, 0, 1], dtype=np.int32)
     assert (best.tour.shape, best.tour.dtype, best.iteration, best.cost) == ((0,), np.int32, 0, math.inf)
     assert best.offer(tour, 10.0, 3)
     tour[:] = 7
@@ -165,10 +163,10 @@ def test_a_tour_is_kept_if_it_is_shorter_by_more_than_rounding(clock: Clock) -> 
     assert not best.offer(tour, 10.0, 4)
     assert not best.offer(tour, 10.0 - 5e-12, 4)
     assert not best.offer(tour, math.inf, 4)
-    assert (best.cost, best.iteration, best.stop.satisfied) == (10.0, 3, False)
+    assert (best.cost, best.iteration) == (10.0, 3)
     assert best.offer(tour, 10.0 - 2e-11, 5)
     assert best.offer(tour, 4.0, 6)
-    assert (best.cost, best.iteration, best.stop.satisfied) == (4.0, 6, True)
+    assert (best.cost, best.iteration) == (4.0, 6)
     assert best.history == [(0.0, 10.0), (2.0, 10.0 - 2e-11), (2.0, 4.0)]
     # Costs of a table may be negative: a tour of -10 is not shorter than itself by rounding.
     negative = Best(Stop())
@@ -177,20 +175,16 @@ def test_a_tour_is_kept_if_it_is_shorter_by_more_than_rounding(clock: Clock) -> 
     assert negative.offer(tour, -10.0 - 2e-11, 0)
 
 
-def test_bounds_are_shown_and_those_for_observers_count_only_for_a_cancelled_search() -> None:
+def test_a_bound_for_observers_counts_only_for_a_cancelled_search() -> None:
     best = Best(Stop(), shown_bound=3.0)
-    assert (best.known_bound, best.final_bound()) == (3.0, None)
+    assert best.final_bound() is None
     best.stop.cancelled.set()
     assert best.final_bound() == 3.0
-    best.bound = 5.0
-    assert (best.known_bound, best.final_bound()) == (5.0, 5.0)
-    both = Best(Stop(), shown_bound=3.0, bound=5.0)
-    assert (both.known_bound, both.final_bound()) == (5.0, 5.0)
 
 
 def test_progress_is_the_largest_share_of_iterations_and_time_with_cost_and_gap(clock: Clock) -> None:
     seen: list[Progress] = []
-    best = Best(Stop(iterations=8, seconds=10.0), seen.append, service=2.0, bound=5.0)
+    best = Best(Stop(iterations=8, seconds=10.0), seen.append, service=2.0, shown_bound=5.0)
     best.offer(np.zeros(1, dtype=np.int32), 8.0, 0)
     best.tell(4)
     clock.now += 7.5

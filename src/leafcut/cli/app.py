@@ -60,7 +60,7 @@ _EVERY_INPUT = (
 )
 #: Main options of commands whose help does not follow a form of the studio.
 _MAIN = {
-    "solve": ("algorithm", "preset", "time_limit", "seed", "target_gap", "threads"),
+    "solve": ("algorithm", "preset", "time_limit", "seed", "threads"),
     "tools speeds": ("material", "tools", "depth", "thickness", "machine", "shop_rate"),
 }
 

@@ -141,14 +141,11 @@ def run_experiment(
 def options_for(algorithm: str, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options that an algorithm uses.
 
-    The lower bound is switched off, because it is computed once for all algorithms; a target gap needs it in every
-    run.
+    The lower bound is switched off, because it is computed once for all algorithms.
     """
     used = registry.work("solve").used()
     kept = {name: value for name, value in options.items() if _fits(used.get(name, ()), algorithm)}
-    if kept.get("target_gap") is None:
-        kept["bound"] = False
-    return {**kept, "algorithm": algorithm}
+    return {**kept, "bound": False, "algorithm": algorithm}
 
 
 def _fits(needs: Conditions, algorithm: str) -> bool:

@@ -458,8 +458,6 @@ class _SolveOptions1(TypedDict, total=False):
         None,
     ]
     """Algorithm (see `leafcut list algorithms`) (default: auto)."""
-    target_gap: float | str | None
-    """Stop at this gap to the lower bound, in percent; the bound is computed first (default: none)."""
     bound: bool | None
     """Compute a lower bound and report the gap; a tenth of --time-limit is reserved for the bound (on unless
     False).

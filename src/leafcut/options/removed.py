@@ -86,6 +86,7 @@ REMOVED = {
     "sweep_width": "a band is as wide as a fifth of the sheet, or as the largest part if that is wider",
     "switch_at": "--variant sets it",
     "switch_offset": "set probe.switch_offset in the machine profile",
+    "target_gap": "a search ends when it no longer pays; --time-limit or --iterations end it earlier",
     "through": "now --depth through",
     "tool_change_height": "tools are changed 25 mm above Z0, or at safe_z of the machine profile",
     "tool_cost": "set life_cost in the tool library",

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from leafcut.errors import OptionError
 from leafcut.options.condition import when_one_of
 from leafcut.options.option_spec import OptionGroup, option
 
@@ -84,13 +83,6 @@ class SolveOptions(OptionGroup):
         minimum=0,
         default_words="the preset decides",
     )
-    target_gap: float | None = option(
-        "percent",
-        None,
-        "stop at this gap to the lower bound, in percent; the bound is computed first",
-        minimum=0,
-        default_words="none",
-    )
     bound: bool = option(
         "flag",
         True,
@@ -127,11 +119,6 @@ class SolveOptions(OptionGroup):
         "improve the tour of every ant or firefly by local search",
         needs=(when_one_of("variant", "leafcut"),),
     )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.target_gap is not None and not self.bound:
-            raise OptionError("--target-gap: needs the lower bound; leave out --no-bound")
 
     @property
     def keeps_order(self) -> bool:
@@ -229,8 +216,8 @@ class FireflyOptions(OptionGroup):
     reading: str = option(
         "text",
         "brighter-tenth",
-        "reading of the paper: which firefly of a pair moves first, and the maximum length of a short inversion, a tenth "
-        "of the nodes or the number of places at which two tours differ (distance)",
+        "reading of the paper: which firefly of a pair moves first, and the maximum length of a short inversion, a "
+        "tenth of the nodes or the number of places at which two tours differ (distance)",
         choices=("brighter-tenth", "brighter-distance", "darker-tenth", "darker-distance"),
         needs=_PUBLISHED,
     )

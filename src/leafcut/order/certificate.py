@@ -1,4 +1,4 @@
-"""The lower bound of a solution, and the gap at which a search may stop."""
+"""The lower bound of a solution."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from leafcut.errors import SolveError
 from leafcut.geometry.arrays import Floats
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
 from leafcut.order.construction import nearest_neighbour
 from leafcut.order.directed import AnyInstance, least_costs
-from leafcut.order.instance import Instance, build_instance, is_directed, is_symmetric
+from leafcut.order.instance import Instance, build_instance, is_symmetric
 from leafcut.order.search import Best
 from leafcut.order.stop import Deadline
 
@@ -33,27 +32,9 @@ MOST_BOUNDED = 20_000
 ROUNDING = 1e-9
 
 
-def set_target_from_gap(options: SolveOptions, instance: AnyInstance, best: Best, deadline: Deadline) -> None:
-    """With `--target-gap`, compute the lower bound and set the target of the search, with the clock stopped.
-
-    If the deadline passes before a bound is proved, the search has no target. Raises SolveError if no bound can be
-    computed for this problem.
-    """
-    if options.target_gap is None:
-        return
-    stop = best.stop
-    with stop.paused(), deadline.running(stop.cancelled) as late:
-        best.bound = _prove_bound(instance.problem, instance, None, stop.cancelled, late) if instance.exact else None
-        over = late()
-    if best.bound is not None:
-        stop.target = best.bound * (1.0 + options.target_gap / 100.0) - best.service
-    elif not over:
-        raise _no_bound(instance.problem)
-
-
 def compute_shown_bound(options: SolveOptions, instance: AnyInstance, best: Best) -> None:
     """Compute a lower bound for an observed search, with the clock stopped; it does not change the result."""
-    if not options.bound or best.bound is not None or instance.problem.n_clusters > MOST_BOUNDED:
+    if not options.bound or instance.problem.n_clusters > MOST_BOUNDED:
         return
     cancelled = best.stop.cancelled
     with best.stop.paused():
@@ -81,17 +62,6 @@ def _prove_bound(
         cancelled.set()
         return None
     return None if bound is None else bound + instance.service
-
-
-def _no_bound(problem: RoutingProblem) -> SolveError:
-    what = f"{problem.n_clusters:,} targets"
-    if problem.n_nodes > problem.n_clusters:
-        what += " with several starts or directions"
-    elif is_directed(problem):
-        what += " with costs that differ by direction"
-    return SolveError(
-        f"--target-gap: no lower bound is available for {what}; give --time-limit or --iterations instead"
-    )
 
 
 def symmetric_relaxation(problem: RoutingProblem, late: Callable[[], bool] = lambda: False) -> RoutingProblem | None:

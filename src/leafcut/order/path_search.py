@@ -242,7 +242,7 @@ def offer_path_of_ants(
     stop = best.stop
     best.offer(instance.nodes(greedy.node, greedy.enter), instance.length(greedy.node, greedy.enter, greedy.leave), 0)
     own_stop = Stop(
-        iterations=generations, patience=PATIENCE, seconds=ANTS_SHARE * stop.seconds, target=stop.target,
+        iterations=generations, patience=PATIENCE, seconds=ANTS_SHARE * stop.seconds,
         cancelled=stop.cancelled, began=stop.began,
     )  # fmt: skip
     own = Best(own_stop)

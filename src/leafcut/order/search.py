@@ -63,17 +63,16 @@ class Best:
     Attributes
     ----------
     cost, history
-        Costs without service, like `Stop.target`.
+        Costs without service.
     service
         Constant cost of every path, which the search leaves out.
-    bound
-        Lower bound including service if it was computed before the search; `shown_bound` is for observers only.
+    shown_bound
+        Lower bound including service, for observers.
     """
 
     stop: Stop
     progress: OnProgress | None = None
     service: float = 0.0
-    bound: float | None = None
     shown_bound: float | None = None
     view: SearchView = field(default_factory=SearchView)
     observer: Observer = field(default_factory=Observer)
@@ -90,25 +89,18 @@ class Best:
                 return False
             self.tour, self.cost, self.iteration = tour.copy(), float(cost), iteration
             self.history.append((self.stop.elapsed(), float(cost)))
-        if cost <= self.stop.target:
-            self.stop.satisfied = True
         return True
 
-    @property
-    def known_bound(self) -> float | None:
-        """The lower bound; without one, `shown_bound`."""
-        return self.shown_bound if self.bound is None else self.bound
-
     def final_bound(self) -> float | None:
-        """Return the bound of the solution if it is already known; a cancelled search also uses `shown_bound`."""
-        return self.known_bound if self.stop.cancelled.is_set() else self.bound
+        """Return the shown bound of a cancelled search, for which no bound is computed; otherwise None."""
+        return self.shown_bound if self.stop.cancelled.is_set() else None
 
     def tell(self, iteration: int, costs: NDArray[np.float64] | None = None, alone: bool = True) -> None:
         """Report progress after an iteration with the `costs` of its tours; `alone`: the search waits for this call."""
         if self.progress is not None:
             shares = (iteration / max(self.stop.iterations, 1), self.stop.elapsed() / self.stop.seconds)
             cost = self.cost + self.service
-            self.progress(Progress("searching", min(1.0, max(shares)), cost, gap(cost, self.known_bound)))
+            self.progress(Progress("searching", min(1.0, max(shares)), cost, gap(cost, self.shown_bound)))
         with self.stop.paused() if alone else nullcontext():
             self._show(iteration, costs, alone)
 
@@ -119,7 +111,7 @@ class Best:
             with self.lock:
                 tour, cost = self.tour, self.cost
             path = view.shown.places(view.result(tour)) if view.shown is not None and len(tour) else np.zeros((0, 2))
-            return Snapshot(path, cost + self.service, self.known_bound, iteration, seconds, **view.parts(self))
+            return Snapshot(path, cost + self.service, self.shown_bound, iteration, seconds, **view.parts(self))
 
         whole, worked = None if costs is None else costs + self.service, sum(view.log.seconds)
         self.observer.note(iteration, seconds, self.cost + self.service, whole, view.branching, worked)

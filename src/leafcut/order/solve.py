@@ -15,7 +15,7 @@ from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.algorithms import algorithm_for, check_algorithm, check_options, needs_choices, warm_up
-from leafcut.order.certificate import certify, compute_shown_bound, set_target_from_gap
+from leafcut.order.certificate import certify, compute_shown_bound
 from leafcut.order.directed import refuse_ends_with_cost_table
 from leafcut.order.exact import TRY_ALL, best_nodes, choose_nodes, is_exactly_solvable, try_all_orders
 from leafcut.order.instance import path_cost
@@ -49,8 +49,7 @@ def solve(
         Deadline of lower bounds, which the time limit does not include; None for no limit.
 
     Raises OptionError if the algorithm belongs to a package and cannot be used; SolveError if the precedence cannot be
-    satisfied, or not by this algorithm, there are too many nodes for full candidate lists, or no lower bound is
-    available for the target gap.
+    satisfied, or not by this algorithm, or there are too many nodes for full candidate lists.
     """
     options, aco, firefly = options or SolveOptions(), aco or AcoOptions(), firefly or FireflyOptions()
     cancelled, bounds = cancelled or threading.Event(), bounds or Deadline()
@@ -67,7 +66,6 @@ def solve(
         warm_up(problem, options, firefly)
     instance = algorithm.instance(problem, options.candidates)
     best = Best(stop, progress, instance.service, view=SearchView(instance), observer=observe or Observer())
-    set_target_from_gap(options, instance, best, bounds)
     best.observer.begin()
     if observe is not None:
         compute_shown_bound(options, instance, best)

@@ -1,5 +1,5 @@
-"""Stopping criteria of a search (target cost, iterations, time limit, cancellation, iterations without improvement),
-and the time limit of a run, shared among its searches.
+"""Stopping criteria of a search (iterations, time limit, cancellation, iterations without improvement), and the time
+limit of a run, shared among its searches.
 """
 
 from __future__ import annotations
@@ -67,16 +67,13 @@ class PayoffLimit:
 class Stop:
     """All stopping criteria of a search.
 
-    `now` is called often (between ants) and checks only cancellation, the time limit and the target. `reached` is
-    called between iterations. `patience`: iterations without a better tour; `target`: cost at which a tour is good
-    enough, as the search counts it (without service); `satisfied`: set by `Best.offer` when a tour reaches the target.
+    `now` is called often (between ants) and checks only cancellation and the time limit. `reached` is called between
+    iterations. `patience`: iterations without a better tour.
     """
 
     iterations: float = math.inf
     patience: float = math.inf
     seconds: float = math.inf
-    target: float = -math.inf
-    satisfied: bool = False
     cancelled: threading.Event = field(default_factory=threading.Event)
     payoff_limit: PayoffLimit = field(default_factory=PayoffLimit)
     began: float = field(default_factory=lambda: clock())  # noqa: PLW0108  # whichever clock there is then
@@ -97,7 +94,7 @@ class Stop:
 
     def now(self, spare: float = 0.0) -> bool:
         """Return whether to stop immediately, given that `spare` seconds are still needed afterwards."""
-        return self.satisfied or self.cancelled.is_set() or self.elapsed() + spare >= self.seconds
+        return self.cancelled.is_set() or self.elapsed() + spare >= self.seconds
 
     @contextmanager
     def paused(self) -> Iterator[None]:

@@ -41,7 +41,6 @@ FormGroups = tuple[tuple[str, tuple[str, ...]], ...]
 SEARCH = ("preset", "time_limit", "algorithm", "objective")
 SEARCH_MORE = (
     "iterations",
-    "target_gap",
     "bound",
     "seed",
     "threads",

@@ -301,9 +301,7 @@ def _search_between(
     if high - low < 2:
         return _known_solution(problem, known_path, options)
     inner, node_of = _remove_ends(problem, known_path[:low], known_path[high:])
-    solution = search(
-        number, inner, replace(options, bound=False, target_gap=None) if low or high < len(known_path) else options
-    )
+    solution = search(number, inner, replace(options, bound=False) if low or high < len(known_path) else options)
     nodes = np.concatenate([known_path[:low], node_of[solution.nodes], known_path[high:]]).astype(np.int32)
     if path_cost(problem, known_path) < path_cost(problem, nodes):
         nodes = known_path
@@ -368,4 +366,4 @@ def _with_cost(
 
 
 def _quick_search_options(options: SolveOptions, bound: bool = False) -> SolveOptions:
-    return replace(options, iterations=_ITERATIONS, time_limit=None, bound=bound, target_gap=None)
+    return replace(options, iterations=_ITERATIONS, time_limit=None, bound=bound)

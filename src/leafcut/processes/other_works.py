@@ -35,7 +35,7 @@ class Solving(Work):
     )
     form = (
         ("search", ("algorithm", "preset", "time_limit", "iterations", "seed")),
-        ("solve", ("target_gap", "bound", "threads", "candidates", "local_search")),
+        ("solve", ("bound", "threads", "candidates", "local_search")),
         ("read", ("units", "layers", "strict")),
     )
 

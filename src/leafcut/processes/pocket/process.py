@@ -194,7 +194,7 @@ class Pocketing(Process):
         usual = Stage(
             order_problem(work.job, [pocket.usual for pocket in work.cleared]), False, stage.given, stage.name
         )
-        options = replace(job.settings.solve, bound=False, target_gap=None)
+        options = replace(job.settings.solve, bound=False)
         order = find_order(job.quiet(), [usual], options, job.deadline.part(0.5))
         return self.generate(plan, Order((order.choices[0] + len(work.regions),)))
 

@@ -109,7 +109,7 @@ def _grid(name: str) -> Strategy:
         problem, context = known or grid_problem(region)
         if known is None and asked.strategy != name:
             grids[region] = problem, context
-        options = replace(settings.solve, bound=False, target_gap=None, time_limit=run.deadline.seconds)
+        options = replace(settings.solve, bound=False, time_limit=run.deadline.seconds)
         if asked.strategy != name:
             # A short search is enough for the comparison: its cost is a few tenths of a percent higher at most.
             options = replace(options, preset="fast")
