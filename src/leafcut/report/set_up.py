@@ -24,7 +24,7 @@ def coordinate_words(mm: float, scale: float = 1.0) -> str:
 def moved_axes(path: Toolpath) -> list[tuple[str, float, float]]:
     """Return name, lowest and highest position, mm, of each axis that the program positions."""
     moving = np.isin(path.kind, [int(kind) for kind in MOTIONS])
-    known = np.isfinite(path.end[moving]).any(axis=0)
+    known = [bool(np.isfinite(path.end[moving, axis]).any()) for axis in range(3)]
     low, high = path.extents
     return [(name, low[k], high[k]) for k, name in enumerate("XYZ") if known[k]]
 
