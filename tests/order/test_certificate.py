@@ -15,6 +15,7 @@ import pytest
 import leafcut
 from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.model.snapshot import Observer
 from leafcut.model.solution import gap
 from leafcut.options import SolveOptions
 from leafcut.order import stop as stop_module
@@ -170,7 +171,7 @@ def test_progress_tells_cost_gap_and_share(bounding: Bounding) -> None:
     told: list[Progress] = []
     found = solve(
         board(service=1.0), SolveOptions(algorithm="mmas", iterations=5),
-        progress=told.append, observe=lambda take, alone: None,
+        progress=told.append, observe=Observer(),
     )  # fmt: skip
     assert [now.share for now in told] == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
     assert told[-1].cost == pytest.approx(found.cost)

@@ -49,6 +49,7 @@ class Candidates(Population):
     """Proposes two tours in each iteration, by a list of costs, and keeps a list of all that is learned."""
 
     def __init__(self, costs: list[tuple[float, float]]) -> None:
+        super().__init__()
         self.given, self.learned = costs, []
 
     def construct(self, iteration: int) -> tuple[np.ndarray, np.ndarray]:

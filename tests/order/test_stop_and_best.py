@@ -251,13 +251,16 @@ def test_an_observer_gets_the_costs_of_an_iteration_with_service(clock: Clock) -
             return 2.5
 
     best = Best(Stop(), service=2.0, cost=8.0, view=View(), observer=Notes())
+    best.view.log = WorkerLog.of(2)
+    best.view.log.add(0, 1, 0.5, 9.0)
+    best.view.log.add(1, 1, 0.25, 8.0)
     clock.now += 3.0
     best.tell(4, costs=np.array([8.0, 9.0]))
     best.tell(5)
-    (iteration, seconds, cost, costs, branching), _, without, _ = noted
-    assert (iteration, seconds, cost, branching()) == (4, 3.0, 10.0, 2.5)  # type: ignore[operator]
+    (iteration, seconds, cost, costs, branching, working), _, without, _ = noted
+    assert (iteration, seconds, cost, branching(), working) == (4, 3.0, 10.0, 2.5, 0.75)  # type: ignore[operator]
     assert costs.tolist() == [10.0, 11.0]  # type: ignore[attr-defined]
-    assert without == (5, 3.0, 10.0, None, branching)
+    assert without == (5, 3.0, 10.0, None, branching, 0.75)
 
 
 def test_the_work_of_each_worker_is_added_up() -> None:
