@@ -61,6 +61,7 @@ def test_the_keys_of_the_answers_are_those_that_scripts_rely_on(programs: dict[s
         "schema",
         "program",
         "machine",
+        "head",
         "time_s",
         "rapid_mm",
         "feed_mm",
