@@ -23,6 +23,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from leafcut.message import Message, map_text
+
 #: Maximum length of a quotation from a file; file names are not shortened.
 LONGEST_QUOTE = 60
 LONGEST_MESSAGE = 1000
@@ -42,9 +44,11 @@ def printable(text: str, limit: int = LONGEST_QUOTE) -> str:
 
 def shorten_message(message: str) -> str:
     """Return a message with shortened quotations and long words."""
-    if len(message) <= LONGEST_QUOTE:
-        return message
-    line = message[: 10 * LONGEST_MESSAGE]
+    return message if len(message) <= LONGEST_QUOTE else map_text(message, _shorten)
+
+
+def _shorten(text: str) -> str:
+    line = text[: 10 * LONGEST_MESSAGE]
     line = _QUOTED.sub(lambda match: f"'{printable(match[1])}'", line)
     line = _UNBROKEN.sub(lambda match: printable(match[0]), line)
     return line if len(line) <= LONGEST_MESSAGE else line[: LONGEST_MESSAGE - 1] + "…"
@@ -85,7 +89,7 @@ class ReadError(LeafcutError):
         self.reason = shorten_message(reason)
         place = self.file if line is None else f"{self.file}:{line}"
         super().__init__()
-        self.args = (f"{place}: {self.reason}",)  # file names are never shortened
+        self.args = (Message("{}: {}", place, self.reason),)  # file names are never shortened
 
 
 class OptionError(LeafcutError, ValueError):
@@ -134,10 +138,10 @@ def parser_errors(file: str | Path, failure: str, line: int | None = None) -> It
     except (LeafcutError, MemoryError):
         raise
     except RecursionError:
-        raise ReadError(file, f"{failure} (nested too deep)", line) from None
+        raise ReadError(file, Message("{} (nested too deep)", failure), line) from None
     except Exception as problem:
-        reason = printable(str(problem), 120) or "no reason given"
-        raise ReadError(file, f"{failure} ({type(problem).__name__}: {reason})", line) from None
+        reason = printable(str(problem), 120) or Message("no reason given")
+        raise ReadError(file, Message("{} ({}: {})", failure, type(problem).__name__, reason), line) from None
 
 
 def closest_names(name: str, known: Iterable[str]) -> list[str]:
@@ -167,8 +171,9 @@ _MAX_CLOSE, _MAX_LISTED = 3, 60
 
 def did_you_mean(names: Sequence[str]) -> str:
     """Return ``"; did you mean 'x' or 'y'?"``."""
-    *others, last = (f"'{name}'" for name in names)
-    return f"; did you mean {', '.join(others)} or {last}?" if others else f"; did you mean {last}?"
+    *others, last = ("'{}'" for _ in names)
+    quoted = f"{', '.join(others)} or {last}" if others else last
+    return Message(f"; did you mean {quoted}?", *names)
 
 
 def name_suggestion(name: str, known: Iterable[str]) -> str:
@@ -176,9 +181,9 @@ def name_suggestion(name: str, known: Iterable[str]) -> str:
     known = list(known)
     if matches := closest_names(name, known):
         return did_you_mean(matches)
-    return f"; choose one of {', '.join(known)}" if len(known) <= _MAX_LISTED else ""
+    return Message("; choose one of {}", ", ".join(known)) if len(known) <= _MAX_LISTED else ""
 
 
 def count_of(number: int, noun: str, style: str = "") -> str:
     """Return a number with its noun: ``1 hole``, ``1200 holes``, or with the style ``,``: ``1,200 holes``."""
-    return f"{number:{style}} {noun}" + ("" if number == 1 else "s")
+    return Message(f"{{:{style}}} {noun}{'' if number == 1 else 's'}", number)

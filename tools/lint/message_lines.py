@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from itertools import islice, product
 from pathlib import Path
+from string import Formatter
 from typing import NamedTuple
 
 import sources
@@ -96,6 +97,8 @@ class MessageSource:
                 return self._of_name(node, name, path)
             case ast.Call(func=ast.Attribute(value=text, attr="format" | "rstrip")):
                 return [re.sub(r"\{\w+(:[^}]*)?\}", GAP, template) for template in self.templates(text, path)]
+            case ast.Call(func=ast.Name(id="Message"), args=[ast.Constant(value=str(template)), *values]):
+                return _joined(self._parts_of_message(template, iter(values), path))
             case ast.Call():
                 return self._returned(_called_name(node), path)
         return [GAP]
@@ -105,7 +108,17 @@ class MessageSource:
             return self.templates(part, path)
         if part.format_spec is not None or part.conversion != -1:
             return [GAP]
-        templates = self.templates(part.value, path)
+        return self._in_gap(part.value, path)
+
+    def _parts_of_message(self, template: str, values: Iterator[ast.expr], path: _Path) -> Iterator[list[str]]:
+        for literal, name, form, conversion in Formatter().parse(template):
+            yield [literal]
+            if name is not None:
+                value = next(values)
+                yield [GAP] if form or conversion else self._in_gap(value, path)
+
+    def _in_gap(self, value: ast.expr, path: _Path) -> list[str]:
+        templates = self.templates(value, path)
         return [GAP] if GAP in templates else templates
 
     def _of_name(self, node: ast.Name, name: str, path: _Path) -> list[str]:
@@ -212,7 +225,7 @@ def texts_of(file: Path) -> Iterator[str]:
     """Yield every text in a file as a template."""
     for node in sources.nodes_of(file):
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
-            yield node.value
+            yield re.sub(r"\{[!:][^{}]*\}", GAP, node.value)  # a message states the formats of its values
         elif isinstance(node, ast.JoinedStr):
             yield "".join(str(part.value) if isinstance(part, ast.Constant) else GAP for part in node.values)
 

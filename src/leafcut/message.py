@@ -1,0 +1,119 @@
+"""`Message`: an English text for users that keeps its template and values, so that a catalogue can translate it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from functools import cache
+from itertools import pairwise
+from string import Formatter
+from typing import Any, Self
+
+#: A gap of a template.
+GAP = "{}"
+
+
+class Message(str):
+    """A text built from a template and its values: ``Message("pocket {} of {}: {:.3g} mm", 2, 5, depth)``.
+
+    It is the English text. A catalogue translates the template. A value that is a message is translated as well; any
+    other value, such as the name of a file, is not.
+
+    Attributes
+    ----------
+    template
+        The template with ``{}`` for each gap: the key of the catalogue.
+    values
+        The texts in the gaps.
+    """
+
+    __slots__ = ("template", "values")
+    template: str
+    values: tuple[str, ...]
+
+    def __new__(cls, template: str, *values: object) -> Self:
+        """Fill the gaps of a template: ``{}``, ``{:.3g}`` or ``{!r}``, in order, one value each."""
+        key, gaps = _parsed(template)
+        # `format` of a message, or of an exception with a message, is the message.
+        texts = tuple(
+            format(value) if gap == GAP else gap.format(value) for gap, value in zip(gaps, values, strict=True)
+        )
+        return cls.of_parts(key.format(*texts), key, texts)
+
+    @classmethod
+    def of_parts(cls, text: str, template: str, values: tuple[str, ...]) -> Self:
+        """Return the message with a text that was made from the template and the values."""
+        message = super().__new__(cls, text)
+        message.template, message.values = template, values
+        return message
+
+    def __str__(self) -> str:
+        """Return the message itself, so that `str` of an exception keeps template and values."""
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return self.of_parts, (self.text, self.template, self.values)
+
+    @property
+    def text(self) -> str:
+        """The English text alone."""
+        return super().__str__()
+
+    def map(self, function: Callable[[str], str]) -> Self:
+        """Return the message with a function applied to its text and to every value; a quoted value has its quotes."""
+        values = (
+            function(f"'{value}'")[1:-1] if quoted else map_text(value, function)
+            for value, quoted in zip(self.values, quoted_gaps(self.template), strict=True)
+        )
+        return self.of_parts(function(self.text), self.template, tuple(values))
+
+
+def map_text(text: str, function: Callable[[str], str]) -> str:
+    """Apply a function to a text; a message keeps its template."""
+    return text.map(function) if isinstance(text, Message) else function(text)
+
+
+@cache
+def quoted_gaps(template: str) -> tuple[bool, ...]:
+    """Return for each gap of a template whether it is in single quotes, and so contains a user's own text."""
+    parts = list(Formatter().parse(f"{template} "))
+    return tuple(a[0].endswith("'") and b[0].startswith("'") for a, b in pairwise(parts))
+
+
+@cache
+def _parsed(template: str) -> tuple[str, tuple[str, ...]]:
+    """Return a template with plain gaps, and its gaps with their formats."""
+    key, gaps = "", []
+    for literal, name, form, conversion in Formatter().parse(template):
+        key += literal.replace("{", "{{").replace("}", "}}")
+        if name is None:
+            continue
+        if name:
+            raise ValueError(f"a gap with the name '{name}' in {template!r}")
+        key += GAP
+        gaps.append(f"{{{f'!{conversion}' if conversion else ''}{f':{form}' if form else ''}}}")
+    return key, tuple(gaps)
+
+
+def messages_to_json(plain: Any) -> Any:
+    """Return dicts, lists and texts with each message as a dict, so that JSON keeps its template and values."""
+    match plain:
+        case Message():
+            values = [messages_to_json(value) for value in plain.values]
+            return {"text": plain.text, "template": plain.template, "values": values}
+        case dict():
+            return {key: messages_to_json(value) for key, value in plain.items()}
+        case list() | tuple():
+            return [messages_to_json(value) for value in plain]
+    return plain
+
+
+def messages_from_json(text: str | bytes) -> Any:
+    """Return the values of a JSON text, with the messages that `messages_to_json` has converted."""
+    return json.loads(text, object_hook=_restored)
+
+
+def _restored(plain: dict[str, Any]) -> Any:
+    if plain.keys() == {"text", "template", "values"}:
+        return Message.of_parts(plain["text"], plain["template"], tuple(plain["values"]))
+    return plain
