@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from leafcut.message import Message
 from leafcut.studio.messages import Messages
 from leafcut.studio.wording import words
 
@@ -51,6 +52,13 @@ ES = words("es")
 def test_a_message_is_translated_with_the_labels_of_the_form(english: str, spanish: str) -> None:
     assert ES.plain(english) == spanish
     assert words("en").plain("the file is empty") == "the file is empty"
+
+
+def test_values_of_a_message_are_translated_only_if_they_are_messages_too() -> None:
+    spanish = Messages({"{} '{}' is no {}": "{2} no es {0} '{1}'", "a hole": "un agujero"})
+    message = Message("{} '{}' is no {}", "x", "a hole", Message("a hole"))
+    assert message == "x 'a hole' is no a hole"
+    assert spanish.translate(message) == "un agujero no es x 'a hole'"
 
 
 def test_quoted_input_is_not_translated() -> None:

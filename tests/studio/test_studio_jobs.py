@@ -17,13 +17,15 @@ from waiting import until
 
 from leafcut.errors import OptionError
 from leafcut.files.whole_files import OutputError
+from leafcut.message import Message
 from leafcut.model.heartbeat import Progress, Trial
 from leafcut.studio.jobs import jobs as room
-from leafcut.studio.jobs.history import Artefact, History, JobState
+from leafcut.studio.jobs.history import Artefact, History, JobState, SearchTerm
 from leafcut.studio.jobs.jobs import LiveJob
 from leafcut.studio.jobs.run_job import JobResult
 from leafcut.studio.jobs.task import ReadyTask, Task, prepare, title_of
 from leafcut.studio.jobs.workers import StudioWork, StudioWorkers
+from leafcut.studio.messages import Messages
 from leafcut.studio.page.job_words import change_words, choices_of
 from leafcut.studio.studio import Studio, open_studio
 from leafcut.studio.wording import words as words_of
@@ -271,12 +273,30 @@ def test_a_history_of_leafcut_0_2_which_has_no_numbers_is_read_and_numbered(tmp_
     with closing(sqlite3.connect(file, isolation_level=None)) as data:
         data.execute("UPDATE job SET answer = ?", (zlib.compress(b'{"n": 1}'),))
         data.execute("PRAGMA user_version = 0")
+        data.execute("ALTER TABLE job DROP COLUMN line_parts")
+        data.execute("ALTER TABLE message DROP COLUMN parts")
     history = History(file)
     (job,) = history.newest()
     assert (job.task, job.state, history.answer("a")) == (SHORT, JobState.DONE, {"schema": 1, "n": 1})
     history.close()
     with closing(sqlite3.connect(file)) as data:
         assert data.execute("PRAGMA user_version").fetchone() == (1,)
+
+
+def test_stored_messages_are_translated_and_their_english_text_is_searched(tmp_path: Path) -> None:
+    refusal, step = Message("tool {} is unknown", 3), Message("pocket {} of {}: {}", 1, 2, Message("searching"))
+    history = History(tmp_path / "h.sqlite")
+    history.add("a", "x", SHORT, 1.0)
+    history.finish("a", JobState.FAILED, line=refusal, answer={"error": [refusal]}, messages=[(0.5, step), (1.0, "x")])
+    (job,) = history.find([SearchTerm("tool 3 is")], 1)
+    (_, stored_step), (_, plain) = history.messages("a")
+    spanish = Messages(
+        {"tool {} is unknown": "herramienta {}", "pocket {} of {}: {}": "{1}: {0}, {2}", "searching": "s"}
+    )
+    assert (job.line, stored_step, plain) == ("tool 3 is unknown", "pocket 1 of 2: searching", "x")
+    assert spanish.translate(job.line) == spanish.translate((history.answer("a") or {})["error"][0]) == "herramienta 3"
+    assert spanish.translate(stored_step) == "2: 1, s"
+    history.close()
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such modes")

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from leafcut.errors import count_of
+from leafcut.message import map_text
 from leafcut.model.fact import Fact
 from leafcut.model.issue import LIMITS, Issue, Severity
 from leafcut.model.solution import Solution, gap
@@ -47,7 +48,7 @@ def translatable(template: str, **values: str) -> TranslatableText:
 
 def replace_unprintable(text: str) -> str:
     """Replace unprintable characters (line ends, escape sequences, direction marks) by ``�``."""
-    return "".join("�" if unicodedata.category(c) in _UNPRINTABLE else c for c in text)
+    return map_text(text, lambda plain: "".join("�" if unicodedata.category(c) in _UNPRINTABLE else c for c in plain))
 
 
 def clean_lines(text: str) -> list[str]:

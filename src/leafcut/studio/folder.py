@@ -14,6 +14,7 @@ from pathlib import Path
 
 from leafcut.errors import OptionError
 from leafcut.files.whole_files import OutputError, write_whole
+from leafcut.message import map_text
 
 #: Format of an upload's id, which cannot be a path.
 _ID = re.compile(r"[A-Za-z0-9_-]{16}")
@@ -130,4 +131,5 @@ class Folder:
     def without_paths(self, line: str) -> str:
         """Return a message with file names as the user knows them, without the folder names of the studio."""
         folder = re.escape(str(self.root) + os.sep)
-        return re.sub(folder + r"(inputs[/\\][A-Za-z0-9_-]{16}[/\\]|machines[/\\]|tools[/\\])?", "", line)
+        inner = r"(inputs[/\\][A-Za-z0-9_-]{16}[/\\]|machines[/\\]|tools[/\\])?"
+        return map_text(line, lambda text: re.sub(folder + inner, "", text))

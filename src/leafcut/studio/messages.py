@@ -9,6 +9,8 @@ from functools import cache, lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
+from leafcut.message import Message, quoted_gaps
+
 #: Maximum depth of messages within messages.
 _DEEPEST = 6
 #: Maximum number of positions at which a line is split.
@@ -17,6 +19,7 @@ _GAP = "{}"
 #: Separators between the parts of a message: file and problem, problem and advice, remark.
 _BETWEEN = re.compile(r"; |: | \(")
 _WORD = re.compile(r"\w+")
+_WORDS = re.compile(r"[^\W\d_]{2}")
 
 
 class _Pattern(NamedTuple):
@@ -51,9 +54,23 @@ class Messages:
         for pattern in patterns:
             rarest = min(pattern.words, key=lambda word: (often[word], word), default="")
             self._by_word.setdefault(rarest, []).append(pattern)
-        self.translate = lru_cache(maxsize=4096)(self._translate)
+        self._matched = lru_cache(maxsize=4096)(self._match)
 
-    def _translate(self, line: str) -> str:
+    def translate(self, line: str) -> str:
+        """Return a message in the language of the table; an unknown text remains English."""
+        if isinstance(line, Message) and (translation := self._template(line.template)) is not None:
+            values = (
+                value if quoted and not isinstance(value, Message) else self.translate(value)
+                for value, quoted in zip(line.values, quoted_gaps(line.template), strict=True)
+            )
+            return translation.format(*values)
+        return self._matched(line.text if isinstance(line, Message) else line)
+
+    def _template(self, template: str) -> str | None:
+        """Return the translation of a template; None if it is unknown. A template without words needs none."""
+        return self.table.get(template, None if _WORDS.search(template) else template)
+
+    def _match(self, line: str) -> str:
         return self._translated(line, 0, {}).text
 
     def _translated(self, line: str, depth: int, seen: dict[str, _Translation]) -> _Translation:

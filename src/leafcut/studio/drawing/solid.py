@@ -34,7 +34,6 @@ Blocks, a row for each straight move except in the last four:
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -47,6 +46,7 @@ from leafcut.errors import LeafcutError
 from leafcut.material.height_field import HeightField
 from leafcut.material.same_stock import connected_regions, differing_cells
 from leafcut.material.solid import Solid, shown_block, solid_of
+from leafcut.message import messages_from_json, messages_to_json
 from leafcut.model.cutter import BodyPart, Cutter
 from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
@@ -111,7 +111,7 @@ def _shown_run(path: Toolpath, machine: Machine, stock: ShownStock, measured: Me
 
 
 def _refusal(problem: LeafcutError) -> bytes:
-    return pack_scene({**_HEAD, "refused": replace_unprintable(str(problem))}, {})
+    return pack_scene({**_HEAD, "refused": messages_to_json(replace_unprintable(str(problem)))}, {})
 
 
 def _scenes(first: _ShownRun, second: _ShownRun) -> tuple[bytes, bytes]:
@@ -145,7 +145,7 @@ def _scenes(first: _ShownRun, second: _ShownRun) -> tuple[bytes, bytes]:
 def translate_refusal(scene: bytes, say: Callable[[str], str]) -> bytes:
     """Return the scene; if it contains a reason why no stock is shown, translate the reason with `say`."""
     size = int.from_bytes(scene[8:12], "little")
-    header = json.loads(scene[16 : 16 + size])
+    header = messages_from_json(scene[16 : 16 + size])
     return pack_scene({**_HEAD, "refused": say(header["refused"])}, {}) if header["refused"] else scene
 
 

@@ -21,6 +21,7 @@ from typing import Any
 from leafcut.errors import DataError
 from leafcut.files.schemas import ANSWER, HISTORY, check_schema, numbered
 from leafcut.files.whole_files import OutputError
+from leafcut.message import Message, messages_from_json, messages_to_json
 from leafcut.studio.jobs.task import Task
 
 #: Suffixes of SQLite's files: the database and its two companion files.
@@ -28,7 +29,8 @@ BESIDE = ("", "-wal", "-shm")
 _TABLES = """
 CREATE TABLE IF NOT EXISTS job (
     id TEXT PRIMARY KEY, title TEXT NOT NULL, task TEXT NOT NULL, state TEXT NOT NULL, created REAL NOT NULL,
-    finished REAL, line TEXT NOT NULL DEFAULT '', figures TEXT NOT NULL DEFAULT '{}', answer BLOB
+    finished REAL, line TEXT NOT NULL DEFAULT '', figures TEXT NOT NULL DEFAULT '{}', answer BLOB,
+    line_parts TEXT NOT NULL DEFAULT '""'
 );
 CREATE INDEX IF NOT EXISTS job_created ON job (created);
 CREATE TABLE IF NOT EXISTS artefact (
@@ -38,10 +40,12 @@ CREATE TABLE IF NOT EXISTS artefact (
 );
 CREATE TABLE IF NOT EXISTS message (
     job TEXT NOT NULL REFERENCES job (id) ON DELETE CASCADE,
-    number INTEGER NOT NULL, seconds REAL NOT NULL, words TEXT NOT NULL,
+    number INTEGER NOT NULL, seconds REAL NOT NULL, words TEXT NOT NULL, parts TEXT NOT NULL DEFAULT '""',
     PRIMARY KEY (job, number)
 );
 """
+#: Columns that leafcut 0.2 did not create: a message with its template and values, as JSON; "" for the plain text.
+_ADDED = {"job": "line_parts", "message": "parts"}
 #: zlib level with most of the compression in a tenth of the time.
 _LEVEL = 3
 
@@ -140,6 +144,9 @@ class History:
             if check_result != ("ok",):
                 raise sqlite3.DatabaseError(str(check_result))
             connection.executescript(f"{_TABLES} PRAGMA user_version = {HISTORY.current};")
+            for table, column in _ADDED.items():
+                if column not in {row[1] for row in connection.execute(f"PRAGMA table_info({table})")}:
+                    connection.execute(f"ALTER TABLE {table} ADD COLUMN {column} TEXT NOT NULL DEFAULT '\"\"'")
         except (sqlite3.Error, DataError):
             connection.close()
             raise
@@ -210,19 +217,21 @@ class History:
         messages: Sequence[tuple[float, str]] = (),
     ) -> None:
         """Store the end of a job: state, answer, figures, files, and `messages` as (seconds, text)."""
-        packed = None if answer is None else zlib.compress(json.dumps(numbered(ANSWER, answer)).encode(), _LEVEL)
+        document = None if answer is None else json.dumps(messages_to_json(numbered(ANSWER, answer)))
+        packed = None if document is None else zlib.compress(document.encode(), _LEVEL)
         files = [
             (job, name, artefact.file_name, artefact.media_type, zlib.compress(artefact.data, _LEVEL))
             for name, artefact in (artefacts or {}).items()
         ]
         with self._writing() as connection:
             connection.execute(
-                "UPDATE job SET state = ?, finished = ?, line = ?, figures = ?, answer = ? WHERE id = ?",
-                (state.value, time.time(), line, json.dumps(figures or {}), packed, job),
+                "UPDATE job SET state = ?, finished = ?, line = ?, line_parts = ?, figures = ?, answer = ?"
+                " WHERE id = ?",
+                (state.value, time.time(), line, _parts(line), json.dumps(figures or {}), packed, job),
             )
             connection.executemany("INSERT OR REPLACE INTO artefact VALUES (?, ?, ?, ?, ?)", files)
-            rows = [(job, number, seconds, words) for number, (seconds, words) in enumerate(messages)]
-            connection.executemany("INSERT OR REPLACE INTO message VALUES (?, ?, ?, ?)", rows)
+            rows = [(job, number, s, words, _parts(words)) for number, (s, words) in enumerate(messages)]
+            connection.executemany("INSERT OR REPLACE INTO message VALUES (?, ?, ?, ?, ?)", rows)
 
     def interrupt(self) -> None:
         """Mark all unfinished jobs as interrupted. The studio calls this when it starts."""
@@ -263,15 +272,14 @@ class History:
 
     def messages(self, job: str) -> list[tuple[float, str]]:
         """Return the stored messages of a job as (seconds, text)."""
-        return [
-            (s, w) for s, w in self._read("SELECT seconds, words FROM message WHERE job = ? ORDER BY number", (job,))
-        ]
+        query = "SELECT seconds, words, parts FROM message WHERE job = ? ORDER BY number"
+        return [(seconds, messages_from_json(parts) or words) for seconds, words, parts in self._read(query, (job,))]
 
     def answer(self, job: str) -> dict[str, Any] | None:
         """Return the answer of a job with the schema number under which it was stored, or None."""
         rows = self._read("SELECT answer FROM job WHERE id = ? AND answer IS NOT NULL", (job,))
         # leafcut 0.2 stored schema 1 without a number.
-        return {ANSWER.key: 1, **json.loads(zlib.decompress(rows[0][0]))} if rows else None
+        return {ANSWER.key: 1, **messages_from_json(zlib.decompress(rows[0][0]))} if rows else None
 
     def artefact(self, job: str, name: str) -> Artefact | None:
         """Return a file that a job has created, or None."""
@@ -299,7 +307,7 @@ class History:
             self._connection.close()
 
 
-_COLUMNS = "id, title, task, state, created, finished, line, figures"
+_COLUMNS = "id, title, task, state, created, finished, line, line_parts, figures"
 
 
 #: Columns and JSON fields in which a term is searched.
@@ -330,8 +338,14 @@ def _condition(terms: Sequence[SearchTerm]) -> tuple[str, tuple[Any, ...]]:
 
 
 def _record(row: tuple[Any, ...]) -> JobRecord:
-    job, title, task, state, created, finished, line, figures = row
+    job, title, task, state, created, finished, line, parts, figures = row
+    line = messages_from_json(parts) or line
     return JobRecord(job, title, Task.from_json(task), JobState(state), created, finished, line, json.loads(figures))
+
+
+def _parts(text: str) -> str:
+    """Return a message with its template and values as JSON; an empty JSON text for a plain text."""
+    return json.dumps(messages_to_json(text) if isinstance(text, Message) else "")
 
 
 def files_of(tasks: Iterable[Task]) -> set[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import re
 import secrets
 import sys
 import threading
@@ -16,6 +17,7 @@ from dataclasses import dataclass, field, replace
 
 from leafcut.errors import LeafcutError
 from leafcut.files.whole_files import OutputError
+from leafcut.message import Message, map_text
 from leafcut.model.heartbeat import Progress
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import History, JobRecord, JobState, SearchTerm
@@ -324,9 +326,11 @@ def line_of(problem: BaseException) -> str:
     elif isinstance(problem, MemoryError):
         line = "not enough memory for this input"
     elif isinstance(problem, OSError) and problem.strerror:
-        line = f"a file of the studio's own folder cannot be written or read ({problem.strerror})"
+        line = Message("a file of the studio's own folder cannot be written or read ({})", problem.strerror)
     else:
         if os.environ.get("LEAFCUT_TRACEBACK"):
             traceback.print_exception(problem, file=sys.stderr)
-        line = f"internal error in leafcut ({type(problem).__name__}: {problem}); set LEAFCUT_TRACEBACK=1 for details"
-    return "".join(c if c.isprintable() else "?" for c in " ".join(line.split()))
+        line = Message(
+            "internal error in leafcut ({}: {}); set LEAFCUT_TRACEBACK=1 for details", type(problem).__name__, problem
+        )
+    return map_text(line, lambda text: "".join(c if c.isprintable() else "?" for c in re.sub(r"\s+", " ", text)))

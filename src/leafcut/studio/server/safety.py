@@ -27,9 +27,9 @@ from leafcut.studio.folder import LARGEST_UPLOAD
 from leafcut.studio.keys import COOKIE_SECONDS, StudioKeys
 
 Scope = MutableMapping[str, Any]
-Message = MutableMapping[str, Any]
-Receive = Callable[[], Awaitable[Message]]
-Send = Callable[[Message], Awaitable[None]]
+AsgiMessage = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[AsgiMessage]]
+Send = Callable[[AsgiMessage], Awaitable[None]]
 App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 #: Maximum body of a request without files, bytes. Uploads may have `LARGEST_UPLOAD`.
@@ -229,11 +229,11 @@ class _Exchange:
         self._arriving = True
         self.refused: tuple[int, str] | None = None
         self.begun = False
-        self._held: Message | None = None
+        self._held: AsgiMessage | None = None
         self._nonce = secrets.token_urlsafe(16)
         self._body = bytearray()
 
-    async def receive(self) -> Message:
+    async def receive(self) -> AsgiMessage:
         """Forward a received message, or raise `RequestRefused`."""
         message = await self._next()
         self._arriving = message.get("more_body", False)
@@ -243,7 +243,7 @@ class _Exchange:
             raise RequestRefused
         return message
 
-    async def _next(self) -> Message:
+    async def _next(self) -> AsgiMessage:
         if not self._arriving:  # the body is complete; the end of the connection may come late
             return await self._receive()
         try:
@@ -252,7 +252,7 @@ class _Exchange:
             self.refused = (408, "The request did not arrive in time.")
             raise RequestRefused from None
 
-    async def send(self, message: Message) -> None:
+    async def send(self, message: AsgiMessage) -> None:
         """Forward a message. A page is held until it is complete."""
         if self.refused and not self.begun:
             return
