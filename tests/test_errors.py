@@ -5,8 +5,18 @@ from __future__ import annotations
 import pytest
 
 from leafcut import errors
-from leafcut.errors import LONGEST_QUOTE, LeafcutError, OptionError, ReadError, name_suggestion, printable
+from leafcut.errors import (
+    LONGEST_QUOTE,
+    LeafcutError,
+    OptionError,
+    PlanError,
+    PostError,
+    ReadError,
+    name_suggestion,
+    printable,
+)
 from leafcut.files.whole_files import OutputError
+from leafcut.message import Message
 
 
 def test_every_error_is_a_leafcut_error() -> None:
@@ -50,3 +60,12 @@ def test_a_long_list_of_names_is_not_printed() -> None:
     names = [f"{letter}{number}" for letter in "abcdefgh" for number in range(20)]
     assert name_suggestion("zzzz", names) == ""
     assert name_suggestion("a1", names) == "; did you mean 'a1'?"
+
+
+def test_an_error_is_a_template_with_values_or_an_unchanged_text() -> None:
+    error = PlanError("tool {} of {:.3g} mm is {}", 3, 2.0, Message("too long"))
+    assert str(error) == "tool 3 of 2 mm is too long"
+    assert isinstance(str(error), Message)
+    assert str(error).template == "tool {} of {} mm is {}"  # type: ignore[attr-defined]
+    assert str(PlanError("{} is a brace")) == "{} is a brace"
+    assert PostError("section {} is wrong", 2, section=1).section == 1

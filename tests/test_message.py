@@ -60,6 +60,15 @@ def test_errors_and_issues_keep_the_template() -> None:
     assert Message("{}; {}", PlanError(reason), "x").values[0].values == ("3",)  # type: ignore[attr-defined]
 
 
+def test_messages_are_joined() -> None:
+    message = Message("tool {}", 3)
+    message += "; "
+    joined = "a: " + message + Message("see {}", "b")
+    assert joined == "a: tool 3; see b"
+    assert isinstance(joined, Message)
+    assert joined.template == "{}{}"
+
+
 def test_a_shortened_message_has_shortened_values() -> None:
     name = "a name with many words " * 5
     shortened = shorten_message(Message("'{}' is no {}", name, Message("drill: {}", "x" * 200)))

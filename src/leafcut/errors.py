@@ -10,8 +10,9 @@
     ├── VerifyError    the written program differs from the plan, or is not safe
     └── SendError      a program cannot be sent to a machine, or its run was ended
 
-A message is one line: the problem, the expectation and the remedy. Quotations are shortened here (`shorten_message`),
-and exceptions of other libraries become a `ReadError` (`parser_errors`).
+A message is one line: the problem, the expectation and the remedy. It is a template with its values (`Message`):
+``PlanError("tool {} is too long for {}", tool, name)``. A text without values is used unchanged. Quotations are
+shortened here (`shorten_message`), and exceptions of other libraries become a `ReadError` (`parser_errors`).
 """
 
 from __future__ import annotations
@@ -65,8 +66,8 @@ class LeafcutError(Exception):
 
     answered = False
 
-    def __init__(self, message: str = "") -> None:
-        super().__init__(shorten_message(message))
+    def __init__(self, message: str = "", *values: object) -> None:
+        super().__init__(shorten_message(Message(message, *values) if values else message))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Make the exception picklable for any arguments; otherwise it would break a process pool."""
@@ -117,9 +118,9 @@ class PostError(LeafcutError):
     `section` is the number, from 0, of the section whose order cannot be applied; None for the whole program.
     """
 
-    def __init__(self, message: str, section: int | None = None) -> None:
+    def __init__(self, message: str, *values: object, section: int | None = None) -> None:
         self.section = section
-        super().__init__(message)
+        super().__init__(message, *values)
 
 
 class VerifyError(LeafcutError):

@@ -54,6 +54,13 @@ class Message(str):
     def __reduce__(self) -> tuple[Any, ...]:
         return self.of_parts, (self.text, self.template, self.values)
 
+    def __add__(self, other: str) -> Message:
+        """Return the message followed by a text or another message."""
+        return Message("{}{}", self, other)
+
+    def __radd__(self, other: str) -> Message:
+        return Message("{}{}", other, self)
+
     @property
     def text(self) -> str:
         """The English text alone."""

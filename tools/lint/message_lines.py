@@ -74,6 +74,13 @@ class MessageSource:
                     self.positions[child] = own
                     self._set_positions(child, own)
 
+    def of_argument(self, call: ast.Call, index: int) -> list[str]:
+        """Return the templates of an argument, which may be a template that all later arguments fill."""
+        match call.args[index:]:
+            case [ast.Constant(value=str(template)), *values] if template.count(GAP[0]) >= len(values) > 0:
+                return _joined(self._parts_of_message(template, iter(values), frozenset()))
+        return self.templates(call.args[min(index, len(call.args) - 1)])
+
     def templates(self, node: ast.expr | None, path: _Path = frozenset()) -> list[str]:
         """Return the templates of an expression; `GAP` for a value that cannot be traced."""
         match node:
@@ -212,7 +219,7 @@ def message_lines(calls: Mapping[str, tuple[int, ...]], files: Iterable[Path]) -
             if name not in calls or not call.args:
                 continue
             unseen.discard(name)
-            texts = [source.templates(call.args[min(index, len(call.args) - 1)]) for index in calls[name]]
+            texts = [source.of_argument(call, index) for index in calls[name]]
             for parts in product(*texts):
                 if re.search(r"[a-z]{2}", line := ": ".join(parts)) and not line.startswith(": "):
                     found[line] = sources.place(file, call.lineno)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
 
 from leafcut.errors import DataError, OptionError, name_suggestion, printable
+from leafcut.message import Message
 from leafcut.units import BARE_UNIT, parse_quantity
 
 T = TypeVar("T")
@@ -31,9 +32,9 @@ class TomlTable:
     def __contains__(self, key: str) -> bool:
         return key in self.values
 
-    def problem(self, key: str, reason: str) -> DataError:
-        """Return the error for the value of `key`."""
-        return DataError(f"{self.place}: '{key}' {reason}")
+    def problem(self, key: str, reason: str, *values: object) -> DataError:
+        """Return the error for the value of `key`; `reason` is a template for `values`."""
+        return DataError("{}: {}", self.place, Message(f"'{{}}' {reason}", key, *values))
 
     def table(self, key: str, keys: Iterable[str]) -> TomlTable:
         """Return the table `key`; empty if missing."""

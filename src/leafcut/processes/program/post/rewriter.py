@@ -98,7 +98,7 @@ def _of_section(number: int) -> Iterator[None]:
     try:
         yield
     except PostError as problem:
-        raise PostError(str(problem), number) from None
+        raise PostError(str(problem), section=number) from None
 
 
 class _Rewriter:
