@@ -253,7 +253,7 @@ def _run_process(run: Job, sources: Sequence[Input], process_word: str, *, table
     inputs = [read_source(source) for source in sources]
     process = registry.process_for(inputs, process_word)
     if table and not process.tabulates:
-        raise OptionError(f"--report: {process.title} has no table of parts; give a name that ends in .html")
+        raise OptionError("--report: {} has no table of parts; give a name that ends in .html", process.title)
     settings = settings_for(run.settings, process, inputs[0][0].name)
     run = replace(run, settings=replace(settings, process=registry.needed_word(inputs, process_word)))
     outcome = run_process(process, run, [loaded for _, loaded in inputs], process_word)

@@ -119,10 +119,10 @@ def with_point(text: str) -> str:
         return text
     match = _COMMA.match(text)
     if match is None:
-        raise OptionError(f"'{text}' is not a single number; write it with a point, such as 6.5")
+        raise OptionError("'{}' is not a single number; write it with a point, such as 6.5", text)
     whole, part, rest = match.groups()
     if len(part) == 3 and 1 <= len(whole.lstrip("+-0")) <= 3:
-        raise OptionError(f"'{text}' is ambiguous: write {whole}{part} or {whole}.{part}")
+        raise OptionError("'{}' is ambiguous: write {}{} or {}.{}", text, whole, part, whole, part)
     return f"{whole}.{part}{rest}"
 
 
@@ -135,7 +135,7 @@ def parse_quantity(value: str | float, unit: str) -> float:
     Raises OptionError if the text is not a finite number with a known unit.
     """
     if isinstance(value, bool):
-        raise OptionError(f"'{value}' is not a number")
+        raise OptionError("'{}' is not a number", value)
     if isinstance(value, int | float):
         number, factor = float(value), 1.0
     else:
@@ -144,10 +144,10 @@ def parse_quantity(value: str | float, unit: str) -> float:
         # "M" and "m" are different in physics, but "MM" can only mean millimetres.
         factor_of_unit = factors.get(word or BARE_UNIT[unit], factors.get(word.lower()))
         if factor_of_unit is None:
-            raise OptionError(f"unknown unit '{word}' in '{value}'; choose one of {', '.join(factors)}")
+            raise OptionError("unknown unit '{}' in '{}'; choose one of {}", word, value, ", ".join(factors))
         factor = factor_of_unit
     if not math.isfinite(number):
-        raise OptionError(f"'{value}' is not a finite number")
+        raise OptionError("'{}' is not a finite number", value)
     return number * factor
 
 
@@ -157,18 +157,18 @@ def _split(text: str, unit: str) -> tuple[float, str]:
     if fraction is not None:
         sign, whole, part, parts, word = fraction.groups()
         if int(parts) == 0:
-            raise OptionError(f"division by zero in '{text}'")
+            raise OptionError("division by zero in '{}'", text)
         if whole and int(part) >= int(parts):
             raise OptionError(
-                f"'{text}' is not a fraction: {part}/{parts} is not less than 1; write one such as 1 1/2in"
+                "'{}' is not a fraction: {}/{} is not less than 1; write one such as 1 1/2in", text, part, parts
             )
         number = int(whole or 0) + int(part) / int(parts)
         return -number if sign == "-" else number, word
     if _LIKE_FRACTION.search(text):
-        raise OptionError(f"'{text}' is not a fraction; write one such as 1/4in or 1 1/2in")
+        raise OptionError("'{}' is not a fraction; write one such as 1/4in or 1 1/2in", text)
     match = _QUANTITY.match(with_point(text))
     if not match:
-        raise OptionError(f"'{text}' is not a number with a unit, such as '3{BARE_UNIT[unit]}'")
+        raise OptionError("'{}' is not a number with a unit, such as '3{}'", text, BARE_UNIT[unit])
     return float(match.group(1)), match.group(2)
 
 
@@ -216,7 +216,7 @@ def parse_angles(words: Sequence[str], where: str) -> tuple[float, ...] | None:
     try:
         angles = [parse_quantity(word, "rad") % math.tau for word in words]
     except OptionError as problem:
-        raise OptionError(f"{where}: {problem}; give angles such as 0,90,180,270, or free for any") from None
+        raise OptionError("{}: {}; give angles such as 0,90,180,270, or free for any", where, problem) from None
     if not angles:
-        raise OptionError(f"{where}: names no angle; give angles such as 0,90,180,270, or free for any")
+        raise OptionError("{}: names no angle; give angles such as 0,90,180,270, or free for any", where)
     return tuple(dict.fromkeys(angles))

@@ -20,6 +20,7 @@ from leafcut.cli.several import PAGE, TABLE
 from leafcut.cli.shared import failure, name_input
 from leafcut.errors import LeafcutError, count_of
 from leafcut.files.whole_files import OutputError, write_together
+from leafcut.message import Message
 from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.model.issue import Issue
 from leafcut.order.executors import WatchedExecutor, run_tasks
@@ -164,7 +165,7 @@ def run_batch(
         if folder:
             _append(Path(folder) / TABLE, result.row)
         if progress is not None and executor is not None:
-            progress(Progress(f"{Path(task.name).name} ({number} of {todo})", number / todo))
+            progress(Progress(Message("{} ({} of {})", Path(task.name).name, number, todo), number / todo))
     ordered = [results[source] for source in inputs]
     if folder:
         rows = [*earlier_rows, *(result.row for result in ordered)]

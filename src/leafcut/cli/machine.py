@@ -15,6 +15,7 @@ from leafcut.cli.flags import Acceleration, File, Json, Lengths, Name, Rpm, Spee
 from leafcut.cli.json_output import print_json
 from leafcut.cli.usage import DASH, HELD, refuse_dash
 from leafcut.errors import OptionError, count_of
+from leafcut.message import Message
 
 if TYPE_CHECKING:
     from leafcut.read.controllers.importing import ImportedMachine
@@ -325,7 +326,7 @@ def import_tools(
         print(text, end="")
     stream = sys.stdout if output else sys.stderr
     for line in library.left_out:
-        print(f"left out: {line}", file=stream)
+        print(Message("left out: {}", line), file=stream)
     if output:
         print(f"wrote {output}: {count_of(len(library.tools), 'tool')}")
     return 0

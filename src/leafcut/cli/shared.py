@@ -15,6 +15,7 @@ from leafcut.cli.flags import File, Name, switch
 from leafcut.cli.usage import DASH, HELD
 from leafcut.errors import DataError, LeafcutError, OptionError
 from leafcut.files.user_files import DEFAULTS_VARIABLE, defaults_file
+from leafcut.message import Message
 
 DONE, REFUSED, USAGE, INCOMPLETE = 0, 1, 2, 3
 STATUSES = "Exit status: 0 done; 1 refused; 2 wrong usage; 3 done, but work is missing, which is reported first."
@@ -50,7 +51,7 @@ def failure(problem: Exception) -> tuple[str, int]:
     if os.environ.get("LEAFCUT_TRACEBACK"):
         raise problem
     text = " ".join(f"{type(problem).__name__}: {problem}".split())
-    return f"internal error in leafcut ({text}); set LEAFCUT_TRACEBACK=1 for details", REFUSED
+    return Message("internal error in leafcut ({}); set LEAFCUT_TRACEBACK=1 for details", text), REFUSED
 
 
 def print_issues(issues: Iterable[Any], place: str = "") -> None:

@@ -122,5 +122,5 @@ def _work_of(command: str) -> Work:
     if command not in kinds and command in registry.OTHER_COMMANDS and command != "auto":
         raise OptionError(f"{command} takes nothing from your defaults; leafcut {command} --help lists its options")
     if command not in kinds:
-        raise OptionError(f"unknown command '{command}'{name_suggestion(command, kinds)}")
+        raise OptionError("unknown command '{}'{}", command, name_suggestion(command, kinds))
     return kinds[command]

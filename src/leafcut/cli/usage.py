@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, closest_names, did_you_mean, name_suggestion, printable
+from leafcut.message import Message
 from leafcut.options.option_spec import OptionSpec
 from leafcut.options.removed import why_removed
 
@@ -57,7 +58,7 @@ WhyUnused = Callable[[str, str], str]
 def refuse_dash(flag: str, *words: str | None) -> None:
     """Raise OptionError if one of the words is ``-``; `flag` is an argument or flag that accepts only files."""
     if any(word in (DASH, HELD) for word in words):
-        raise OptionError(f"{flag} -: cannot be read from standard input; name a file")
+        raise OptionError("{} -: cannot be read from standard input; name a file", flag)
 
 
 def command_in(arguments: Sequence[str]) -> str:
@@ -119,10 +120,10 @@ def usage_message(
 def _unknown_command(word: str, command: str, commands: Iterable[str]) -> str:
     if word.startswith("-"):
         if near := closest_names(word, ["--help", "--version"]):
-            return f"unknown option '{printable(word)}'{did_you_mean(near)}"
+            return Message("unknown option '{}'{}", printable(word), did_you_mean(near))
         after = f": leafcut {command} {printable(word)}" if command in commands else " (see leafcut --help)"
         return f"unknown option '{printable(word)}'; name a command first{after}"
-    return f"unknown command '{printable(word)}'{name_suggestion(word, commands)}"
+    return Message("unknown command '{}'{}", printable(word), name_suggestion(word, commands))
 
 
 def _unknown_option(

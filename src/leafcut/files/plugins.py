@@ -16,6 +16,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from leafcut.errors import LeafcutError, OptionError, printable
+from leafcut.message import Message
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -79,8 +80,8 @@ class PluginKind(Generic[T]):
         for plugin in self._named(name):
             if plugin.adds is not None:
                 return plugin.adds
-            raise OptionError(f"the {self.noun} '{name}' is a {plugin.refusal}")
-        raise OptionError(f"unknown {self.noun} '{name}'")
+            raise OptionError("the {} '{}' is a {}", self.noun, name, plugin.refusal)
+        raise OptionError("unknown {} '{}'", self.noun, name)
 
     def plugins(self) -> list[Plugin[T]]:
         """Return all plug-ins of this kind, sorted by name. Plug-ins that cannot be used are included."""
@@ -113,8 +114,12 @@ def _checked_plugins(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> t
             )
             if shared:
                 packages = " and ".join(dict.fromkeys(sorted((plugin.package, other_plugin.package))))
-                reason = (
-                    f"'{name}' and '{other_plugin.name}' of {packages} both have {shared[0]}; uninstall one of them"
+                reason = Message(
+                    "'{}' and '{}' of {} both have {}; uninstall one of them",
+                    name,
+                    other_plugin.name,
+                    packages,
+                    shared[0],
                 )
                 return (Plugin(name, plugin.package, None, reason),)
     return plugins
@@ -130,10 +135,11 @@ def _by_name(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plu
     packages = [_package(entry) for entry in entries]
     if name in kind.built_in():
         return tuple(
-            Plugin(name, package, None, f"leafcut already has a {kind.noun} of this name") for package in packages
+            Plugin(name, package, None, Message("leafcut already has a {} of this name", kind.noun))
+            for package in packages
         )
     if len(entries) > 1:
-        reason = f"{' and '.join(packages)} both have a {kind.noun} of this name; uninstall one of them"
+        reason = Message("{} both have a {} of this name; uninstall one of them", " and ".join(packages), kind.noun)
         return tuple(Plugin(name, package, None, reason) for package in packages)
     return tuple(_load_entry(kind, entry) for entry in entries)
 

@@ -64,17 +64,26 @@ def check_schema(schema: Schema, number: Any, place: str) -> None:
     """
     if type(number) is not int or number < 1:
         raise DataError(
-            f"{place}: '{schema.key}' is {printable(repr(number))}, but must be a whole number of 1 or more"
+            "{}: '{}' is {}, but must be a whole number of 1 or more", place, schema.key, printable(repr(number))
         )
     if number > schema.current:
         raise DataError(
-            f"{place}: '{schema.key}' is {number}, but the newest {schema.title} that this version reads has "
-            f"{schema.current}; upgrade leafcut"
+            "{}: '{}' is {}, but the newest {} that this version reads has {}; upgrade leafcut",
+            place,
+            schema.key,
+            number,
+            schema.title,
+            schema.current,
         )
     if number < schema.oldest:
         raise DataError(
-            f"{place}: '{schema.key}' is {number}, but the oldest {schema.title} that this version reads has "
-            f"{schema.oldest}; write the file again, or use an older leafcut"
+            "{}: '{}' is {}, but the oldest {} that this version reads has "
+            "{}; write the file again, or use an older leafcut",
+            place,
+            schema.key,
+            number,
+            schema.title,
+            schema.oldest,
         )
     if number < schema.current:
         warnings.warn(

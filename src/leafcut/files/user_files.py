@@ -27,7 +27,7 @@ def defaults_file() -> Path | None:
     named = os.environ.get(DEFAULTS_VARIABLE)
     if named is not None:
         if named and not Path(named).is_file():
-            raise OptionError(f"{named}: file not found; {DEFAULTS_VARIABLE} names it as your defaults file")
+            raise OptionError("{}: file not found; {} names it as your defaults file", named, DEFAULTS_VARIABLE)
         return Path(named) if named else None
     usual = usual_defaults_file()
     with suppress(OSError):

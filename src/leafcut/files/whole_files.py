@@ -15,6 +15,7 @@ from typing import Any, Protocol
 
 from leafcut.errors import DataError, LeafcutError, OptionError, ReadError, printable
 from leafcut.files.schemas import Schema, check_schema
+from leafcut.message import Message
 
 #: Maximum size of a program, bytes; ten times the largest program known.
 LARGEST_PROGRAM = 512 * 1024 * 1024
@@ -45,9 +46,11 @@ class StandardInput:
         try:
             data = sys.stdin.buffer.read(LARGEST_PROGRAM + 1) if sys.stdin is not None else b""
         except OSError as problem:
-            raise ReadError("standard input", f"cannot be read ({problem.strerror})") from None
+            raise ReadError("standard input", Message("cannot be read ({})", problem.strerror)) from None
         if len(data) > LARGEST_PROGRAM:
-            raise ReadError("standard input", f"is larger than {LARGEST_PROGRAM >> 20} MiB, the limit for a program")
+            raise ReadError(
+                "standard input", Message("is larger than {} MiB, the limit for a program", LARGEST_PROGRAM >> 20)
+            )
         if not data.strip():
             raise ReadError("standard input", "is empty")
         return cls(data)
@@ -92,10 +95,10 @@ def check_is_text(source: str, data: bytes) -> None:
 def _bytes_of(path: Path) -> bytes:
     try:
         if path.stat().st_size > LARGEST_PROGRAM:
-            raise ReadError(path, f"is larger than {LARGEST_PROGRAM >> 20} MiB, the limit for a program")
+            raise ReadError(path, Message("is larger than {} MiB, the limit for a program", LARGEST_PROGRAM >> 20))
         data = path.read_bytes()
     except OSError as problem:
-        raise ReadError(path, f"cannot be read ({problem.strerror})") from None
+        raise ReadError(path, Message("cannot be read ({})", problem.strerror)) from None
     if not data.strip():
         raise ReadError(path, "is empty")
     return data
@@ -112,9 +115,9 @@ def check_is_there(flag: str, path: Path | None) -> None:
         return  # the reader reports other problems
     if path is not None and (not exists or path.is_dir()):
         if str(path) == "-":
-            raise OptionError(f"{flag} -: cannot be read from standard input; name a file")
+            raise OptionError("{} -: cannot be read from standard input; name a file", flag)
         reason = "this is a folder; name a file in it" if exists else "file not found"
-        raise OptionError(f"{flag} {path}: {reason}")
+        raise OptionError("{} {}: {}", flag, path, reason)
 
 
 def read_toml(path: Path, schema: Schema) -> dict[str, Any]:
@@ -132,15 +135,15 @@ def toml_bytes(path: Path) -> bytes:
     Raise `OptionError` if the file is missing, `DataError` if it is unreadable or too large.
     """
     if not path.is_file():
-        raise OptionError(f"{path}: file not found")
+        raise OptionError("{}: file not found", path)
     try:
         with path.open("rb") as file:
             content = file.read(LARGEST_TOML + 1)
     except OSError as problem:
-        raise DataError(f"{path}: cannot be read ({problem.strerror})") from None
+        raise DataError("{}: cannot be read ({})", path, problem.strerror) from None
     if len(content) > LARGEST_TOML:
         raise DataError(
-            f"{path}: larger than {LARGEST_TOML // 1000} kB; the limit for files of options, machines and tools"
+            "{}: larger than {} kB; the limit for files of options, machines and tools", path, LARGEST_TOML // 1000
         )
     return content
 
@@ -156,11 +159,11 @@ def parse_toml(content: bytes, source: str, schema: Schema) -> dict[str, Any]:
         tables = tomllib.loads(content.decode("utf-8"))
         _check_wholes(tables)
     except UnicodeDecodeError:
-        raise DataError(f"{source}: not a TOML file (not UTF-8 text)") from None
+        raise DataError("{}: not a TOML file (not UTF-8 text)", source) from None
     except RecursionError:
-        raise DataError(f"{source}: not a TOML file (nested too deep)") from None
+        raise DataError("{}: not a TOML file (nested too deep)", source) from None
     except ValueError as problem:  # TOMLDecodeError, or a number with thousands of digits
-        raise DataError(f"{source}: not a TOML file ({printable(str(problem), 200)})") from None
+        raise DataError("{}: not a TOML file ({})", source, printable(str(problem), 200)) from None
     check_schema(schema, tables.pop(schema.key, schema.current), source)
     return tables
 
@@ -195,7 +198,7 @@ def _check_wholes(value: Any) -> None:
         for inner in value.values() if isinstance(value, dict) else value:
             _check_wholes(inner)
     elif isinstance(value, int) and not -(2**63) <= value < 2**63:
-        raise ValueError(f"'{printable(str(value))}' is a whole number of more than 64 bits")
+        raise ValueError(Message("'{}' is a whole number of more than 64 bits", printable(str(value))))
 
 
 def check_output(target: str | Path | None, inputs: Iterable[str | Path | None]) -> None:
@@ -208,19 +211,19 @@ def check_output(target: str | Path | None, inputs: Iterable[str | Path | None])
     if not str(target):
         raise OutputError("the name of the output is empty; name a file")
     if path.is_dir():
-        raise OutputError(f"{path}: is a folder; name a file in it")
+        raise OutputError("{}: is a folder; name a file in it", path)
     if str(target).endswith(("/", os.sep)):
-        raise OutputError(f"{target}: no such folder; name a file without the last '{str(target)[-1]}'")
+        raise OutputError("{}: no such folder; name a file without the last '{}'", target, str(target)[-1])
     if path.exists() and not path.is_file():
-        raise OutputError(f"{path}: is a device or a pipe; name a file")
+        raise OutputError("{}: is a device or a pipe; name a file", path)
     if not path.parent.is_dir():
-        raise OutputError(f"{path}: no folder '{path.parent}'; create it first")
+        raise OutputError("{}: no folder '{}'; create it first", path, path.parent)
     if not os.access(path.parent, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
-        raise OutputError(f"{path}: no permission to write; choose another folder")
+        raise OutputError("{}: no permission to write; choose another folder", path)
     for source in inputs:
         if source is not None and same_file(path, Path(source)):
             raise OutputError(
-                f"{path}: is an input or another output of this run and is never overwritten; choose another name"
+                "{}: is an input or another output of this run and is never overwritten; choose another name", path
             )
 
 
@@ -289,9 +292,9 @@ def write_together(
             _sync_folders([path])
         done = True
     except OSError as problem:
-        raise OutputError(f"{target}: cannot be written ({problem.strerror})") from None
+        raise OutputError("{}: cannot be written ({})", target, problem.strerror) from None
     except UnicodeError:
-        raise OutputError(f"{target}: cannot be written (a character is not in {encoding_of})") from None
+        raise OutputError("{}: cannot be written (a character is not in {})", target, encoding_of) from None
     finally:
         if not done:
             _restore(before)

@@ -53,7 +53,7 @@ def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
     if repeats > 1:
         state.repeated_holes += repeats
         if state.repeated_holes > MAX_REPEATED_HOLES:
-            raise BlockError(f"repeated cycles drill more than {MAX_REPEATED_HOLES:,} holes; split the program")
+            raise BlockError("repeated cycles drill more than {:,} holes; split the program", MAX_REPEATED_HOLES)
     for _ in range(repeats):
         x, y = (x + step_x, y + step_y) if state.incremental else (step_x, step_y)
         if math.isnan(x) or math.isnan(y):
@@ -76,7 +76,7 @@ def _repeats(state: InterpreterState, letters: dict[str, Word]) -> int:
     word = letters.pop(letter, None) if letter else None
     repeats = 1 if word is None else whole_number(word, MAX_REPEATS)
     if repeats == 0 and not state.stores_cycles:
-        raise BlockError(f"{word}: a cycle with no repeats")
+        raise BlockError("{}: a cycle with no repeats", word)
     return repeats
 
 
@@ -100,7 +100,7 @@ def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
     r_plane, bottom = _plane_heights(state, words, fagor)
     peck = _peck_depth(words, name, r_plane - bottom, state.stores_cycles)
     if name == "G82" and words.dwell is None and not state.stores_cycles:
-        raise BlockError(f"G82 needs its dwell, {state.dialect.dwell_letter}")
+        raise BlockError("G82 needs its dwell, {}", state.dialect.dwell_letter)
     dwell = words.dwell or 0.0
     if name == "G84" and words.dwell is None and state.dialect.groups == "rs274":
         # LinuxCNC 2.9 (rs274): a tap without P uses the dwell of the last cycle with P, even across G80.
@@ -113,7 +113,7 @@ def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
 def _peck_word(state: InterpreterState, word: Word) -> float:
     """Return the Q of a cycle, mm. Without a decimal point, many Fanuc controls read thousandths, unlike for X."""
     if state.keeps_unknown and state.dialect.point_required and "." not in word.text:
-        raise UnclearBlock(f"{word} has no decimal point: its unit differs between controls")
+        raise UnclearBlock("{} has no decimal point: its unit differs between controls", word)
     return state.mm(word)
 
 
@@ -127,8 +127,8 @@ def _take_plane_words(
     if known and changed and not all(given):
         # RS274/NGC interprets the old numbers in the new mode, other controls in the old mode.
         if words.unit != state.unit:
-            raise BlockError(f"units changed inside a cycle; give {names[0]} and {names[1]} again")
-        raise UnclearBlock(f"G90/G91 changed inside a cycle; give {names[0]} and {names[1]} again")
+            raise BlockError("units changed inside a cycle; give {} and {} again", names[0], names[1])
+        raise UnclearBlock("G90/G91 changed inside a cycle; give {} and {} again", names[0], names[1])
     words.incremental, words.unit = state.incremental, state.unit
     if given[0]:
         words.r = state.mm(letters.pop(names[0]))
@@ -145,7 +145,7 @@ def _plane_heights(state: InterpreterState, words: CycleValues, fagor: bool) -> 
         r = 0.0 if state.incremental else initial
     if r is None or z is None:
         missing = ("Z, its reference plane" if r is None else "I, its depth") if fagor else ("R" if r is None else "Z")
-        raise BlockError(f"the cycle lacks {missing}")
+        raise BlockError("the cycle lacks {}", missing)
     if state.to_initial and math.isnan(initial):
         raise UnclearBlock("G98 returns to an unknown height; move Z before the cycle, or use G99")
     if state.incremental:
@@ -154,7 +154,7 @@ def _plane_heights(state: InterpreterState, words: CycleValues, fagor: bool) -> 
         r += initial
         z += r
     if r < z:
-        raise BlockError(f"the cycle drills upwards: its R plane {r:g} mm is below its bottom {z:g} mm")
+        raise BlockError("the cycle drills upwards: its R plane {:g} mm is below its bottom {:g} mm", r, z)
     return r, z
 
 
@@ -164,5 +164,5 @@ def _peck_depth(words: CycleValues, name: str, depth: float, may_lack: bool) -> 
     if words.peck is None or not words.peck > 0.0:
         raise (UnclearBlock if words.peck is None and may_lack else BlockError)(f"{name} needs a peck: Q larger than 0")
     if depth / words.peck > MAX_PECKS:
-        raise BlockError(f"{name} would peck {depth / words.peck:.0f} times; Q is too small")
+        raise BlockError("{} would peck {:.0f} times; Q is too small", name, depth / words.peck)
     return words.peck

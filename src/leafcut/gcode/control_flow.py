@@ -61,7 +61,7 @@ def control_of(line: str) -> Control | None:
     label, keyword = re.sub(r"\s+", "", found.group(1)).lower(), found.group(2).lower()
     if keyword not in _KEYWORDS:
         if label.startswith("<"):
-            raise BlockError(f"o{label} {keyword}: this is not an O-word of LinuxCNC")
+            raise BlockError("o{} {}: this is not an O-word of LinuxCNC", label, keyword)
         return None  # "O100G0X1": a program number followed by words.
     return Control(label.lstrip("0") or "0", keyword, split_line(line[found.end() :])[0])
 
@@ -82,7 +82,7 @@ class Construct:
         """Return the line of the closing keyword."""
         line, keyword = self.parts[-1]
         if keyword not in _CLOSING and not (self.kind == "do" and keyword == "while"):
-            raise BlockError(f"'{self.kind}' is not closed")
+            raise BlockError("'{}' is not closed", self.kind)
         return line
 
     def next_branch(self, line: int) -> tuple[int, str]:
@@ -135,7 +135,7 @@ class Flow:
         self.repeated += 1
         self._letters += max(len(self._lines[line]), LEAST)
         if self._letters > self._most:
-            raise BlockError(f"loops and subprograms run more than {self.repeated:,} blocks; is this loop endless?")
+            raise BlockError("loops and subprograms run more than {:,} blocks; is this loop endless?", self.repeated)
 
     def obey(self, control: Control, line: int) -> int:
         """Execute the O-word on `line`; return the next line."""
@@ -147,10 +147,10 @@ class Flow:
         else:
             construct = self._of_line.get(line) if self._of_line else None
             if construct is None:
-                raise BlockError(f"'o{control.label} {control.keyword}' has no matching start before it")
+                raise BlockError("'o{} {}' has no matching start before it", control.label, control.keyword)
             after = getattr(self, f"_obey_{control.keyword}")(construct, scanner, line)
         if not scanner.at_end():
-            raise BlockError(f"unexpected '{control.rest[scanner.position :][:12]}' after '{control.keyword}'")
+            raise BlockError("unexpected '{}' after '{}'", control.rest[scanner.position :][:12], control.keyword)
         return int(after)
 
     def go_back(self, line: int, goal: int) -> None:
@@ -203,7 +203,7 @@ class Flow:
 
     def _enter_subprogram(self, call: SubprogramCall) -> None:
         if len(self.calls) >= MAX_CALLS:
-            raise BlockError(f"subprograms call each other more than {MAX_CALLS} deep; does one call itself?")
+            raise BlockError("subprograms call each other more than {} deep; does one call itself?", MAX_CALLS)
         self.calls.append(call)
         self.parameters.inside = any(c.construct is not None for c in self.calls)
 
@@ -253,7 +253,7 @@ class Flow:
         while scanner.peek() == "[":
             arguments.append(scanner.expression())
         if len(arguments) > ARGUMENTS:
-            raise BlockError(f"a subroutine takes at most {ARGUMENTS} arguments")
+            raise BlockError("a subroutine takes at most {} arguments", ARGUMENTS)
         parameters = self.parameters
         call = SubprogramCall(construct.first, line + 1, 0, construct, local=parameters.local, counters=self._counters)
         call.numbered = {n: v for n, v in parameters.numbered.items() if n <= ARGUMENTS}

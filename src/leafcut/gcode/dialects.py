@@ -18,6 +18,7 @@ from leafcut.files.plugins import PluginKind, file_of
 from leafcut.files.schemas import DIALECT
 from leafcut.files.whole_files import line_of, parse_toml, toml_bytes
 from leafcut.gcode.dialect_checks import fault_of_value, faults_of_words
+from leafcut.message import Message
 
 
 @dataclass(frozen=True)
@@ -284,7 +285,7 @@ def dialect_list() -> list[tuple[str, str]]:
 def dialect_template(name: str) -> str:
     """Return a TOML template based on a shipped dialect. Raises OptionError if there is none of that name."""
     if name not in _shipped_names():
-        raise OptionError(f"no dialect '{name}' is shipped{name_suggestion(name, sorted(_shipped_names()))}")
+        raise OptionError("no dialect '{}' is shipped{}", name, name_suggestion(name, sorted(_shipped_names())))
     text = re.sub(r"^base = .*\n", "", _content(name).decode("utf-8"), flags=re.MULTILINE)
     about = f"# Save it as my.toml, change it, and run with --dialect my.toml. What it does not say is as in {name}."
     return f'{about}\nbase = "{name}"\n{text}'
@@ -300,7 +301,7 @@ def dialect(name: str) -> Dialect:
         return _shipped(name)
     if name in DIALECTS.names():
         return DIALECTS.load(name)
-    raise OptionError(f"unknown dialect '{name}'{name_suggestion(name, dialects())}")
+    raise OptionError("unknown dialect '{}'{}", name, name_suggestion(name, dialects()))
 
 
 def _read_dialect(path: Path, name: str) -> Dialect:
@@ -337,15 +338,15 @@ def parse_dialect(content: bytes, name: str, place: str = "") -> Dialect:
     def refused(key: str, words: str) -> DataError:
         section, _, bare = key.rpartition(".")
         line = line_of(content.decode("utf-8", errors="replace"), section, bare)
-        return DataError(f"{place}{f':{line}' if line else ''}: {words}")
+        return DataError("{}{}: {}", place, f":{line}" if line else "", words)
 
     base = said.pop("base", None)
     if base is not None and base not in _shipped_names():
         words = name_suggestion(str(base)[:80], sorted(_shipped_names()))
-        raise refused("base", f"'base' is '{printable(str(base))}'{words}")
+        raise refused("base", Message("'base' is '{}'{}", printable(str(base)), words))
     for key in _TABLES:
         if key in said and not isinstance(said[key], dict):
-            raise refused(key, f"'{key}' is not a table; write [{key}]")
+            raise refused(key, Message("'{}' is not a table; write [{}]", key, key))
     table = _merge_with_base(said, base)
     _check_kinds(table, Dialect, "", refused)
     if "torch" in table:
@@ -355,7 +356,7 @@ def parse_dialect(content: bytes, name: str, place: str = "") -> Dialect:
         if key not in (*known, "torch") or not isinstance(table["sources"][key], str):
             raise refused(
                 f"sources.{key}",
-                f"'{printable(key)}' in [sources] must be a key of the dialect, with a text as its value",
+                Message("'{}' in [sources] must be a key of the dialect, with a text as its value", printable(key)),
             )
     torch = {**_default_values(Torch), **table["torch"]} if "torch" in table else None
     for key, words in faults_of_words({**_default_values(Dialect), **table, "torch": torch}):
@@ -389,13 +390,13 @@ def _check_kinds(
     known = [*kinds, *(_TABLES if of is Dialect else ())]
     for key, value in table.items():
         if key not in known:
-            raise refused(place + key, f"unknown key '{printable(key)}'{name_suggestion(key[:80], known)}")
+            raise refused(place + key, Message("unknown key '{}'{}", printable(key), name_suggestion(key[:80], known)))
         fault = "" if key in _TABLES else fault_of_value(place + key, value, _without_none(kinds[key]))
         if fault:
             raise refused(place + key, f"'{place + key}' {fault}")
     for one in fields(of):
         if one.name in kinds and one.name not in table and one.default is one.default_factory is MISSING:
-            raise refused(place.rstrip("."), f"'{place + one.name}' is missing")
+            raise refused(place.rstrip("."), Message("'{}' is missing", place + one.name))
 
 
 def _default_values(of: type[Dialect] | type[Torch]) -> dict[str, Any]:

@@ -24,6 +24,7 @@ from leafcut.gcode.words import (
     tokenise,
     words_of,
 )
+from leafcut.message import Message
 
 #: Tolerance with which LinuxCNC 2.9 compares numbers (confirmed with rs274: 9e-5 is equal to 0, 11e-5 is not).
 EQUAL = 1e-4
@@ -95,7 +96,7 @@ class ProgramParameters:
         """Return the value of parameter #<`name`>."""
         value = self._find(name)
         if value is None and not name.startswith("_"):
-            raise BlockError(f"#<{name}> is used, but the program does not set it before")
+            raise BlockError("#<{}> is used, but the program does not set it before", name)
         return UNKNOWN if value is None else value
 
     def exists(self, name: str) -> float:
@@ -239,7 +240,7 @@ class Scanner:
         letter = self._consume(_WORD_LETTER)
         if letter is None:
             if self.peek() in "]=<>*":
-                raise BlockError(f"unexpected character {self.peek()!a}")
+                raise BlockError("unexpected character {!a}", self.peek())
             refuse_rest(self.text, self.position)
         start = self.position - 1
         self.peek()
@@ -256,14 +257,14 @@ class Scanner:
         key = self._target()
         if self.peek() != "=":
             found = self.text[self.position : self.position + 12]
-            raise BlockError(f"'{found}': '=' is expected after a parameter; if # starts a comment, put it in ( )")
+            raise BlockError("'{}': '=' is expected after a parameter; if # starts a comment, put it in ( )", found)
         self.position += 1
         value = self._operation(1) if self.parameters.fanuc else self.value()
         self.computed = True
         if isinstance(key, int) and key >= self.parameters.first_machine_parameter:
             self.of_machine = True
         elif isinstance(key, str) and (self.parameters.known(key) is not None or key.startswith(("_hal[", "_ini["))):
-            raise BlockError(f"#<{key}> cannot be set")
+            raise BlockError("#<{}> cannot be set", key)
         return key, value
 
     def value(self) -> float:
@@ -273,11 +274,11 @@ class Scanner:
         if plain is not None:
             number = float(plain)
             if number in (math.inf, -math.inf):
-                raise BlockError(f"'{plain}' exceeds the number range of controllers")
+                raise BlockError("'{}' exceeds the number range of controllers", plain)
             return number
         self._depth += 1
         if self._depth > MAX_DEPTH:
-            raise BlockError(f"an expression has more than {MAX_DEPTH} brackets inside each other")
+            raise BlockError("an expression has more than {} brackets inside each other", MAX_DEPTH)
         try:
             if sign == "[":
                 return self.expression()
@@ -325,7 +326,7 @@ class Scanner:
             return ANY_NUMBER
         number = round(value)
         if abs(value - number) > 1e-4 or not 0 <= number <= 99_999:
-            raise BlockError(f"#{value:g}: parameters have whole numbers")
+            raise BlockError("#{:g}: parameters have whole numbers", value)
         return number
 
     def _name(self) -> str:
@@ -375,7 +376,7 @@ class Scanner:
 
     def _unexpected(self) -> str:
         rest = self.text[self.position : self.position + 12]
-        return f"a value is expected, not {rest!a}" if rest else "a value is missing at the end of the line"
+        return Message("a value is expected, not {!a}", rest) if rest else "a value is missing at the end of the line"
 
 
 def _shown(value: float) -> str:
@@ -392,7 +393,7 @@ def _evaluate_function(function: Callable[..., float], name: str, *arguments: fl
     except (ValueError, ZeroDivisionError, OverflowError):
         value = math.nan
     if isinstance(value, complex) or not math.isfinite(value):
-        raise BlockError(f"{name} of {' and '.join(f'{a:g}' for a in arguments)} has no value")
+        raise BlockError("{} of {} has no value", name, " and ".join(f"{a:g}" for a in arguments))
     return value
 
 

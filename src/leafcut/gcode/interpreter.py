@@ -42,6 +42,7 @@ from leafcut.gcode.word_groups import (
     sort_words,
 )
 from leafcut.gcode.words import Block, BlockError, UnclearBlock, Word, lines
+from leafcut.message import Message
 from leafcut.model.cycles import PECKING
 from leafcut.model.toolpath import STILL, UNKNOWN, Kind, Toolpath
 
@@ -254,14 +255,14 @@ class Interpreter:
             self._offsets(words)
             self._motion(words)
             if words.letters:
-                raise BlockError(f"{next(iter(words.letters.values()))} has no meaning in this block")
+                raise BlockError("{} has no meaning in this block", next(iter(words.letters.values())))
         if off_last:
             self._run_switches(words, off=True)
         self._stop(words.m.get("stop"))
         stops = [99] if self.returns else words.m.get("stop", [])
         self.named = next((f"M{code}" for code in stops if code > 1), self.named)
         if len(state.path) > MAX_ROWS:
-            raise BlockError(f"the program has more than {MAX_ROWS:,} moves")
+            raise BlockError("the program has more than {:,} moves", MAX_ROWS)
 
     def _sort_words(self, block: Block) -> SortedBlock:
         keeps_unknown = self.state.keeps_unknown
@@ -278,7 +279,7 @@ class Interpreter:
             self.state.path.end(line=self.state.line)
         if self._by_word or not required or (required == "percent" and self.ended):
             return
-        raise ReadError(file, f"the program has no end; {self.state.dialect.end_word} is missing")
+        raise ReadError(file, Message("the program has no end; {} is missing", self.state.dialect.end_word))
 
     def _run_percent(self, rest: str) -> None:
         if self._blocks or self._percents:
@@ -289,7 +290,7 @@ class Interpreter:
 
     def _program_number(self, number: int) -> None:
         if self._blocks and not self.begins:
-            raise BlockError(f"O{number}: another program starts before the end of the first")
+            raise BlockError("O{}: another program starts before the end of the first", number)
 
     # -- comments, subprograms and blocks that are kept ----------------------------------------------------------------
 
@@ -390,7 +391,7 @@ class Interpreter:
         except UnclearBlock as problem:
             self._record_unclear(str(problem), _ALL if state.cycle is not None else named)
         if words.letters and not words.unknown and not self.unclear and not self.opaque:
-            self._record_unclear(f"{next(iter(words.letters.values()))} has no meaning in this block", named)
+            self._record_unclear(Message("{} has no meaning in this block", next(iter(words.letters.values()))), named)
         if not self.unclear:
             return
         path.cut_back(rows, arcs)
@@ -409,7 +410,7 @@ class Interpreter:
         state = self.state
         for word in words.unknown or ():
             if word.letter == "M":
-                self._record_unclear(f"{word} is not understood", named)
+                self._record_unclear(Message("{} is not understood", word), named)
                 if word.value == 61 and "Q" in words.letters:
                     state.tool = whole_number(words.letters["Q"], 99_999)
                 self._feed_output(word, words.letters)
@@ -426,7 +427,9 @@ class Interpreter:
             state.shift += 1
             if any(named) or code not in NO_MOTION:
                 state.unknown_motion = str(word)
-            self._record_unclear(f"{word} is not understood", named if str(word) == "G31" and any(named) else _ALL)
+            self._record_unclear(
+                Message("{} is not understood", word), named if str(word) == "G31" and any(named) else _ALL
+            )
 
     def _feed_output(self, word: Word, letters: dict[str, Word]) -> None:
         """Apply the analog output that reduces the feed of a torch; the block is kept in any case."""
@@ -470,7 +473,7 @@ class Interpreter:
         state = self.state
         state.unknown_modes.discard("speed")
         if word.value < 0.0:
-            raise BlockError(f"{word} is negative")
+            raise BlockError("{} is negative", word)
         if starts:
             state.rpm = word.value
         else:
@@ -505,7 +508,7 @@ class Interpreter:
         """Select the lengths of the tool's first cutting edge (D1), or none (D0)."""
         number = whole_number(word, 1)
         if number and self.state.tool is None:
-            raise BlockError(f"{word} before a tool was called")
+            raise BlockError("{} before a tool was called", word)
         self.state.path.offset(self.state.tool or 0 if number else 0, line=self.state.line)
         self.state.offset_on = bool(number)
 
@@ -604,7 +607,7 @@ class Interpreter:
         if torch is None or not torch.compensation:
             raise BlockError("radius compensation (G41, G42) is not understood")
         if word is None:
-            raise BlockError(f"G{code / 10:g} needs D")
+            raise BlockError("G{:g} needs D", code / 10)
         return self.state.mm(word) if code in (411, 421) else float(whole_number(word, 9_999))
 
     def _dwell_seconds(self, letters: dict[str, Word]) -> float:
@@ -615,9 +618,9 @@ class Interpreter:
         if dialect.dwell_x and "X" in letters:
             word = letters.pop("X")
             if "." not in word.text or word.value < 0.0:
-                raise BlockError(f"{word}: seconds with a decimal point are expected")
+                raise BlockError("{}: seconds with a decimal point are expected", word)
             return word.value
-        raise BlockError(f"G4 needs its time, {dialect.dwell_letter}")
+        raise BlockError("G4 needs its time, {}", dialect.dwell_letter)
 
     def _states_dwell(self, letters: dict[str, Word]) -> bool:
         """Return whether a dwell states its time in the form of its controller; otherwise remove its words. Fanuc,
@@ -652,7 +655,7 @@ class Interpreter:
         elif length is not None and (off == f"G{length // 10}" or (length == 490 if state.keeps_unknown else not off)):
             state.set_length(0)
         elif length is not None and not state.keeps_unknown:
-            raise BlockError(f"G{length // 10} is not understood")
+            raise BlockError("G{} is not understood", length // 10)
         elif length == 431:
             # The length is in the block: with Z, or with K in LinuxCNC before 2.4.
             for letter in ("X", "Y", "Z", "I", "J", "K"):
@@ -664,7 +667,7 @@ class Interpreter:
             letters.pop("H", None)
             self._record_unclear(f"G{length / 10:g} is not understood", (False, False, True))
         if "offset" in g and g["offset"] != 540 and not state.keeps_unknown:
-            raise BlockError(f"G{g['offset'] / 10:g}: only the work offset G54 is understood")
+            raise BlockError("G{:g}: only the work offset G54 is understood", g["offset"] / 10)
         if "offset" in g:
             state.set_frame(g["offset"])
 
@@ -674,7 +677,7 @@ class Interpreter:
             return whole_number(letters.pop("H"), 99_999)
         number = state.offset_number if stated_by == "D" else state.tool
         if number is None:
-            reason = f"G43 without {stated_by or 'H'}, and no tool was called"
+            reason = Message("G43 without {}, and no tool was called", stated_by or "H")
             raise UnclearBlock(reason) if state.keeps_unknown else BlockError(reason)
         return number
 
@@ -735,11 +738,11 @@ class Interpreter:
             raise BlockError("a move in machine coordinates while a length offset is active; D0 is missing")
         if special in (280, 300, 530):
             if state.cycle is not None or (special != 530 and "motion" in g):
-                raise BlockError(f"G{special // 10} with another motion active; G80 is missing before it")
+                raise BlockError("G{} with another motion active; G80 is missing before it", special // 10)
             (run_machine if special == 530 else run_home)(state, letters)
         elif special is not None and chooses_origin(special):
             if "motion" in g:
-                raise BlockError(f"G{special / 10:g} and a motion share a block that has only one set of axis words")
+                raise BlockError("G{:g} and a motion share a block that has only one set of axis words", special / 10)
             if special == _SET_OFFSETS:
                 raise BlockError("G10 changes stored offsets, which no program of leafcut does")
             run_origin(state, special, letters)
@@ -753,7 +756,7 @@ class Interpreter:
             run(state, letters)
         elif moving:
             axis = next(a for a in AXES if a in letters)
-            raise BlockError(f"{letters[axis]} without G0, G1 or another motion")
+            raise BlockError("{} without G0, G1 or another motion", letters[axis])
 
     def _move_or_keep(self, words: SortedBlock) -> None:
         state, g, letters = self.state, words.g, words.letters
@@ -761,7 +764,7 @@ class Interpreter:
         special = g.get("non-modal")
         if special is not None and chooses_origin(special):
             if "motion" in g and g["motion"] != 0 and moving:
-                raise BlockError(f"G{special / 10:g} and a motion share a block that has only one set of axis words")
+                raise BlockError("G{:g} and a motion share a block that has only one set of axis words", special / 10)
             run_origin(state, special, letters)
             return
         self._check_clear(special, words, moving)
@@ -787,13 +790,13 @@ class Interpreter:
         if other is not None:
             if other in "ABC" and state.rotary is None:
                 state.rotary = state.line, other
-            raise UnclearBlock(f"the axis {other} is not understood")
+            raise UnclearBlock("the axis {} is not understood", other)
         if state.transforms and moving:
-            raise UnclearBlock(f"G{max(state.transforms) / 10:g} is active, which is not understood")
+            raise UnclearBlock("G{:g} is active, which is not understood", max(state.transforms) / 10)
         # G28 and G30 move at rapid, regardless of the active motion.
         home = special in (280, 300) and "motion" not in g
         if state.unknown_motion and not home and (moving or "motion" in g or g.get("cycle", 800) != 800):
-            raise UnclearBlock(f"{state.unknown_motion} is not understood")
+            raise UnclearBlock("{} is not understood", state.unknown_motion)
         if state.unknown_modes and moving:
             self._check_modes_known()
         if special == 530 and not moving:
@@ -806,7 +809,9 @@ class Interpreter:
             and repeat.value == 0.0
             and ("X" in letters or "Y" in letters)
         ):
-            raise UnclearBlock(f"{repeat}: it is unknown whether the tool moves to a position where nothing is drilled")
+            raise UnclearBlock(
+                "{}: it is unknown whether the tool moves to a position where nothing is drilled", repeat
+            )
 
     def _check_modes_known(self) -> None:
         """Raise `UnclearBlock` if a mode that matters to the active motion is unknown."""
@@ -818,7 +823,7 @@ class Interpreter:
             needed |= {"plane": "which plane"}
         for name, words in needed.items():
             if name in state.unknown_modes:
-                raise UnclearBlock(f"{words} is active is not known")
+                raise UnclearBlock("{} is active is not known", words)
 
     def _drill_or_keep(self, words: SortedBlock) -> None:
         """Drill a hole of a cycle; if it is unclear, so are the following holes."""
@@ -831,7 +836,7 @@ class Interpreter:
         other = next((w for w in "IJKDE" if w in letters and w not in spare), None)
         try:
             if other is not None and state.dialect.groups == "fanuc":
-                raise UnclearBlock(f"G{state.cycle} with {letters[other]} is not understood")
+                raise UnclearBlock("G{} with {} is not understood", state.cycle, letters[other])
             self._move(words)
         except UnclearBlock:
             name = f"G{state.cycle}"

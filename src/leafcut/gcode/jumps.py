@@ -139,7 +139,7 @@ class Jumps:
         scanner = Scanner(rest, self._parameters)
         condition = scanner.expression()
         if _AFTER_WHILE.match(rest, scanner.position) is None:
-            raise BlockError(f"WHILE needs its DO {number}")
+            raise BlockError("WHILE needs its DO {}", number)
         if math.isnan(condition):
             raise self.undecided(line, end, again=line)
         return (line + 1 if condition else end + 1), ""
@@ -173,7 +173,7 @@ class Jumps:
             raise self.undecided_to_end(line)
         goal = self.label(round(value), line)
         if goal is None or not scanner.at_end():
-            raise BlockError(f"GOTO {rest.strip()[:20]}: no such line in the program")
+            raise BlockError("GOTO {}: no such line in the program", rest.strip()[:20])
         return goal
 
     def _if(self, rest: str, line: int) -> tuple[int, str]:

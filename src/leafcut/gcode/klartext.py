@@ -71,7 +71,7 @@ def _blocks(program: str) -> Iterator[tuple[int, str]]:
     begin, parts, expected = 0, list[str](), 0
     for number, line in lines(program):
         if len(line) > MAX_LINE:
-            raise BlockError(f"the line has {len(line)} characters; this is not a program")
+            raise BlockError("the line has {} characters; this is not a program", len(line))
         text = " ".join(line.split())
         if not text:
             continue
@@ -79,9 +79,11 @@ def _blocks(program: str) -> Iterator[tuple[int, str]]:
             numbered = _NUMBERED.fullmatch(text)
             if numbered is None or int(numbered[1]) != expected:
                 raise BlockError(
-                    f"line {number}: block {expected} is missing: a Klartext (conversational) program numbers its "
+                    "line {}: block {} is missing: a Klartext (conversational) program numbers its "
                     "blocks from 0 without gaps; take the file as the controller saved it, or choose the machine of "
-                    "this program"
+                    "this program",
+                    number,
+                    expected,
                 )
             begin, text, expected = number, numbered[2], expected + 1
         more = text.endswith("~") and not text.startswith(";")
@@ -149,14 +151,14 @@ class _Reader:
         else:
             shown = re.sub(r"[^\x20-\x7e]+", " ", block[:30])
             raise BlockError(
-                f"'{shown}' is not understood: leafcut reads only Heidenhain programs that it wrote itself"
+                "'{}' is not understood: leafcut reads only Heidenhain programs that it wrote itself", shown
             )
 
     def _switch(self, word: str) -> None:
         path = self.path
         if word in ("M3", "M4"):
             if self.rpm is None:
-                raise BlockError(f"{word} without a speed: TOOL CALL lacks S")
+                raise BlockError("{} without a speed: TOOL CALL lacks S", word)
             path.spindle(self.rpm if word == "M3" else -self.rpm, line=self.line)
         elif word == "M5":
             path.spindle(0.0, line=self.line)
@@ -183,7 +185,7 @@ class _Reader:
         found = [_Q.fullmatch(one) for one in said]
         names = [one[1] for one in found if one is not None]
         if names != list(CYCLE_200):
-            raise BlockError(f"cycle 200 needs {' '.join(CYCLE_200)}, in this order")
+            raise BlockError("cycle 200 needs {}, in this order", " ".join(CYCLE_200))
         q = {one[1]: float(one[2]) for one in found if one is not None}
         surface = q["Q203"]
         r_plane, bottom, after = (round(surface + q[key], 6) for key in ("Q200", "Q201", "Q204"))

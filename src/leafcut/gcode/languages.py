@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable, Iterator
 
 from leafcut.gcode.words import COMMENT
+from leafcut.message import Message
 
 #: Number of characters examined; the start of a program is enough to recognize its kind.
 _LOOKED_AT = 400_000
@@ -101,7 +102,7 @@ def _printer_program(lines: list[str], code: list[str]) -> str:
     sliced = next(_matching_lines(_SLICER, lines), None)
     if prints < 2 or (heats is None and sliced is None):
         return ""
-    return f"G1 with E, {heats.group(1).upper() if heats else 'layers'}"
+    return Message("G1 with E, {}", heats.group(1).upper() if heats else Message("layers"))
 
 
 def _lathe_program(code: list[str], text: str) -> str:

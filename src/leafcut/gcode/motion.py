@@ -93,7 +93,7 @@ def run_arc(state: InterpreterState, letters: dict[str, Word]) -> None:
         word = letters.pop("P")
         turns = int(word.value)
         if turns != word.value or not 1 <= turns <= MAX_TURNS:
-            raise BlockError(f"{word}: an arc takes a whole number of turns from 1 to {MAX_TURNS}")
+            raise BlockError("{}: an arc takes a whole number of turns from 1 to {}", word, MAX_TURNS)
     rise = end[normal] - begin[normal]
     length = math.hypot(
         _sweep(begin, end, center, axes, clockwise, turns) * math.dist(_in_plane(begin, axes), _in_plane(center, axes)),
@@ -118,12 +118,12 @@ def _centre_of_offsets(
     """Return the centre given by two of I, J and K; the third coordinate is that of the start."""
     names = ["IJK"[axis] for axis in axes[:2]]
     if not any(name in letters for name in names):
-        raise BlockError(f"an arc needs {names[0]} and {names[1]}, or R")
+        raise BlockError("an arc needs {} and {}, or R", names[0], names[1])
     center = list(begin)
     for name, axis in zip(names, axes[:2], strict=True):
         word = letters.pop(name, None)
         if word is None and state.absolute_centres:
-            raise BlockError(f"an arc with an absolute centre (G90.1) needs {name}")
+            raise BlockError("an arc with an absolute centre (G90.1) needs {}", name)
         value = 0.0 if word is None else state.mm(word)
         center[axis] = value if state.absolute_centres else begin[axis] + value
     return center
@@ -135,7 +135,7 @@ def check_radii(u0: float, v0: float, u1: float, v1: float, uc: float, vc: float
     if inner == 0.0:
         raise BlockError("an arc of radius 0")
     if abs(inner - outer) > _RADIUS_TOLERANCE and abs(inner - outer) > _RADIUS_RELATIVE_TOLERANCE * inner:
-        raise BlockError(f"the arc does not end on its circle: the radius is {inner:.4f} mm, then {outer:.4f} mm")
+        raise BlockError("the arc does not end on its circle: the radius is {:.4f} mm, then {:.4f} mm", inner, outer)
 
 
 def _centre_of_radius(
@@ -148,7 +148,7 @@ def _centre_of_radius(
     if half == 0.0:
         raise BlockError("an arc with R cannot end where it starts; write it with a centre")
     if half > abs(radius) + SHORT_RADIUS_TOLERANCE:
-        raise BlockError(f"the radius {abs(radius):g} mm is too small to reach the end of the arc")
+        raise BlockError("the radius {:g} mm is too small to reach the end of the arc", abs(radius))
     # From the midpoint of the chord to the centre, perpendicular to the chord: right for a short clockwise arc.
     height = math.sqrt(max(radius * radius - half * half, 0.0))
     side = -1.0 if clockwise == (radius > 0.0) else 1.0
@@ -187,7 +187,7 @@ def run_origin(state: InterpreterState, code: int, letters: dict[str, Word]) -> 
         _, values = _take_axis_words(letters)
         state.move_origin((False, False, False), {axis: state.mm(word) for axis, word in values.items()})
     elif code in (_G28_1, _G30_1):
-        raise UnclearBlock(f"G{code / 10:g} stores the current position of the tool")
+        raise UnclearBlock("G{:g} stores the current position of the tool", code / 10)
     elif code == _G10:
         _set_table(state, letters)
     else:
@@ -200,9 +200,9 @@ def _set_table(state: InterpreterState, letters: dict[str, Word]) -> None:
         raise UnclearBlock("G10 without L is not understood")
     table = whole_number(letters.pop("L"), 999)
     if table not in (2, 20):
-        raise UnclearBlock(f"G10 L{table} is not understood")
+        raise UnclearBlock("G10 L{} is not understood", table)
     if "P" not in letters:
-        raise BlockError(f"G10 L{table} needs P, the work offset that it sets")
+        raise BlockError("G10 L{} needs P, the work offset that it sets", table)
     number = whole_number(letters.pop("P"), 999)
     turned = letters.pop("R", None) is not None
     named, values = _take_axis_words(letters)

@@ -20,7 +20,7 @@ def format_number(value: float, decimals: int, point: bool = False) -> str:
     Raises PostError if the number is not finite, or out of range.
     """
     if not abs(value) <= MAX_LENGTH:
-        raise PostError(f"the toolpath has the number {value:g}, out of range of any machine")
+        raise PostError("the toolpath has the number {:g}, out of range of any machine", value)
     text = f"{value:.{decimals}f}"
     if "." in text:
         text = text.rstrip("0").rstrip(".")
@@ -59,5 +59,5 @@ class NumberFormat:
         """Format a feed in mm/s as units per minute. Raises PostError if it is zero after rounding, or out of range."""
         text = format_number(mm_per_s * SECONDS_PER_MINUTE / self.unit, self.decimals, self.point)
         if not float(text) > 0:
-            raise PostError(f"a cut has the feed {mm_per_s:g} mm/s; give the tool a feed")
+            raise PostError("a cut has the feed {:g} mm/s; give the tool a feed", mm_per_s)
         return text

@@ -44,6 +44,7 @@ from leafcut.gcode.words import (
     without_word,
     words_of,
 )
+from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.toolpath import STILL, Arc, Kind
 from leafcut.units import MM_PER_UNIT, SECONDS_PER_MINUTE
@@ -99,7 +100,7 @@ def interpret_program(
     without a feed, a missing subprogram …), or loops run too many blocks. The message has the line.
     """
     if units is not None and units not in MM_PER_UNIT:
-        raise OptionError(f"unknown unit '{units}'; use mm or in")
+        raise OptionError("unknown unit '{}'; use mm or in", units)
     default_unit = None if units is None else MM_PER_UNIT[units]
     state = InterpreterState(dialect=dialect, keeps_unknown=True, default_unit=default_unit)
     return _ProgramReader(text, state, file, on_progress, material_feed).program()
@@ -342,9 +343,10 @@ class _ProgramReader:
             return
         for k in range(last, len(self.lines)):
             if self._has_effect(k) and not self.lines[k].strip(_FILLING).startswith("%"):
-                reason = (
-                    f"the program continues after the percent sign in line {last}, where some controllers end it; "
-                    "remove the sign, or what follows it"
+                reason = Message(
+                    "the program continues after the percent sign in line {}, where some controllers end it; "
+                    "remove the sign, or what follows it",
+                    last,
                 )
                 raise ReadError(self.file, reason, k + 1)
 
@@ -394,7 +396,7 @@ class _ProgramReader:
         for k, text in texts.items():
             self.state.line = k + 1
             rows = len(self.state.path)
-            self.runner.forget_all(f"line {at + 1}")
+            self.runner.forget_all(Message("line {}", at + 1))
             self.record.describe(text)
             self.record.add(k + 1, rows, _MAYBE)
         if unknown.again is not None:
@@ -536,7 +538,7 @@ class _ProgramReader:
                 return after
             goal = flow.jumps.label(to, at if back is None else back - 1) if to is not None else back
             if goal is None:
-                raise BlockError(f"M99 P{to}: there is no N{to} to go to")
+                raise BlockError("M99 P{}: there is no N{} to go to", to, to)
             self._note_jump(at if back is None else back - 1, goal)
             return goal
         if runner.call is not None:

@@ -42,7 +42,7 @@ def sinumerik_block(line: str, number: int) -> Block:
     plain = _SUPA.sub("G53", _RADIUS.sub("R", _TOOL.sub(r"T\1", body)))
     if "(" in plain or "=" in plain or '"' in plain:
         raise BlockError(
-            f"'{_shown(body)}' is not understood: leafcut reads only Siemens programs that it wrote itself"
+            "'{}' is not understood: leafcut reads only Siemens programs that it wrote itself", _shown(body)
         )
     return Block(number, words_of(plain), comments)
 
@@ -58,18 +58,18 @@ def call_cycle(state: InterpreterState, name: str, arguments: tuple[str, ...]) -
     if state.call is not None:
         raise BlockError("MCALL within MCALL; an MCALL without a cycle is missing before it")
     if len(arguments) > _MOST_ARGUMENTS[name]:
-        raise BlockError(f"{name} with {len(arguments)} arguments: leafcut reads only its own Siemens programs")
+        raise BlockError("{} with {} arguments: leafcut reads only its own Siemens programs", name, len(arguments))
     said = dict(zip(_ARGUMENTS[name], arguments, strict=False))
     if state.incremental or state.plane != 17:
-        raise BlockError(f"{name} is understood in the XY plane (G17) with G90 only")
+        raise BlockError("{} is understood in the XY plane (G17) with G90 only", name)
     rtp, rfp, sdis, bottom = (_length(state, name, said, key) for key in ("RTP", "RFP", "SDIS", "DP"))
     if sdis < 0.0:
-        raise BlockError(f"{name}: SDIS must not be negative")
+        raise BlockError("{}: SDIS must not be negative", name)
     r_plane, here = rfp + sdis, state.path.position[2]
     if not (math.isfinite(here) and here >= r_plane and rtp >= r_plane > bottom):
-        raise BlockError(f"{name}: RTP and the tool must be at the reference plane or above it, and DP below it")
+        raise BlockError("{}: RTP and the tool must be at the reference plane or above it, and DP below it", name)
     if rtp not in (r_plane, here):
-        raise BlockError(f"{name}: RTP is neither the reference plane nor the height of the tool")
+        raise BlockError("{}: RTP is neither the reference plane nor the height of the tool", name)
     peck = dwell = 0.0
     if name == "CYCLE82":
         dwell = _number(name, said, "DTB")
@@ -78,7 +78,7 @@ def call_cycle(state: InterpreterState, name: str, arguments: tuple[str, ...]) -
     if name == "CYCLE83":
         wrong = [key for key, value in _FIXED.items() if said.get(key, "") != value]
         if wrong:
-            raise BlockError(f"CYCLE83: {wrong[0]} must be {_FIXED[wrong[0]] or 'empty'}")
+            raise BlockError("CYCLE83: {} must be {}", wrong[0], _FIXED[wrong[0]] or "empty")
         peck = r_plane - _length(state, name, said, "FDEP")
         if not peck > 0.0:
             raise BlockError("CYCLE83: FDEP must be below the reference plane")
@@ -101,7 +101,7 @@ _FIXED = {"DPR": "", "FDPR": "", "DAM": "0", "DTB": "0", "DTS": "0", "FRF": "1"}
 def _number(name: str, said: dict[str, str], key: str) -> float:
     text = said.get(key, "")
     if not _NUMBER.fullmatch(text):
-        raise BlockError(f"{name} needs {key}, a number")
+        raise BlockError("{} needs {}, a number", name, key)
     return float(text)
 
 

@@ -180,13 +180,18 @@ class InterpreterState(Modal):
         if self.unit is None:
             self._assume_unit()
         if self.unit is None:
-            raise BlockError(f"{word} comes before the units are stated ({self.dialect.units_mm} for mm)")
+            raise BlockError("{} comes before the units are stated ({} for mm)", word, self.dialect.units_mm)
         if self.dialect.point_required and "." not in word.text:
             # The least increment of these controllers: 0.001 mm or 0.0001 inch.
             least = word.value * (0.001 if self.unit == 1.0 else 0.0001)
             raise BlockError(
-                f"{word} has no decimal point: whether that is {word.letter}{word.value:.1f} or "
-                f"{word.letter}{least:.10g} depends on a setting of the controller; write it with a decimal point"
+                "{} has no decimal point: whether that is {}{:.1f} or "
+                "{}{:.10g} depends on a setting of the controller; write it with a decimal point",
+                word,
+                word.letter,
+                word.value,
+                word.letter,
+                least,
             )
         return word.value * self.unit
 
@@ -199,7 +204,7 @@ class InterpreterState(Modal):
         if not self.incremental:
             return value
         if math.isnan(here) and value != 0.0:
-            raise UnclearBlock(f"{word} is incremental (G91), but the position of {AXES[axis]} before it is unknown")
+            raise UnclearBlock("{} is incremental (G91), but the position of {} before it is unknown", word, AXES[axis])
         return None if math.isnan(here) else here + value
 
     def set_feed(self, word: Word) -> None:
@@ -210,12 +215,12 @@ class InterpreterState(Modal):
             return
         self._feed_without_unit = None
         if word.value < 0.0:
-            raise BlockError(f"{word} is negative")
+            raise BlockError("{} is negative", word)
         if word.value == 0.0:
             self.feed_rate = 0.0
             return
         if self.unit is None:
-            raise BlockError(f"{word} comes before the units are stated ({self.dialect.units_mm} for mm)")
+            raise BlockError("{} comes before the units are stated ({} for mm)", word, self.dialect.units_mm)
         self.feed_rate = word.value * self.unit / (1.0 if self.feed_mode == 95 else SECONDS_PER_MINUTE)
 
     def feed_for(self, letters: dict[str, Word], length: float) -> float:
@@ -243,8 +248,10 @@ class InterpreterState(Modal):
         if self.rotary is not None and not length > 0.0:
             line, axis = self.rotary
             raise BlockError(
-                f"a cut in inverse time (G93) needs a known length, but line {line} moves the rotary axis {axis}: "
-                "programs with four or five axes are not read"
+                "a cut in inverse time (G93) needs a known length, but line {} moves the rotary axis {}: "
+                "programs with four or five axes are not read",
+                line,
+                axis,
             )
         word = letters.pop("F", None)
         if word is None or not word.value > 0.0:
@@ -289,12 +296,12 @@ class InterpreterState(Modal):
     def dwell(self, word: Word) -> float:
         """Return the duration of a dwell word in this dialect, s."""
         if word.value < 0.0:
-            raise BlockError(f"{word}: a dwell cannot be negative")
+            raise BlockError("{}: a dwell cannot be negative", word)
         unit, whole = self.dialect.dwell_unit, "." not in word.text
         if unit == "s" or (unit == "point" and not whole):
             return word.value
         if unit in ("ms", "cs") and not whole:
-            raise UnclearBlock(f"{word}: with a decimal point, its meaning differs between machines")
+            raise UnclearBlock("{}: with a decimal point, its meaning differs between machines", word)
         return word.value / (100.0 if unit == "cs" else 1000.0)
 
     def known_value(self, name: str) -> float | None:
@@ -327,7 +334,7 @@ def named_axes(letters: dict[str, Word]) -> tuple[bool, bool, bool]:
 def whole_number(word: Word, most: int = 99_999_999) -> int:
     """Return the whole number of a word."""
     if not 0 <= word.value <= most or word.value != int(word.value):
-        raise BlockError(f"{word} must be a whole number from 0 to {most}")
+        raise BlockError("{} must be a whole number from 0 to {}", word, most)
     return int(word.value)
 
 

@@ -33,7 +33,7 @@ def run_outputs(state: InterpreterState, words: SortedBlock) -> None:
     if "material" in words.m:
         state.material = whole_number(_required_word(letters, "P", 190))
         if state.material_feeds is not None and state.material not in state.material_feeds:
-            raise BlockError(f"M190 P{state.material} selects a material of the controller whose feed is not known")
+            raise BlockError("M190 P{} selects a material of the controller whose feed is not known", state.material)
     for code in words.m.get("output", ())[:1]:
         if code == 66:
             _take_wait(letters)
@@ -58,17 +58,17 @@ def material_block(state: InterpreterState, line: str, number: int) -> Block:
             "no material is selected" if state.material is None else f"that of material {state.material} is not known"
         )
         raise BlockError(
-            f"'{word}' is the feed of the controller's material, and {chosen} before it; select it with M190"
+            "'{}' is the feed of the controller's material, and {} before it; select it with M190", word, chosen
         )
     if state.unit is None:
-        raise BlockError(f"'{word}' comes before the units are stated ({state.dialect.units_mm} for mm)")
+        raise BlockError("'{}' comes before the units are stated ({} for mm)", word, state.dialect.units_mm)
     feed = (state.material_feeds or {})[state.material] * SECONDS_PER_MINUTE / state.unit
     return replace(block, words=(*block.words, Word("F", feed, word[1:])))
 
 
 def _required_word(letters: dict[str, Word], letter: str, code: int) -> Word:
     if letter not in letters:
-        raise BlockError(f"M{code} needs {letter}")
+        raise BlockError("M{} needs {}", code, letter)
     return letters.pop(letter)
 
 
@@ -207,8 +207,8 @@ class _TorchWriter:
             return
         if row.ref and not torch.mark_on:
             raise PostError(
-                f"{self.dialect.name} has no command for marking; leave the marks out (--ignore-layers), or choose "
-                "another dialect"
+                "{} has no command for marking; leave the marks out (--ignore-layers), or choose another dialect",
+                self.dialect.name,
             )
         if torch.mark_on == torch.on:  # the same beam, at another power
             row = row._replace(ref=0)
@@ -219,7 +219,7 @@ class _TorchWriter:
         if self.torch.can_switch_off_along_path:
             self.keep(row)
         elif row.value:
-            raise PostError(f"{self.dialect.name} cannot move on with the torch off; leave out the micro-joints")
+            raise PostError("{} cannot move on with the torch off; leave out the micro-joints", self.dialect.name)
         elif self.lit is not None:
             self._light(Motion(Kind.SPINDLE, row.end, 0.0, 0, row.line))
 

@@ -87,7 +87,7 @@ def sort_words(
         elif letter == "N" and "N" in result.letters:
             continue  # a second line number before the first
         elif letter in result.letters:
-            raise BlockError(f"{letter} is given twice: {result.letters[letter]} and {word}")
+            raise BlockError("{} is given twice: {} and {}", letter, result.letters[letter], word)
         else:
             result.letters[letter] = word
     if not separate_cycles and "motion" in result.g and "cycle" in result.g:
@@ -120,9 +120,9 @@ def _add_m(result: SortedBlock, word: Word, known: frozenset[int]) -> None:
 
 def _add_unknown_word(result: SortedBlock, word: Word) -> None:
     if result.unknown is None:
-        raise BlockError(f"{word} is not understood")
+        raise BlockError("{} is not understood", word)
     result.unknown.append(word)
 
 
 def _refuse_conflict(letter: str, one: float, other: float) -> None:
-    raise BlockError(f"{letter}{one:g} and {letter}{other:g} exclude each other in one block")
+    raise BlockError("{}{:g} and {}{:g} exclude each other in one block", letter, one, letter, other)

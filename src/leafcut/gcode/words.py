@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, NoReturn
 
 from leafcut.errors import LeafcutError
+from leafcut.message import Message
 
 #: Maximum line length, characters; the RS274/NGC limit is 256.
 MAX_LINE = 10_000
@@ -101,7 +102,7 @@ def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
     a line that is too long, or an unclosed or wrongly nested comment.
     """
     if len(line) > MAX_LINE:
-        raise BlockError(f"the line has {len(line)} characters; this is not G-code")
+        raise BlockError("the line has {} characters; this is not G-code", len(line))
     body, comments = line, tuple[str, ...]()
     if "(" in line or ")" in line or ";" in line:
         body, comments = _without_comments(_flatten_comments(line) if nested else line)
@@ -181,8 +182,8 @@ def words_of(body: str) -> tuple[Word, ...]:
 
 def out_of_range(letter: str) -> str:
     """Return the message for a number that is too large for any machine."""
-    fault = f"the number of {letter.upper()} is out of range: {MAX_NUMBER:,.0f} or more"
-    return f"{fault}; correct or delete that word, or re-post the program"
+    fault = Message("the number of {} is out of range: {:,.0f} or more", letter.upper(), MAX_NUMBER)
+    return Message("{}; correct or delete that word, or re-post the program", fault)
 
 
 def refuse_rest(body: str, position: int) -> NoReturn:
@@ -190,12 +191,12 @@ def refuse_rest(body: str, position: int) -> NoReturn:
     rest = body[position:].lstrip(" \t")
     first = rest[:1]
     if first in "#[]=<>*":
-        raise BlockError(f"'{first}': parameters and expressions are not understood")
+        raise BlockError("'{}': parameters and expressions are not understood", first)
     if first.isascii() and first.isalpha():
-        raise BlockError(f"'{_printable_start(rest)}' is a letter without a number")
+        raise BlockError("'{}' is a letter without a number", _printable_start(rest))
     if first in "0123456789.+-":
-        raise BlockError(f"'{_printable_start(rest)}' is a number without a letter")
-    raise BlockError(f"unexpected character {first!a}")
+        raise BlockError("'{}' is a number without a letter", _printable_start(rest))
+    raise BlockError("unexpected character {!a}", first)
 
 
 def _printable_start(text: str) -> str:

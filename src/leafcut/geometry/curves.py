@@ -49,7 +49,7 @@ def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats |
     """
     n = len(control)
     if not 1 <= degree <= MAX_DEGREE or n <= degree or len(knots) != n + degree + 1:
-        raise PlanError(f"{n} control points, {len(knots)} knots and degree {degree} do not define a spline")
+        raise PlanError("{} control points, {} knots and degree {} do not define a spline", n, len(knots), degree)
     positive_weights = np.ones(n) if weights is None else np.asarray(weights, dtype=np.float64)
     if len(positive_weights) != n or not (positive_weights > 0.0).all() or not np.isfinite(positive_weights).all():
         raise PlanError("the weights of a spline must be positive, one per control point")
@@ -63,7 +63,7 @@ def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats |
     chords = 1.0 if degree == 1 else _chords_needed(sample, tolerance)
     counts = np.broadcast_to(chords, len(spans)).astype(np.int64)
     if int(counts.sum()) > MAX_POINTS:
-        raise PlanError(f"a spline needs more than {MAX_POINTS:,} points")
+        raise PlanError("a spline needs more than {:,} points", MAX_POINTS)
     pieces: list[Points] = [np.zeros((0, 2))] * len(spans)
     for count in np.unique(counts):
         chosen = np.flatnonzero(counts == count)

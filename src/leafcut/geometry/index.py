@@ -39,7 +39,7 @@ def query_pairs(
         first, second = tree.query(shapes[start : start + step], predicate=predicate, **options)
         total += len(first)
         if total > MOST_PAIRS + MOST_PER_SHAPE * len(shapes):
-            raise PlanError(f"millions of {description}; clean up the drawing")
+            raise PlanError("millions of {}; clean up the drawing", description)
         yield first + start, second
         start += step
         step = min(2 * step, _MAX_BATCH) if len(first) <= MOST_PER_SHAPE * step else max(step // 2, _MIN_BATCH)

@@ -90,7 +90,7 @@ class _OffsetCheck:
         self.region = shapely.Polygon(points)
         if not self.region.is_valid:
             location = shapely.is_valid_reason(self.region).partition("[")[2].rstrip("]").replace(" ", ", ")
-            raise PlanError(f"the path crosses or touches itself at ({location}) and cannot be offset")
+            raise PlanError("the path crosses or touches itself at ({}) and cannot be offset", location)
         self.edge = shapely.LineString(points)
         shapely.prepare(self.edge)
 

@@ -33,7 +33,7 @@ def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float
     if not shape.is_valid:
         problem, _, position = shapely.is_valid_reason(shape).partition("[")
         location = f" at ({position.rstrip(']').replace(' ', ', ')})" if position else ""
-        raise PlanError(f"{name}: {problem.strip().lower()}{location}; outlines must not cross or touch")
+        raise PlanError("{}: {}{}; outlines must not cross or touch", name, problem.strip().lower(), location)
     return shapely.geometry.polygon.orient(shape)
 
 

@@ -106,7 +106,7 @@ def polygons(paths: Sequence[Polyline]) -> Any:
         rings.append(ring if len(ring) >= 4 else np.concatenate([ring, ring[-1:], ring[-1:]]))
         total += len(ring)
         if total > MOST_CHORDS:
-            raise PlanError(f"the arcs of this drawing need more than {MOST_CHORDS:,} chords; check its units")
+            raise PlanError("the arcs of this drawing need more than {:,} chords; check its units", MOST_CHORDS)
     indices = np.repeat(np.arange(len(rings)), [len(r) for r in rings])
     return shapely.polygons(shapely.linearrings(np.concatenate(rings), indices=indices))
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from leafcut.errors import OptionError, name_suggestion
+from leafcut.message import Message
 
 
 def value_text(value: Any) -> str:
@@ -40,7 +41,7 @@ class DescriptionTable:
         """Raise an error for a key that is not in `known`."""
         for key in self.content:
             if key not in known:
-                raise self.wrong(f"unknown key '{key}'{name_suggestion(key, sorted(known))}")
+                raise self.wrong(Message("unknown key '{}'{}", key, name_suggestion(key, sorted(known))))
 
     def text(self, key: str, default: str | None = None) -> str:
         """Return the text under a key. The key is required if there is no default."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut import api
 from leafcut.errors import OptionError, name_suggestion
+from leafcut.message import Message
 from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.model.part import Part
 from leafcut.model.snapshot import Observer
@@ -88,9 +89,9 @@ def check_experiment(algorithms: Sequence[str], runs: int) -> None:
         raise OptionError("choose at least one algorithm to compare")
     for name in algorithms:
         if name not in COMPARED:
-            raise OptionError(f"unknown algorithm '{name}'{name_suggestion(name, COMPARED)}")
+            raise OptionError("unknown algorithm '{}'{}", name, name_suggestion(name, COMPARED))
     if not 1 <= runs <= MAX_RUNS:
-        raise OptionError(f"runs of each algorithm: {runs} is out of range; choose 1 to {MAX_RUNS}")
+        raise OptionError("runs of each algorithm: {} is out of range; choose 1 to {}", runs, MAX_RUNS)
 
 
 def run_experiment(
@@ -125,7 +126,7 @@ def run_experiment(
     max_points = min(MAX_POINTS, max(_ALL_POINTS // len(todo), _MIN_POINTS))
     for number, (algorithm, seed) in enumerate(todo):
         study = Study(observe)
-        on_progress = _run_progress(progress, f"{algorithm}, seed {seed}", number, len(todo))
+        on_progress = _run_progress(progress, Message("{}, seed {}", algorithm, seed), number, len(todo))
         run_options = {**options_for(algorithm, options or {}), "seed": seed}
         solution = api.solve(part, progress=on_progress, observe=study, cancelled=cancel_event, **run_options).solution
         stopped = cancel_event.is_set()
@@ -158,7 +159,13 @@ def _run_progress(progress: OnProgress | None, run_name: str, number: int, runs:
         return None
 
     def report(current: Progress) -> None:
-        progress(replace(current, step=f"{run_name} ({number + 1} of {runs})", share=(number + current.share) / runs))
+        progress(
+            replace(
+                current,
+                step=Message("{} ({} of {})", run_name, number + 1, runs),
+                share=(number + current.share) / runs,
+            )
+        )
 
     return report
 

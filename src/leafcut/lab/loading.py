@@ -27,6 +27,7 @@ from leafcut.lab.description import (
     Response,
 )
 from leafcut.lab.description_table import DescriptionTable, number_of, value_text
+from leafcut.message import Message
 from leafcut.options.option_spec import flag_name
 from leafcut.processes import registry
 from leafcut.processes.base import Work
@@ -64,7 +65,7 @@ def load(name: str | Path) -> Description:
         try:
             content = toml_bytes(path)
         except OSError as problem:
-            raise ReadError(path, f"cannot be read ({problem.strerror})") from None
+            raise ReadError(path, Message("cannot be read ({})", problem.strerror)) from None
         try:
             return experiment_of_toml(parse_toml(content, str(path), EXPERIMENT), path.stem, path.parent)
         except DataError:
@@ -100,7 +101,7 @@ def experiment_of_toml(content: Mapping[str, Any], name: str, folder: Path | Non
     command = table.text("command", OPTIMIZE)
     commands = [SOLVE, OPTIMIZE, "nest", *(process.command for process in registry.processes())]
     if command not in commands:
-        raise table.wrong(f"unknown command '{command}'{name_suggestion(command, commands)}")
+        raise table.wrong(Message("unknown command '{}'{}", command, name_suggestion(command, commands)))
     factors = tuple(_factor(entry, folder) for entry in table.tables("factor"))
     description = Description(
         name=name,
@@ -197,7 +198,7 @@ def _analysis(table: DescriptionTable, description: Description) -> Analysis:
     }
     for kind_of_name, (word, words) in known.items():
         if word not in words:
-            raise table.wrong(f"unknown {kind_of_name.split()[0]} '{word}'{name_suggestion(word, words)}")
+            raise table.wrong(Message("unknown {} '{}'{}", kind_of_name.split()[0], word, name_suggestion(word, words)))
     if not 0.0 < alpha < 0.5:
         raise table.wrong(f"alpha = {alpha:g} is out of range; choose a number between 0 and 0.5")
     needed = {"anova": 1, "compare": 1, "crossed": 2, "speedup": 1, "messages": 2, "trend": 1, "projection": 1}.get(

@@ -61,11 +61,11 @@ def comparison_experiment(
     option, known = compared_option_values(command)
     for value in values:
         if value not in known:
-            raise OptionError(f"unknown {option} '{value}'{name_suggestion(value, known)}")
+            raise OptionError("unknown {} '{}'{}", option, value, name_suggestion(value, known))
     if len(values) < 2:
-        raise OptionError(f"choose at least two values of {option} to compare")
+        raise OptionError("choose at least two values of {} to compare", option)
     if not 1 <= runs <= MAX_SEEDS:
-        raise OptionError(f"runs of each: choose 1 to {MAX_SEEDS}")
+        raise OptionError("runs of each: choose 1 to {}", MAX_SEEDS)
     first = int(options.get("seed") or 1)
     specs = {key: group_of(key).specs()[key] for key in options if key not in (option, "seed")}
     shared = {

@@ -39,6 +39,7 @@ from leafcut.lab.description import (
 )
 from leafcut.lab.experiment import curve_of, search_curve
 from leafcut.lab.store import Row, Store, key_of
+from leafcut.message import Message
 from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.model.study import Study
 from leafcut.options.option_spec import flag_name
@@ -139,7 +140,7 @@ def run(
     plans = [plan for plan in description.runs() if can_run(description, plan)]
     left_out = description.n_runs - len(plans)
     if not plans:
-        raise OptionError(f"experiment '{description.name}': no run fits this machine, which has {_cores()} cores")
+        raise OptionError("experiment '{}': no run fits this machine, which has {} cores", description.name, _cores())
     rows = {row.key: row for row in store.rows(description.key) if not row.failed}
     inputs = _inputs_with_hashes(description)
     todo = [
@@ -151,9 +152,13 @@ def run(
     versions = sorted({rows[key].leafcut for key in stored_keys} - {__version__})
     if versions and todo and not mixed:
         raise OptionError(
-            f"{store.path} has runs of '{description.key}' by leafcut {', '.join(versions)}, and this is "
-            f"{__version__}; "
-            "give another --results, or --mixed to put both into one table"
+            "{} has runs of '{}' by leafcut {}, and this is "
+            "{}; "
+            "give another --results, or --mixed to put both into one table",
+            store.path,
+            description.key,
+            ", ".join(versions),
+            __version__,
         )
     cancel_event = cancelled or threading.Event()
     plans_by_key = {task.key: plan for plan, task in todo}
@@ -373,11 +378,11 @@ def _in_new_process(task: RunTask) -> dict[str, Any]:
             [sys.executable, "-c", code, *arguments], capture_output=True, timeout=_LONGEST_PROCESS, check=False
         )
     except subprocess.TimeoutExpired:
-        raise LeafcutError(f"the run took longer than {_LONGEST_PROCESS:g} s; reduce its work") from None
+        raise LeafcutError("the run took longer than {:g} s; reduce its work", _LONGEST_PROCESS) from None
     if completed.returncode:
         lines = completed.stderr.decode("utf-8", "replace").strip().splitlines()
         raise LeafcutError(
-            lines[-1].removeprefix("leafcut: ") if lines else f"ended with status {completed.returncode}"
+            lines[-1].removeprefix("leafcut: ") if lines else Message("ended with status {}", completed.returncode)
         )
     answer: dict[str, Any] = json.loads(completed.stdout)
     return answer
@@ -449,7 +454,7 @@ def _row(description: Description, plan: RunPlan, task: RunTask, sha: str, answe
 def _count_progress(progress: OnProgress | None, todo: int, labels: list[str]) -> Callable[[int], None]:
     def report(done: int) -> None:
         if progress is not None and done < todo:
-            progress(Progress(f"{labels[done]} ({done + 1} of {count_of(todo, 'run')})", done / todo))
+            progress(Progress(Message("{} ({} of {})", labels[done], done + 1, count_of(todo, "run")), done / todo))
 
     return report
 

@@ -15,6 +15,7 @@ from typing import Any, Self
 from leafcut.errors import LeafcutError, ReadError, printable
 from leafcut.files.schemas import RESULTS, check_schema
 from leafcut.files.whole_files import OutputError
+from leafcut.message import Message
 
 #: SQLite application id of a results file ("leaf").
 _OWNER = 0x6C656166
@@ -103,7 +104,7 @@ class Store:
                 self.path, "there are no results here yet; run `leafcut lab run NAME` first, or give --results"
             )
         if self.path.is_dir():
-            raise OutputError(f"{self.path}: a folder; --results names a file")
+            raise OutputError("{}: a folder; --results names a file", self.path)
         with self._refused():
             if self.path.is_file() and self.path.stat().st_size and not _is_sqlite(self.path):
                 raise ReadError(self.path, "no file of results: leafcut writes an SQLite file; give another --results")
@@ -141,7 +142,7 @@ class Store:
                 check_schema(RESULTS, schema, str(self.path))
                 if (check_result := self._data.execute("pragma quick_check(1)").fetchone()[0]) != "ok":
                     raise ReadError(
-                        self.path, f"damaged results ({printable(check_result, 120)}); give another --results"
+                        self.path, Message("damaged results ({}); give another --results", printable(check_result, 120))
                     )
             if not self._read_only:
                 self._data.execute("commit")
@@ -186,16 +187,16 @@ class Store:
     def _line(self, problem: Exception) -> LeafcutError:
         words = printable(str(problem), 120)
         if isinstance(problem, OSError):
-            return OutputError(f"{self.path}: cannot be opened ({problem.strerror})")
+            return OutputError("{}: cannot be opened ({})", self.path, problem.strerror)
         if not isinstance(problem, sqlite3.OperationalError):
-            return ReadError(self.path, f"damaged results ({words}); give another --results")
+            return ReadError(self.path, Message("damaged results ({}); give another --results", words))
         if "full" in words:
-            return OutputError(f"{self.path}: the disk is full; what was finished before is kept")
+            return OutputError("{}: the disk is full; what was finished before is kept", self.path)
         if "locked" in words:
             return OutputError(
-                f"{self.path}: another program writes these results; wait for it, or give another --results"
+                "{}: another program writes these results; wait for it, or give another --results", self.path
             )
-        return OutputError(f"{self.path}: cannot be used ({words}); give another --results")
+        return OutputError("{}: cannot be used ({}); give another --results", self.path, words)
 
 
 def _is_sqlite(path: Path) -> bool:

@@ -35,7 +35,7 @@ class StockBlock:
             raise PlanError("a coordinate is not a number; give two corners with three coordinates each, in mm")
         if not all(a < b for a, b in zip(self.low, self.high, strict=True)):
             sizes = " × ".join(f"{b - a:g}" for a, b in zip(self.low, self.high, strict=True))
-            raise PlanError(f"a block of {sizes} mm has no volume; give the lower corner first")
+            raise PlanError("a block of {} mm has no volume; give the lower corner first", sizes)
 
 
 @dataclass(eq=False)
@@ -65,8 +65,12 @@ class HeightField:
             while math.ceil(width / min_cell) * math.ceil(depth / min_cell) > MOST_CELLS:
                 min_cell *= 1.01
             raise PlanError(
-                f"cells of {cell:g} mm: {columns * rows:,} of them are needed, but at most {MOST_CELLS:,} fit; use "
-                f"cells of {math.ceil(1000 * min_cell) / 1000:g} mm or a smaller stock"
+                "cells of {:g} mm: {:,} of them are needed, but at most {:,} fit; use "
+                "cells of {:g} mm or a smaller stock",
+                cell,
+                columns * rows,
+                MOST_CELLS,
+                math.ceil(1000 * min_cell) / 1000,
             )
         heights = np.full((rows, columns), block.high[2], dtype=np.float32)
         return cls(heights, block.low[0] + 0.5 * cell, block.low[1] + 0.5 * cell, cell, block.low[2])

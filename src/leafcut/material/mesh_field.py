@@ -41,8 +41,9 @@ def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
     n_visits = float(size.prod(axis=1).sum())
     if n_visits > _MAX_VISITS:
         raise PlanError(
-            f"{mesh.name}: {n_visits / field.heights.size:,.0f} triangles cover each cell on average; export "
-            "a coarser mesh, or use larger cells"
+            "{}: {:,.0f} triangles cover each cell on average; export a coarser mesh, or use larger cells",
+            mesh.name,
+            n_visits / field.heights.size,
         )
     raise_cell_middles(field.heights, field.x, field.y, cell, mesh.triangles)
 

@@ -125,7 +125,7 @@ def solid_of(path: Toolpath, stock: ShownStock) -> Solid:
     if len(moves) > _PIECES:
         moves = moves_in_cells(path, cutters, cell)
     if len(moves) > _MOST_MOVES:
-        raise PlanError(f"{len(moves):,} moves are too many to show; the limit is {_MOST_MOVES:,}")
+        raise PlanError("{:,} moves are too many to show; the limit is {:,}", len(moves), _MOST_MOVES)
     origin = (0.5 * (block.low[0] + block.high[0]), 0.5 * (block.low[1] + block.high[1]))
     shift = np.array([*origin, 0.0, *origin, 0.0])
     moves = replace(moves, ends=(moves.ends - shift).astype(np.float32).astype(np.float64))

@@ -98,7 +98,9 @@ def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> S
     pieces = np.maximum(np.maximum(pieces, np.ceil(np.abs(sweep) / turn - 1e-9)), 1.0)
     if pieces.sum() > MOST_MOVES:
         advice = "; use larger cells" if math.isfinite(max_length) else ""
-        raise PlanError(f"the program has {pieces.sum():,.0f} segments, more than the limit of {MOST_MOVES:,}{advice}")
+        raise PlanError(
+            "the program has {:,.0f} segments, more than the limit of {:,}{}", pieces.sum(), MOST_MOVES, advice
+        )
     count = pieces.astype(np.int64)
     source = np.repeat(np.arange(len(rows)), count)
     step = np.arange(len(source)) - np.repeat(np.cumsum(count) - count, count)

@@ -41,13 +41,15 @@ class Cutter:
 
     def __post_init__(self) -> None:
         if not 0.0 < self.radius < math.inf:
-            raise OptionError(f"a tool of diameter {2 * self.radius:g} mm cuts nothing; give its diameter")
+            raise OptionError("a tool of diameter {:g} mm cuts nothing; give its diameter", 2 * self.radius)
         if not (
             self.slope > 0 and self.flat >= 0 and self.corner >= 0
         ) or self.flat + self.meets * self.corner > self.radius * (1.0 + 1e-9):
             raise OptionError(
-                f"a tool of diameter {2 * self.radius:g} mm cannot have a corner of {self.corner:g} mm and a tip of "
-                f"diameter {2 * self.flat:g} mm"
+                "a tool of diameter {:g} mm cannot have a corner of {:g} mm and a tip of diameter {:g} mm",
+                2 * self.radius,
+                self.corner,
+                2 * self.flat,
             )
 
     @property
@@ -103,7 +105,7 @@ def pointed(diameter: float, angle: float, tip: float = 0.0) -> Cutter:
     """
     if not 0.0 < angle <= math.pi:
         raise OptionError(
-            f"a point angle of {math.degrees(angle):g} degrees is impossible; give an angle between 0 and 180"
+            "a point angle of {:g} degrees is impossible; give an angle between 0 and 180", math.degrees(angle)
         )
     if angle > math.pi - 1e-9:
         return flat_mill(diameter)

@@ -53,7 +53,7 @@ def _peck_count(cycle: DrillCycle) -> int:
         return 1
     strokes = (cycle.r_plane - cycle.bottom) / cycle.peck
     if not strokes <= _MAX_PECKS:
-        raise PlanError(f"a peck of {cycle.peck:g} mm takes {strokes:.0f} strokes per hole; use a larger one")
+        raise PlanError("a peck of {:g} mm takes {:.0f} strokes per hole; use a larger one", cycle.peck, strokes)
     return max(1, math.ceil(strokes - _EPSILON))
 
 
@@ -188,7 +188,7 @@ def _all_steps(cycles: tuple[DrillCycle, ...], uses: NDArray[np.int64]) -> list[
     rows = sum(_MOVES_A_PECK * _peck_count(c) * max(n, 1) for c, n in zip(cycles, uses.tolist(), strict=True))
     if rows > _MAX_ROWS:
         raise PlanError(
-            f"the drilling cycles have {rows:,} moves, more than the limit of {_MAX_ROWS:,}; use larger pecks"
+            "the drilling cycles have {:,} moves, more than the limit of {:,}; use larger pecks", rows, _MAX_ROWS
         )
     return [_steps_at_r(cycle) for cycle in cycles]
 

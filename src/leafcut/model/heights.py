@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from leafcut.errors import count_of
+from leafcut.message import Message
 from leafcut.model.issue import Issue, Severity
 
 #: Tolerance for equal heights, mm.
@@ -39,7 +40,7 @@ class HeightCount:
         """Return a note if all objects are drawn at one height other than Z0; `noun` names the objects."""
         if self.differ or not self.common:
             return []
-        words = f"all {noun} are drawn at Z{self.common:g}: this height becomes Z0 of the program"
+        words = Message("all {} are drawn at Z{:g}: this height becomes Z0 of the program", noun, self.common)
         return [Issue("L406", words, severity=Severity.NOTE)]
 
     @property

@@ -23,9 +23,9 @@ class Mesh:
 
     def __post_init__(self) -> None:
         if self.triangles.ndim != 3 or self.triangles.shape[1:] != (3, 3) or not len(self.triangles):
-            raise PlanError(f"{self.name or 'a mesh'}: a mesh needs triangles of shape (n, 3, 3)")
+            raise PlanError("{}: a mesh needs triangles of shape (n, 3, 3)", self.name or "a mesh")
         if not np.isfinite(self.triangles).all():
-            raise PlanError(f"{self.name or 'a mesh'}: a corner is not a number")
+            raise PlanError("{}: a corner is not a number", self.name or "a mesh")
 
     @property
     def low(self) -> NDArray[np.float64]:

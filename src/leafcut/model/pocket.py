@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 
 #: Strategies that most shops use; the faster of them is the baseline of a pocket's program.
 USUAL = ("zigzag", "contour")
@@ -53,7 +54,7 @@ class Pocket:
         """Name for messages: ``the pocket``, ``pocket 3``, or its own name if that is descriptive."""
         if self.name.lower() in ("", "pocket"):
             return "the pocket"
-        return self.name if "pocket" in self.name.lower() else f"pocket {self.name}"
+        return self.name if "pocket" in self.name.lower() else Message("pocket {}", self.name)
 
     def region(self, tolerance: float = 0.01, *, filled: bool = False) -> Any:
         """Return the pocket as a valid shapely Polygon (`geometry.regions.region`), without islands if `filled`.

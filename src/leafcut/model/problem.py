@@ -106,7 +106,7 @@ class Metric:
 
     def __post_init__(self) -> None:
         if self.name not in METRICS:
-            raise PlanError(f"unknown metric '{self.name}'; choose one of {', '.join(METRICS)}")
+            raise PlanError("unknown metric '{}'; choose one of {}", self.name, ", ".join(METRICS))
         if self.name == "EXPLICIT" and self.matrix is None:
             raise PlanError("the metric EXPLICIT needs a matrix of costs")
 
@@ -148,10 +148,10 @@ class RoutingProblem:
     def __post_init__(self) -> None:
         n = len(self.entry)
         if self.entry.shape != (n, 2) or self.exit.shape != (n, 2) or self.cluster.shape != (n,):
-            raise PlanError(f"a problem of {n} nodes needs entry and exit of shape ({n}, 2) and cluster of ({n},)")
+            raise PlanError("a problem of {} nodes needs entry and exit of shape ({}, 2) and cluster of ({},)", n, n, n)
         ends = [np.array(p) for p in (self.start, self.end) if p is not None]
         if not all((np.abs(p) < FARTHEST).all() for p in (self.entry, self.exit, *ends)):
-            raise PlanError(f"a coordinate is not a number, or farther away than {FARTHEST:g}")
+            raise PlanError("a coordinate is not a number, or farther away than {:g}", FARTHEST)
         if n and (self.cluster.min() < 0 or not np.bincount(self.cluster).all()):
             raise PlanError("clusters must be numbered from 0 without gaps")
 

@@ -75,7 +75,7 @@ class NestOptions(OptionGroup):
         for sheet in self.sheets:
             if sheet.size is not None and min(sheet.size) <= 2.0 * self.margin:
                 raise OptionError(
-                    f"--margin: {self.margin:g} mm on each side leaves no room on a sheet of {printable(sheet.name)}"
+                    "--margin: {:g} mm on each side leaves no room on a sheet of {}", self.margin, printable(sheet.name)
                 )
         _ = self.angles
 
@@ -94,8 +94,9 @@ class NestOptions(OptionGroup):
         unpriced = next((sheet.name for sheet in sheets if sheet.size is not None and sheet.price is None), None)
         if unpriced is not None and any(sheet.price is not None for sheet in sheets):
             raise OptionError(
-                f"--sheet: {printable(unpriced)} has no price but others do; give every size a price, such as "
-                f"{unpriced}@180"
+                "--sheet: {} has no price but others do; give every size a price, such as {}@180",
+                printable(unpriced),
+                unpriced,
             )
         return sheets
 

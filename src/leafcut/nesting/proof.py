@@ -12,6 +12,7 @@ from shapely import Point, Polygon, STRtree
 
 from leafcut.geometry.index import linked
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, Placement, Stock
 from leafcut.model.sheet import Sheet
@@ -43,7 +44,7 @@ def check_nest(nest: Nest, spacing: float, margin: float, kerf: float = 0.0) -> 
             + _check_inside_sheet(nest, layout, margin)
             + _check_distances(nest, layout, spacing, kerf)
         )
-        errors += [f"sheet {number}: {line}" for line in messages]
+        errors += [Message("sheet {}: {}", number, line) for line in messages]
     return errors
 
 
@@ -54,7 +55,7 @@ def _check_counts(nest: Nest) -> list[str]:
             placed[placement.part] += layout.count
     expected = [part.quantity - missing for part, missing in zip(nest.parts, nest.unplaced, strict=True)]
     return [
-        f"{part.name}: {placed[i]} placed, {wanted} expected"
+        Message("{}: {} placed, {} expected", part.name, placed[i], wanted)
         for i, (part, wanted) in enumerate(zip(nest.parts, expected, strict=True))
         if placed[i] != wanted
     ]
@@ -65,7 +66,7 @@ def _check_sheets(nest: Nest) -> list[str]:
     for layout in nest.layouts:
         used[layout.stock] += layout.count
     return [
-        f"{used[k]} sheets of {stock.name} are used, {stock.count} are available"
+        Message("{} sheets of {} are used, {} are available", used[k], stock.name, stock.count)
         for k, stock in enumerate(nest.stocks)
         if stock.count is not None and used[k] > stock.count
     ]
@@ -73,7 +74,7 @@ def _check_sheets(nest: Nest) -> list[str]:
 
 def _check_angles(nest: Nest, layout: Layout) -> list[str]:
     return [
-        f"{nest.parts[p.part].name}: is rotated by {math.degrees(p.angle):g}°, which is not allowed"
+        Message("{}: is rotated by {:g}°, which is not allowed", nest.parts[p.part].name, math.degrees(p.angle))
         for p in layout.placements
         if not _is_allowed(p.angle, nest.parts[p.part].rotations)
     ]
@@ -91,7 +92,11 @@ def _check_inside_sheet(nest: Nest, layout: Layout, margin: float) -> list[str]:
     for p in layout.placements:
         x0, y0, x1, y1 = p.placed(nest.parts[p.part].outline).extents
         if min(x0, y0) < min_edge or x1 > stock.length - min_edge or y1 > stock.width - min_edge:
-            errors.append(f"{nest.parts[p.part].name}: reaches from ({x0:.3f}, {y0:.3f}) to ({x1:.3f}, {y1:.3f})")
+            errors.append(
+                Message(
+                    "{}: reaches from ({:.3f}, {:.3f}) to ({:.3f}, {:.3f})", nest.parts[p.part].name, x0, y0, x1, y1
+                )
+            )
     return errors
 
 
@@ -105,7 +110,11 @@ def _check_inside_outline(nest: Nest, layout: Layout, margin: float) -> list[str
         distance = shell.distance(sheet.boundary) - CHORD * (rounded + _has_arcs(nest, p)[0])
         if not sheet.contains(shell) or distance < margin - ROUNDING:
             x, y = shell.representative_point().coords[0]
-            errors.append(f"{nest.parts[p.part].name}: lies {distance:.3f} mm from the edge near ({x:.1f}, {y:.1f})")
+            errors.append(
+                Message(
+                    "{}: lies {:.3f} mm from the edge near ({:.1f}, {:.1f})", nest.parts[p.part].name, distance, x, y
+                )
+            )
     return errors
 
 
@@ -171,10 +180,10 @@ def check_remnants(
         ring, *inner = (path.moved(x, y).flattened(CHORD) for path in stock.paths)
         piece = shapely.Polygon(ring, inner)
         if not piece.is_valid or not sheet.covers(piece):
-            errors.append(f"{stock.name} reaches beyond the sheet, or crosses itself")
+            errors.append(Message("{} reaches beyond the sheet, or crosses itself", stock.name))
         close_shells = [shell for shell in shells if shell.distance(piece) < spacing - ROUNDING]
         errors += [
-            f"{stock.name} is {shell.distance(piece):.3f} mm from a part, {spacing:g} expected"
+            Message("{} is {:.3f} mm from a part, {:g} expected", stock.name, shell.distance(piece), spacing)
             for shell in close_shells
         ]
     return errors
@@ -188,13 +197,13 @@ def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
     for path in stock.paths:
         edge = next((candidate for candidate in edges if _is_same(Contour(path, "sheet"), candidate)), None)
         if edge is None:
-            errors.append(f"the edge of the sheet differs from {stock.length:g} × {stock.width:g} mm")
+            errors.append(Message("the edge of the sheet differs from {:g} × {:g} mm", stock.length, stock.width))
         else:
             edges.remove(edge)
     if edges:
         errors.append("the sheet has a hole that was not planned")
     if sheet.n_parts != len(layout.placements):
-        errors.append(f"{sheet.n_parts} parts are in the drawing, {len(layout.placements)} expected")
+        errors.append(Message("{} parts are in the drawing, {} expected", sheet.n_parts, len(layout.placements)))
     drawn = sheet.contours
     tree = STRtree([Point(_middle(c.path)) for c in drawn])
     remaining = set(range(len(drawn)))
@@ -206,11 +215,12 @@ def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
         match = next((int(i) for i in sorted(candidates) if int(i) in remaining and _is_same(contour, drawn[i])), None)
         if match is None:
             x, y = contour.path.start
-            errors.append(f"a contour ({contour.kind}) at ({x:.3f}, {y:.3f}) is not in the drawing")
+            errors.append(Message("a contour ({}) at ({:.3f}, {:.3f}) is not in the drawing", contour.kind, x, y))
         else:
             remaining.remove(match)
     return errors + [
-        f"a contour ({drawn[i].kind}) at {drawn[i].path.start} is not in the nest" for i in sorted(remaining)
+        Message("a contour ({}) at {} is not in the nest", drawn[i].kind, drawn[i].path.start)
+        for i in sorted(remaining)
     ]
 
 

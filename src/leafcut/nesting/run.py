@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from shapely import Polygon
 
 from leafcut.errors import OptionError, PlanError, VerifyError, count_of, printable
+from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, heartbeat_for_step
 from leafcut.model.issue import Issue, MissingWork, Severity
@@ -93,7 +94,7 @@ def nest(
             if isinstance(variant, str):
                 dropped.append(variant)
             elif faults := check_nest(variant, task.spacing, options.margin, common):
-                dropped.append(f"by {variant.method}, seed {variant.seed}: {faults[0]}")
+                dropped.append(Message("by {}, seed {}: {}", variant.method, variant.seed, faults[0]))
             else:
                 nests.append(variant)
     except KeyboardInterrupt:
@@ -101,7 +102,7 @@ def nest(
         if not nests:
             raise
     if not nests:
-        raise PlanError(f"no nest passed the check: {(dropped or ['stopped too early'])[0]}")
+        raise PlanError("no nest passed the check: {}", (dropped or ["stopped too early"])[0])
     best = _without_duplicates(nests)[: options.n_offered]
     issues = (*_unplaced_issues(best[0]), *_search_issues(best, dropped, cancelled.is_set()))
     seconds = time.perf_counter() - start_time
@@ -121,7 +122,7 @@ def sized_sheets(options: NestOptions) -> list[Stock]:
     stocks = []
     for sheet in options.sheets:
         if sheet.size is None:
-            raise OptionError(f"--sheet: {printable(sheet.name)} is a drawing; give a size here")
+            raise OptionError("--sheet: {} is a drawing; give a size here", printable(sheet.name))
         stocks.append(Stock(*sheet.size, sheet.count, sheet.price, (), sheet.name))
     return stocks
 
@@ -136,7 +137,7 @@ def _unplaced_issues(best: Nest) -> list[Issue]:
 
 
 def _search_issues(best: list[Nest], dropped: list[str], stopped: bool) -> tuple[Issue, ...]:
-    issues = [Issue("L433", f"a nest was dropped: {line}") for line in dropped]
+    issues = [Issue("L433", Message("a nest was dropped: {}", line)) for line in dropped]
     if stopped:
         issues.append(Issue("L434", "stopped early; these are the nests so far", severity=Severity.NOTE))
     if not all(variant.repeatable for variant in best):
@@ -159,7 +160,7 @@ def nest_drawings(
     files are written. Raises ReadError, OptionError, PlanError or VerifyError.
     """
     if output and Path(output).suffix.lower() != ".dxf":
-        raise OptionError(f"--output: nested sheets are written as DXF; name a .dxf, not '{Path(output).name}'")
+        raise OptionError("--output: nested sheets are written as DXF; name a .dxf, not '{}'", Path(output).name)
     settings, parts, stocks, issues = _read_inputs(wanted, settings, progress)
     options = settings.of(NestOptions)
     kerf = KERF if settings.cut_data.kerf is None else settings.cut_data.kerf
@@ -223,7 +224,7 @@ def _prepared_sheet(source: Source, settings: Settings, on_progress: Heartbeat) 
         return prepare_sheet(part, settings.sheet, settings.read.concentric)
     except PlanError as error:
         # Name the drawing, unless the message already does.
-        raise error if str(error).startswith(source.path) else PlanError(f"{source}: {error}") from None
+        raise error if str(error).startswith(source.path) else PlanError("{}: {}", source, error) from None
 
 
 def _available_sheets(
@@ -240,7 +241,7 @@ def _available_sheets(
     if "sheet" not in settings.given:
         if not machine.table_known:
             raise OptionError(
-                f"--sheet: the travel of {machine.name} is unknown, and so is the largest sheet; set a size"
+                "--sheet: the travel of {} is unknown, and so is the largest sheet; set a size", machine.name
             )
         sides = [SHEET_STEP * max(math.floor(side / SHEET_STEP), 1) for side in reach]
         size = "x".join(f"{side:g}" for side in sides)
@@ -254,7 +255,7 @@ def _available_sheets(
     ]
     for stock in stocks if "machine" in settings.given else ():
         if message := _exceeds_table(stock, machine):
-            raise OptionError(f"--sheet: {message}; use a smaller one, or another --machine")
+            raise OptionError("--sheet: {}; use a smaller one, or another --machine", message)
     return settings, stocks
 
 
@@ -273,7 +274,7 @@ def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
     machine = load_machine(for_cutting(settings).machine.machine)
     used = {nest.stock_of(layout).name: nest.stock_of(layout) for nest in nests for layout in nest.layouts}
     return [
-        Issue("L435", f"{message}: check it with the machine that cuts it (--machine)")
+        Issue("L435", Message("{}: check it with the machine that cuts it (--machine)", message))
         for stock in used.values()
         if (message := _exceeds_table(stock, machine))
     ]
@@ -289,13 +290,16 @@ def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress:
     try:
         drawn = prepare_sheet(part, SheetOptions(cut_layers=("*",), ignore_layers=MARK_NAMES), "all")
     except PlanError as error:
-        raise (error if str(error).startswith(sheet.name) else PlanError(f"{printable(sheet.name)}: {error}")) from None
+        raise (
+            error if str(error).startswith(sheet.name) else PlanError("{}: {}", printable(sheet.name), error)
+        ) from None
     outer = [c.path for c in drawn.contours if c.depth == 0]
     holes = [c.path for c in drawn.contours if c.depth == 1]
     if len(outer) != 1:
         raise PlanError(
-            f"{printable(sheet.name)}: {len(outer)} separate outlines; a sheet has a single outline, with holes in it: "
-            "use one drawing per sheet"
+            "{}: {} separate outlines; a sheet has a single outline, with holes in it: use one drawing per sheet",
+            printable(sheet.name),
+            len(outer),
         )
     x0, y0, x1, y1 = outer[0].extents
     paths = tuple(path.moved(-x0, -y0) for path in (*outer, *holes))
@@ -303,8 +307,11 @@ def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress:
     metal = Polygon(outline, inner)
     if max(x1 - x0, y1 - y0) > LARGEST_SHEET or not metal.is_valid or metal.buffer(-margin).is_empty:
         raise PlanError(
-            f"{printable(sheet.name)}: {x1 - x0:.6g} × {y1 - y0:.6g} mm leaves no room for parts, with --margin "
-            f"{margin:g} mm along its edges"
+            "{}: {:.6g} × {:.6g} mm leaves no room for parts, with --margin {:g} mm along its edges",
+            printable(sheet.name),
+            x1 - x0,
+            y1 - y0,
+            margin,
         )
     return Stock(x1 - x0, y1 - y0, sheet.count, sheet.price, paths, Path(sheet.name).stem)
 
@@ -325,7 +332,7 @@ def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tu
             texts[file] = write_stock(stock)
             remnants.append(Remnant(file, layout.count, stock))
         if faults := check_remnants(best, layout, stocks, outcome.spacing):
-            raise VerifyError(f"remnants of sheet {number} were not written: {faults[0]}")
+            raise VerifyError("remnants of sheet {} were not written: {}", number, faults[0])
     return tuple(remnants), texts
 
 
@@ -348,7 +355,7 @@ def _read_back(variant: Nest, layout: Layout, name: str, text: str) -> None:
     part = read_dxf_contours(Source(name, text.encode()), ReadOptions())
     faults = check_drawing(variant, layout, prepare_sheet(part, SheetOptions(open_paths="cut"), "all"))
     if faults:
-        raise VerifyError(f"{name}: was not written: {faults[0]}")
+        raise VerifyError("{}: was not written: {}", name, faults[0])
 
 
 def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -> tuple[list[NestPart], list[Issue]]:
@@ -362,7 +369,7 @@ def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -
         contours_by_part.setdefault(contour.part, []).append(replace(contour, depth=0, parent=-1))
     strays = [] if any(c.part == 0 for c in outlines) else contours_by_part.pop(0, [])
     if not outlines:
-        raise PlanError(f"{sheet.name}: no closed outline of a part; join its lines, or select its layer")
+        raise PlanError("{}: no closed outline of a part; join its lines, or select its layer", sheet.name)
     several = len(contours_by_part) > 1
     parts = [
         NestPart(f"{sheet.name}-{number}" if several else sheet.name, tuple(contours), quantity, rotations)
@@ -370,12 +377,12 @@ def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -
     ]
     issues = []
     if several:
-        message = f"{sheet.name}: {len(parts)} parts in one drawing; each is nested {quantity} times"
+        message = Message("{}: {} parts in one drawing; each is nested {} times", sheet.name, len(parts), quantity)
         issues.append(Issue("L432", message, severity=Severity.NOTE))
     if strays:
         x, y = strays[0].path.start
-        message = f"{sheet.name}: {len(strays)} lines that lie in no part were left out"
-        message = message if len(strays) > 1 else f"{sheet.name}: 1 line that lies in no part was left out"
+        message = Message("{}: {} lines that lie in no part were left out", sheet.name, len(strays))
+        message = message if len(strays) > 1 else Message("{}: 1 line that lies in no part was left out", sheet.name)
         missing = MissingWork("line", len(strays), tuple(stray.path.start for stray in strays))
         position = f"at ({x:g}, {y:g})" + (" …" if len(strays) > 1 else "")
         issues.append(Issue("L431", message, position, missing=missing))

@@ -156,18 +156,18 @@ def convert_value(name: str, spec: OptionSpec, value: Any) -> Any:
     if isinstance(value, str) and value.strip() in spec.words:
         return value.strip()
     if _is_too_long(value):
-        raise OptionError(f"{flag}: the number is out of range (more than 64 bits)")
+        raise OptionError("{}: the number is out of range (more than 64 bits)", flag)
     try:
         result = _CONVERTERS[spec.kind](spec, value)
     except (OptionError, TypeError, ValueError, OverflowError) as problem:
         kind = " or one of ".join(filter(None, (_KIND_WORDS[spec.kind], ", ".join(spec.words))))
         detail = str(problem) if isinstance(problem, OptionError) else f"'{value}' is not {kind}"
-        raise OptionError(f"{flag}: {detail}") from None
+        raise OptionError("{}: {}", flag, detail) from None
     if spec.choices:
         items = result if isinstance(result, tuple) else (result,)
         for word in items:
             if word not in spec.choices and word not in spec.all_choices:
-                raise OptionError(f"{flag}: unknown value '{word}'{name_suggestion(str(word), spec.all_choices)}")
+                raise OptionError("{}: unknown value '{}'{}", flag, word, name_suggestion(str(word), spec.all_choices))
     _check_bounds(flag, spec, result)
     return result
 
@@ -178,11 +178,15 @@ def _check_bounds(flag: str, spec: OptionSpec, value: Any) -> None:
     if spec.minimum is not None and value < spec.minimum:
         advice = f"; write it without the minus sign, {_bound_text(spec, -value)}" if -value > spec.minimum >= 0 else ""
         raise OptionError(
-            f"{flag}: {_bound_text(spec, value)} is below the minimum of {_bound_text(spec, spec.minimum)}{advice}"
+            "{}: {} is below the minimum of {}{}",
+            flag,
+            _bound_text(spec, value),
+            _bound_text(spec, spec.minimum),
+            advice,
         )
     if spec.maximum is not None and value > spec.maximum:
         raise OptionError(
-            f"{flag}: {_bound_text(spec, value)} is above the maximum of {_bound_text(spec, spec.maximum)}"
+            "{}: {} is above the maximum of {}", flag, _bound_text(spec, value), _bound_text(spec, spec.maximum)
         )
 
 
@@ -215,7 +219,7 @@ def _share(spec: OptionSpec, value: Any) -> float:
 
 def _finite(value: float) -> float:
     if value - value != 0.0:
-        raise OptionError(f"'{value}' is not a finite number")
+        raise OptionError("'{}' is not a finite number", value)
     return value
 
 
@@ -235,7 +239,7 @@ def _coordinates(value: Any) -> tuple[float, ...]:
     numbers = parse_point(value)
     is_far = next((number for number in numbers if abs(number) > _FARTHEST), None)
     if is_far is not None:
-        raise OptionError(f"{is_far:g} mm is out of range of any machine")
+        raise OptionError("{:g} mm is out of range of any machine", is_far)
     return numbers
 
 
@@ -244,10 +248,10 @@ def _point(spec: OptionSpec, value: Any) -> tuple[float, ...] | None:
         return None
     expected = f"x,y,z, such as '{spec.example}'" if spec.example else "a point such as '10,20' or '10,20,5'"
     if isinstance(value, str) and "," not in value:
-        raise OptionError(f"'{printable(value)}' is not {expected}")
+        raise OptionError("'{}' is not {}", printable(value), expected)
     numbers = _coordinates(value)
     if len(numbers) not in ((3,) if spec.example else (2, 3)):
-        raise OptionError(f"'{value}' is not {expected}")
+        raise OptionError("'{}' is not {}", value, expected)
     return numbers
 
 
@@ -256,12 +260,12 @@ def _side_or_point(_: OptionSpec, value: Any) -> str | tuple[float, ...]:
         name = value.strip().lower().replace("center", "centre")
         if name not in PLACES:
             raise OptionError(
-                f"unknown place '{value}'{name_suggestion(name, PLACES)}; or give a point such as '10,20'"
+                "unknown place '{}'{}; or give a point such as '10,20'", value, name_suggestion(name, PLACES)
             )
         return name
     numbers = _coordinates(value)
     if len(numbers) != 2:
-        raise OptionError(f"'{value}' is not a point such as '10,20'")
+        raise OptionError("'{}' is not a point such as '10,20'", value)
     return numbers
 
 

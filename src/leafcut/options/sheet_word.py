@@ -36,18 +36,19 @@ def parse_sheet(word: str) -> SheetWord:
     name, count, price = match.groups() if match else (word, None, None)
     number, cost = None if count is None else int(count), None if price is None else float(price)
     if number == 0:
-        raise OptionError(f"--sheet: '{printable(word)}' has a count of 0; leave it out")
+        raise OptionError("--sheet: '{}' has a count of 0; leave it out", printable(word))
     if name.lower().endswith(".dxf"):
         return SheetWord(name, None, number or 1, cost)
     try:
         length, width = (parse_quantity(side, "mm") for side in name.lower().replace("×", "x").split("x"))
     except (OptionError, ValueError):
         raise OptionError(
-            f"--sheet: '{printable(word)}' is not a sheet; write a size such as 3000x1500 or 120inx60in, "
-            "with count and price 3000x1500:4@180, or a drawing such as remnant.dxf"
+            "--sheet: '{}' is not a sheet; write a size such as 3000x1500 or 120inx60in, "
+            "with count and price 3000x1500:4@180, or a drawing such as remnant.dxf",
+            printable(word),
         ) from None
     if not (0.0 < length <= LARGEST_SHEET and 0.0 < width <= LARGEST_SHEET):
         raise OptionError(
-            f"--sheet: {printable(name)} is out of range; a side is above 0 and at most {LARGEST_SHEET / 1000:g} m"
+            "--sheet: {} is out of range; a side is above 0 and at most {:g} m", printable(name), LARGEST_SHEET / 1000
         )
     return SheetWord(name, (length, width), number, cost)

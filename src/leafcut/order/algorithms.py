@@ -95,13 +95,17 @@ def algorithm_for(problem: RoutingProblem, options: SolveOptions) -> Algorithm:
         return choices
     if ordered and choices is not None:
         raise SolveError(
-            f"algorithm '{name}' orders at most {MOST_CLUSTERS} clusters with {MOST_NODES} nodes; there are "
-            f"{problem.n_clusters} with {problem.n_nodes}; use --algorithm auto"
+            "algorithm '{}' orders at most {} clusters with {} nodes; there are {} with {}; use --algorithm auto",
+            name,
+            MOST_CLUSTERS,
+            MOST_NODES,
+            problem.n_clusters,
+            problem.n_nodes,
         )
     if ordered:
-        raise SolveError(f"algorithm '{name}' does not support precedence; use --algorithm auto")
+        raise SolveError("algorithm '{}' does not support precedence; use --algorithm auto", name)
     if problem.metric.matrix is not None and is_directed(problem):
-        raise SolveError(f"algorithm '{name}' needs equal costs in both directions; use --algorithm auto")
+        raise SolveError("algorithm '{}' needs equal costs in both directions; use --algorithm auto", name)
     return PLACES[name] if name in PLACES else _packaged(name)
 
 
@@ -146,8 +150,10 @@ def check_options(
     algorithm.check(algorithm.name, aco, firefly, algorithm.has_choices)
     if options.candidates == 0 and problem.n_clusters > FULL_LISTS_LIMIT:
         raise SolveError(
-            f"--candidates 0 makes all {problem.n_clusters} nodes candidates of each other, too much memory above "
-            f"{FULL_LISTS_LIMIT} nodes; give a number such as 16"
+            "--candidates 0 makes all {} nodes candidates of each other, too much memory above "
+            "{} nodes; give a number such as 16",
+            problem.n_clusters,
+            FULL_LISTS_LIMIT,
         )
 
 

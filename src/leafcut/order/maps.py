@@ -28,8 +28,10 @@ def problem_of_map(part: Part) -> RoutingProblem:
         before = pairs[pairs[:, 1] == grouping.first, 0]
         if len(before):
             raise PlanError(
-                f"{part.source or part.name}: the tour begins with set {grouping.first + 1}, "
-                f"and set {before[0] + 1} must come before it; change one of the two"
+                "{}: the tour begins with set {}, and set {} must come before it; change one of the two",
+                part.source or part.name,
+                grouping.first + 1,
+                before[0] + 1,
             )
         others = np.delete(np.arange(count, dtype=np.int32), grouping.first)
         starts = np.column_stack([np.full_like(others, grouping.first), others])
@@ -48,9 +50,12 @@ def check_forbidden_edges(part: Part, nodes: NDArray[np.int32]) -> None:
     wrong = np.flatnonzero(part.matrix[nodes, behind] < 0)
     if len(wrong):
         raise PlanError(
-            f"{part.source or part.name}: no tour was found without edges that the file forbids; the best tour "
-            f"goes from node {nodes[wrong[0]] + 1} to {behind[wrong[0]] + 1} (-1 in the matrix); "
-            "give more time, or allow more edges"
+            "{}: no tour was found without edges that the file forbids; the best tour "
+            "goes from node {} to {} (-1 in the matrix); "
+            "give more time, or allow more edges",
+            part.source or part.name,
+            nodes[wrong[0]] + 1,
+            behind[wrong[0]] + 1,
         )
 
 

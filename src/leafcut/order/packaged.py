@@ -61,7 +61,7 @@ def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResu
     except Exception as problem:
         if problem is ends.raised:
             raise
-        raise SolveError(f"algorithm '{name}' failed ({reason(problem)}); it is not part of leafcut") from problem
+        raise SolveError("algorithm '{}' failed ({}); it is not part of leafcut", name, reason(problem)) from problem
     finally:
         best.progress = ends.progress
     tours = [found.tour, best.tour] if len(best.tour) else [found.tour]
@@ -98,7 +98,9 @@ def _checked_tour(name: str, instance: Instance, tour: Any) -> NDArray[np.int32]
         right = max(place) - min(place) in (1, instance.n - 1)
     if not right:
         raise SolveError(
-            f"algorithm '{name}' did not return a tour that visits each of the {instance.n} nodes once, with its ends "
-            "adjacent; it is not part of leafcut"
+            "algorithm '{}' did not return a tour that visits each of the {} nodes once, with its ends "
+            "adjacent; it is not part of leafcut",
+            name,
+            instance.n,
         )
     return np.ascontiguousarray(nodes, dtype=np.int32)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import SolveError
 from leafcut.geometry.arrays import Ints
+from leafcut.message import Message
 from leafcut.model.problem import RoutingProblem
 
 #: Maximum number of clusters for computing the transitive closure, in n² bytes; above, only the given pairs are used.
@@ -23,7 +24,7 @@ def checked_pairs(problem: RoutingProblem) -> Ints:
     if len(given) and not (given.min() >= 0 and given.max() < problem.n_clusters):
         wrong = next(pair for pair in given.tolist() if min(pair) < 0 or max(pair) >= problem.n_clusters)
         raise SolveError(
-            f"precedence pair {tuple(wrong)}: clusters are numbered 0 to {problem.n_clusters - 1}; correct the pair"
+            "precedence pair {}: clusters are numbered 0 to {}; correct the pair", tuple(wrong), problem.n_clusters - 1
         )
     # Without pairs `np.unique` is not called: it would import the masked-array modules of NumPy.
     pairs: Ints = (np.unique(given, axis=0) if len(given) else given).astype(np.int32)
@@ -94,10 +95,15 @@ def _ring_words(pairs: Ints, left: set[int]) -> str:
         way.append(before[way[-1]])
     ring: Sequence[int] = way[way.index(way[-1]) : -1]
     if len(ring) == 1:
-        return f"cluster {ring[0]} must come before itself: no order satisfies this; remove that pair"
-    through = f" (via {len(ring) - 2} more)" if len(ring) > 2 else ""
+        return Message("cluster {} must come before itself: no order satisfies this; remove that pair", ring[0])
+    through = Message(" (via {} more)", len(ring) - 2) if len(ring) > 2 else ""
     last, first = ring[0], ring[1]
-    return (
-        f"cluster {first} must come before cluster {last}, and cluster {last} before cluster {first}{through}: "
-        "no order satisfies both; remove one of the pairs"
+    return Message(
+        "cluster {} must come before cluster {}, and cluster {} before cluster {}{}: "
+        "no order satisfies both; remove one of the pairs",
+        first,
+        last,
+        last,
+        first,
+        through,
     )

@@ -106,8 +106,9 @@ def _order_without_search(
         broken = broken_pair(pairs, order)
         if broken is not None:
             raise SolveError(
-                f"the order as drawn has cluster {broken[1]} before cluster {broken[0]}, which must come first; "
-                "use --algorithm auto"
+                "the order as drawn has cluster {} before cluster {}, which must come first; use --algorithm auto",
+                broken[1],
+                broken[0],
             )
         nodes = choose_nodes(problem, order)
     elif few:

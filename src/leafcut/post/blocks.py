@@ -39,7 +39,7 @@ class Blocks:
             self._number = self._number % _LAST_NUMBER + _STEP
             text = f"N{self._number} {text}"
         if len(text) > self._dialect.max_line:
-            raise PostError(f"a block is longer than {self._dialect.name} accepts: {text[:60]}…")
+            raise PostError("a block is longer than {} accepts: {}…", self._dialect.name, text[:60])
         self.lines.append(text)
 
     def comment(self, text: str) -> None:

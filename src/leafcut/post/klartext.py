@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from leafcut.errors import PostError
 from leafcut.gcode.klartext import CYCLE_200
 from leafcut.gcode.numbers import format_number
+from leafcut.message import Message
 from leafcut.model.toolpath import DrillCycle, Kind, Motion
 from leafcut.post.blocks import Blocks
 from leafcut.post.comments import comment_lines
@@ -46,9 +47,10 @@ class KlartextWriter(Writer):
 
     def _unsupported_message(self, kind: Kind) -> str:
         names = {Kind.ARC_CW: "arcs", Kind.ARC_CCW: "arcs", Kind.MACHINE: "moves to machine zero"}
-        return (
-            f"{self.dialect.name}: leafcut writes only drilling programs in this language, not "
-            f"{names.get(kind, kind.name.lower())}"
+        return Message(
+            "{}: leafcut writes only drilling programs in this language, not {}",
+            self.dialect.name,
+            names.get(kind, kind.name.lower()),
         )
 
     def _writers(self) -> dict[Kind, Callable[[Motion], None]]:
@@ -131,5 +133,5 @@ class KlartextWriter(Writer):
             self.out.write("M5")
             return
         if abs(row.value) != self._speed_now:
-            raise PostError(f"{self.dialect.name}: each tool has a single speed here, set by its TOOL CALL")
+            raise PostError("{}: each tool has a single speed here, set by its TOOL CALL", self.dialect.name)
         self.out.write("M3" if row.value > 0 else "M4")

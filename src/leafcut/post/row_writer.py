@@ -11,6 +11,7 @@ from leafcut.errors import PostError
 from leafcut.files.digests import sign_program
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.numbers import NumberFormat, format_number
+from leafcut.message import Message
 from leafcut.model.cycles import expand_drill
 from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath, plane_axes
 from leafcut.options import PostOptions
@@ -81,7 +82,7 @@ class Writer:
         return sign_program(self._program_text())
 
     def _unsupported_message(self, kind: Kind) -> str:
-        return f"{self.dialect.name} programs cannot state {kind.name}"
+        return Message("{} programs cannot state {}", self.dialect.name, kind.name)
 
     def _program_text(self) -> str:
         return "".join(f"{line}\n" for line in (*self.out.lines, *["%"] * (self.dialect.percent == "frame")))
@@ -161,7 +162,7 @@ class Writer:
         arc = self.path.arcs[row.ref]
         axes = plane_axes(arc.plane)
         if arc.turns > 1 and not self.dialect.arc_turns:
-            raise PostError(f"{self.dialect.name} has no arcs of several turns")
+            raise PostError("{} has no arcs of several turns", self.dialect.name)
         start = [math.nan if text is None else float(text) * self.numbers.unit for text in self.place]
         if any(math.isnan(start[axis]) or math.isnan(row.end[axis]) for axis in axes[:2]):
             raise PostError("an arc from an unknown position")
@@ -248,8 +249,8 @@ class Writer:
             self.out.write("G90")
         elif 530 not in self.dialect.g_codes:
             raise PostError(
-                f"{self.dialect.name} has no moves in machine coordinates; take tool_change.position out of the "
-                "machine's profile"
+                "{} has no moves in machine coordinates; take tool_change.position out of the machine's profile",
+                self.dialect.name,
             )
         else:
             self.out.forget(["motion"])
@@ -411,7 +412,7 @@ class Writer:
 
     def _pause(self, row: Motion) -> None:
         if row.ref and "M1" not in self.dialect.m_words.split():
-            raise PostError(f"{self.dialect.name} has no optional stop (M1)")
+            raise PostError("{} has no optional stop (M1)", self.dialect.name)
         self.out.write("M1" if row.ref else self.dialect.stop_word)
 
     def _end(self, row: Motion) -> None:

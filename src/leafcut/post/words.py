@@ -14,7 +14,7 @@ _COOLANT_WORDS = {1: "M7", 2: "M8"}
 def dwell_word(seconds: float, dialect: Dialect) -> str:
     """Return the word for a dwell: P or K, in seconds, milliseconds or hundredths of a second."""
     if not seconds >= 0.0:
-        raise PostError(f"a dwell of {seconds:g} s is out of range")
+        raise PostError("a dwell of {:g} s is out of range", seconds)
     unit = dialect.dwell_unit
     if unit in ("ms", "cs"):
         number = format_number(seconds * (1000 if unit == "ms" else 100), 0)
@@ -38,7 +38,7 @@ def coolant_words(mode: int, before: int, dialect: Dialect) -> list[str]:
     words = [word for bit, word in _COOLANT_WORDS.items() if mode & bit]
     for word in words:
         if int(word[1:]) not in dialect.m_codes:
-            raise PostError(f"{dialect.name} has no {word} (mist)")
+            raise PostError("{} has no {} (mist)", dialect.name, word)
     return words
 
 
@@ -56,17 +56,18 @@ def has_cycle(cycle: DrillCycle, dialect: Dialect) -> bool:
         The controller lacks a tapping cycle, which cannot be expanded, or the cycle lacks a required parameter.
     """
     if cycle.name in ("G83", "G73") and not cycle.peck > 0:
-        raise PostError(f"{cycle.name} needs a peck depth")
+        raise PostError("{} needs a peck depth", cycle.name)
     supported = cycle.name in dialect.cycles
     if cycle.name != "G84":
         return supported
     if not supported:
         raise PostError(
-            f"{dialect.name} has no tapping cycle (G84) known to leafcut, and tapping cannot be written as plain "
-            f"moves; leave the tapped holes out, or choose another machine"
+            "{} has no tapping cycle (G84) known to leafcut, and tapping cannot be written as plain "
+            "moves; leave the tapped holes out, or choose another machine",
+            dialect.name,
         )
     if cycle.dwell > 0 and "G84" not in dialect.dwell_cycles:
-        raise PostError(f"the tapping cycle (G84) of {dialect.name} has no dwell; remove it from the tool library")
+        raise PostError("the tapping cycle (G84) of {} has no dwell; remove it from the tool library", dialect.name)
     return True
 
 
@@ -98,4 +99,4 @@ def peck_text(cycle: DrillCycle, numbers: NumberFormat) -> str:
         peck = float(text) * numbers.unit
         if peck > 0 and len(peck_depths(DrillCycle(cycle.name, r_plane, bottom, peck=peck))) == count:
             return text
-    raise PostError(f"a peck of {cycle.peck:g} mm is too small to write; use a larger one")
+    raise PostError("a peck of {:g} mm is too small to write; use a larger one", cycle.peck)

@@ -70,6 +70,6 @@ def write_program(
 def check_options(dialect: Dialect, options: PostOptions) -> None:
     """Raise PostError for inches or line numbers if the controller does not support them."""
     if options.output_units == "inch" and not dialect.units_inch:
-        raise PostError(f"--output-units inch: {dialect.name} programs are in millimetres; leave it out")
+        raise PostError("--output-units inch: {} programs are in millimetres; leave it out", dialect.name)
     if options.line_numbers and not dialect.line_numbers:
-        raise PostError(f"--line-numbers: {dialect.name} does not support block numbers; leave it out")
+        raise PostError("--line-numbers: {} does not support block numbers; leave it out", dialect.name)

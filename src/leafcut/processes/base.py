@@ -300,7 +300,7 @@ class Process(Work, Protocol):
 
     def keep(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
         """Return an order that leaves the refused tasks at their position in the input; `trial` counts from 1."""
-        raise VerifyError(f"the program was not written: {refused}")
+        raise VerifyError("the program was not written: {}", refused)
 
     def finish(self, plan: Plan, best: Candidate) -> Candidate:
         """Make final changes to the proved program that do not affect its order."""

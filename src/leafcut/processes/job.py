@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, PlanError, VerifyError
+from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, heartbeat_for_step, progress_of_search
 from leafcut.model.issue import Issue, Severity, missing_work
 from leafcut.model.machine import Machine
@@ -100,14 +101,14 @@ def check_dialect_options(settings: Settings, dialect: Dialect) -> None:
         ("coolant", dialect.torch is None, f"{dialect.name} has no coolant"),
     ):
         if name in settings.asked and not supported:
-            raise OptionError(f"{flag_name(name)}: {reason}; leave it out")
+            raise OptionError("{}: {}; leave it out", flag_name(name), reason)
 
 
 def refuse_differences(problems: Sequence[Difference]) -> None:
     """Raise VerifyError if a program has differences; the message has the first difference and the number of others."""
     if problems:
-        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-        raise VerifyError(f"the program was not written: {problems[0]}{more}")
+        more = Message(" (and {} more)", len(problems) - 1) if len(problems) > 1 else ""
+        raise VerifyError("the program was not written: {}{}", problems[0], more)
 
 
 #: Units larger than 1 mm; a drawing in millimetres that states one of them is read too large.
@@ -132,15 +133,17 @@ def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) 
     """Raise PlanError if work is missing and ``--strict`` is set."""
     missing = missing_work(issues) if settings.read.strict else ()
     if missing:
-        more = f" (and {len(missing) - 1} more)" if len(missing) > 1 else ""
-        raise PlanError(f"{source}: {missing[0]}{more}; --strict refuses an incomplete program")
+        more = Message(" (and {} more)", len(missing) - 1) if len(missing) > 1 else ""
+        raise PlanError("{}: {}{}; --strict refuses an incomplete program", source, missing[0], more)
 
 
 def assumed_machine(settings: Settings, machine: Machine, issues: Iterable[Issue]) -> list[Issue]:
     """Return a note that the machine is the default, unless the user named one or a note names it already (L807)."""
     if "machine" in settings.given or any(issue.code == "L807" for issue in issues):
         return []
-    return [Issue("L417", f"machine {machine.name} assumed; name yours with --machine", severity=Severity.NOTE)]
+    return [
+        Issue("L417", Message("machine {} assumed; name yours with --machine", machine.name), severity=Severity.NOTE)
+    ]
 
 
 def machine_issues(
@@ -155,15 +158,20 @@ def machine_issues(
     if box is not None and (axes := negative_axes(box, machine)):
         x0, y0, x1, y1 = box
         lowest = " ".join(f"{axis}{low:.4g}" for axis, low in (("X", x0), ("Y", y0)) if axis in axes)
-        message = (
-            f"the part reaches {lowest}: it extends over X{x0:.4g} to {x1:.4g}, Y{y0:.4g} to {y1:.4g} mm; set the "
-            f"work zero accordingly, or use --origin lower-left"
+        message = Message(
+            "the part reaches {}: it extends over X{:.4g} to {:.4g}, Y{:.4g} to {:.4g} mm; set the "
+            "work zero accordingly, or use --origin lower-left",
+            lowest,
+            x0,
+            x1,
+            y0,
+            y1,
         )
         issues.append(Issue("L403", message, severity=Severity.NOTE if zero_is_set else Severity.WARNING))
     if machine.assumed:
         values = ", ".join(f"{key} {source.partition(' (')[0]}" for key, source in machine.assumed.items())
-        message = f"the profile of {machine.name} is incomplete; assumed: {values}"
-        issues.append(Issue("L408", f"{message}; see leafcut list machines", severity=Severity.NOTE))
+        message = Message("the profile of {} is incomplete; assumed: {}", machine.name, values)
+        issues.append(Issue("L408", Message("{}; see leafcut list machines", message), severity=Severity.NOTE))
     if machine.work_offset is None:
         # An unknown travel limit is already reported with the assumed values.
         checked = ": only its size was compared with the travel"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.errors import OptionError, PlanError
+from leafcut.message import Message
 from leafcut.model.cutter import bodies_of
 from leafcut.model.issue import Issue
 from leafcut.model.obstacles import Obstacles
@@ -63,23 +64,24 @@ def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | No
     )
     hits = obstacle_hits(job, obstacles, program.path)
     if hits and hits[0].what == CUTS:
-        raise PlanError(f"{hits[0]}; move the obstacle, or the program's origin")
+        raise PlanError("{}; move the obstacle, or the program's origin", hits[0])
     if hits and hits[0].what == MAY_CROSS:
-        raise PlanError(f"{hits[0]}; raise the tool before this move, or leave out --keep-out")
+        raise PlanError("{}; raise the tool before this move, or leave out --keep-out", hits[0])
     issues = []
     if hits:
-        often = "once" if len(hits) == 2 else f"{len(hits) - 1} times"
+        often = "once" if len(hits) == 2 else Message("{} times", len(hits) - 1)
         often = f"at least {often}" if len(hits) > MOST_LISTED else often
-        route = f"passes over the zones at Z{heights.min():g} or higher" if lifts else "goes around the zones"
-        message = f"rapids of the original cross --keep-out zones, here and {often} more"
+        route = Message("passes over the zones at Z{:g} or higher", heights.min()) if lifts else "goes around the zones"
+        message = Message("rapids of the original cross --keep-out zones, here and {} more", often)
         message = f"{message if len(hits) > 1 else message.partition(', here')[0]}; the new program {route}"
-        issues.append(Issue("L508", message, f"line {hits[0].new}"))
+        issues.append(Issue("L508", message, Message("line {}", hits[0].new)))
     if unknown:
         tools = ", ".join(f"T{number}" for number in unknown)
-        message = (
-            f"the diameter of {tools} is unknown: only the tool's centre stays out of the zones; widen the rectangles "
-            f"by its radius, or "
-            f"set --tools"
+        message = Message(
+            "the diameter of {} is unknown: only the tool's centre stays out of the zones; widen the rectangles "
+            "by its radius, or "
+            "set --tools",
+            tools,
         )
         issues.append(Issue("L509", message))
     return obstacles, issues

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 
 from leafcut.errors import printable
+from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.options import SheetOptions
@@ -36,8 +37,8 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
         marks = {c.layer for k, c in zip(known, contours, strict=True) if k in ("", "text") and by_name(c.layer)}
         known = ["mark" if k in ("", "text") and c.layer in marks else k for k, c in zip(known, contours, strict=True)]
         if marks:
-            message = (
-                f"marked, not cut, because of the layer name: {_join_names(marks)}; set --mark-layers to change that"
+            message = Message(
+                "marked, not cut, because of the layer name: {}; set --mark-layers to change that", _join_names(marks)
             )
             issues.append(Issue("L421", message, severity=Severity.NOTE))
     if not options.sheet_layers and "sheet" not in known:
@@ -45,8 +46,8 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
         known = [k or ("maybe sheet" if is_sheet_name(c.layer) else "") for k, c in zip(known, contours, strict=True)]
     ignored = Counter(c.layer for k, c in zip(known, contours, strict=True) if k == "ignore" and c.kind != "text")
     if ignored:
-        layers = ", ".join(f"{number} on layer {name}" for name, number in ignored.most_common(5))
-        issues.append(Issue("L211", f"not cut: {layers}", severity=Severity.NOTE))
+        layers = ", ".join(Message("{} on layer {}", number, name) for name, number in ignored.most_common(5))
+        issues.append(Issue("L211", Message("not cut: {}", layers), severity=Severity.NOTE))
     kinds = ["" if k == "ignore" else k or "cut" for k in known]
     return _resolve_texts(contours, kinds, issues)
 
@@ -61,11 +62,15 @@ def _resolve_texts(contours: Sequence[Contour], kinds: list[str], issues: list[I
     left_out = Counter({contours[k].handle: contours[k].layer for k in texts if kinds[k] != "mark"}.values())
     for text in failed.values():
         x, y = text.path.start
-        message = f"a text on layer {printable(text.layer)} is not engraved: {text.name}; draw it as lines"
-        issues.append(Issue("L216", message, f"at ({x:g}, {y:g})", missing=MissingWork("text", 1, ((x, y),))))
+        message = Message("a text on layer {} is not engraved: {}; draw it as lines", printable(text.layer), text.name)
+        issues.append(
+            Issue("L216", message, Message("at ({:g}, {:g})", x, y), missing=MissingWork("text", 1, ((x, y),)))
+        )
     if left_out:
-        layers = ", ".join(f"{number} on layer {printable(name)}" for name, number in left_out.most_common(5))
-        message = f"texts are engraved on mark layers only; left out: {layers}"
+        layers = ", ".join(
+            Message("{} on layer {}", number, printable(name)) for name, number in left_out.most_common(5)
+        )
+        message = Message("texts are engraved on mark layers only; left out: {}", layers)
         issues.append(Issue("L210", message, severity=Severity.NOTE))
     text_numbers = set(texts)
     return [

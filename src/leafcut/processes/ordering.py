@@ -121,7 +121,7 @@ def check_order(stages: Sequence[Stage], order: Order) -> None:
             fault = "a task comes before its predecessor"
         else:
             continue
-        raise PlanError(f"{stage.name}: {fault}; this is a defect of the algorithm; choose another --algorithm")
+        raise PlanError("{}: {}; this is a defect of the algorithm; choose another --algorithm", stage.name, fault)
 
 
 def nearest_order(job: Job, stages: Sequence[Stage]) -> Order:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.plugins import PluginKind
+from leafcut.message import Message
 from leafcut.options import SHARED, CutDataOptions, Settings
 from leafcut.options.option_spec import OptionGroup, flag_name
 from leafcut.processes.base import Process, Work
@@ -255,7 +256,7 @@ def guess_command(inputs: Sequence[tuple[Format, Source]], settings: Settings) -
     names = _fitting_options(_fitting_machine(names, settings), settings)
     if len(names) > 1 and usual_name not in names:
         choices = " or ".join(f"leafcut {_COMMAND_OF.get(name, name)} {source.path}" for name in names)
-        raise OptionError(f"{source.path}: several kinds of work are possible; type {choices}")
+        raise OptionError("{}: several kinds of work are possible; type {}", source.path, choices)
     chosen = names[0] if len(names) == 1 else _named_by_layers(names, source, settings) or usual_name
     return "auto" if chosen == usual_name else _COMMAND_OF.get(chosen, chosen)
 
@@ -297,7 +298,7 @@ def check_asked(word: str) -> None:
     """Raise OptionError for an unknown value of ``--process``."""
     named = None if word == "auto" else process_of_command(word)
     if word != "auto" and not (named and word in named.asked_as) and word not in process_words():
-        raise OptionError(f"--process: unknown process '{word}'; choose one of {', '.join(process_words())}")
+        raise OptionError("--process: unknown process '{}'; choose one of {}", word, ", ".join(process_words()))
 
 
 def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
@@ -314,12 +315,12 @@ def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
     fitting = [process_ for process_ in processes() if process_.reads == kind]
     for process_ in fitting:
         if asked in process_.instead:
-            raise OptionError(f"{inputs[0][1]}: {asked}: {process_.instead[asked]}")
+            raise OptionError("{}: {}: {}", inputs[0][1], asked, process_.instead[asked])
     for process_ in fitting:
         if asked in process_.asked_as:
             return process_
     words = " or ".join(", ".join(word for process_ in fitting for word in process_.asked_as).rsplit(", ", 1))
-    raise OptionError(f"{inputs[0][1]}: {asked}: the input is a drawing, not a program; use {words}")
+    raise OptionError("{}: {}: the input is a drawing, not a program; use {}", inputs[0][1], asked, words)
 
 
 def _input_kind(inputs: Sequence[tuple[Format, Source]]) -> str:
@@ -353,9 +354,9 @@ def _joining_process(inputs: Sequence[tuple[Format, Source]], asked: str) -> Pro
             return process_
         if process_.joins:
             reason = (
-                f"{other_files[0].path} is not a drill file"
+                Message("{} is not a drill file", other_files[0].path)
                 if other_files
-                else f"--process {asked} cannot combine them"
+                else Message("--process {} cannot combine them", asked)
             )
-            raise OptionError(f"only drill files can be combined into one program; {reason}")
+            raise OptionError("only drill files can be combined into one program; {}", reason)
     raise OptionError("several inputs cannot be combined into one program")

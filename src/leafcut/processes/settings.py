@@ -13,6 +13,7 @@ from typing import Any
 from leafcut.errors import DataError, OptionError, name_suggestion
 from leafcut.files.schemas import OPTIONS
 from leafcut.files.whole_files import check_is_there, line_of, parse_toml, toml_bytes
+from leafcut.message import Message
 from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name
 from leafcut.options.removed import why_removed
 from leafcut.options.settings import Settings, without
@@ -80,7 +81,7 @@ def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[Option
         return group
     names = _groups_by_option(registry.groups())
     if name not in names:
-        raise OptionError(why_removed(name) or f"unknown option '{name}'{name_suggestion(name, names)}")
+        raise OptionError(why_removed(name) or Message("unknown option '{}'{}", name, name_suggestion(name, names)))
     return names[name]
 
 
@@ -114,7 +115,7 @@ def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settin
     unused = unused_options(settings, work, input_kind)
     for name, reason in unused.items():
         if name in settings.asked:
-            raise OptionError(f"{flag_name(name)}: {reason}")
+            raise OptionError("{}: {}", flag_name(name), reason)
     used = without(settings, unused) if unused else settings
     _check_files(used)
     return used
@@ -221,7 +222,7 @@ def placed_options(file: Path) -> list[PlacedOption]:
 
     def refused(message: str, section: str, name: str = "") -> OptionError:
         line = line_of(text, section, name)
-        return OptionError(f"{file}{f':{line}' if line else ''}: {message}")
+        return OptionError("{}{}: {}", file, f":{line}" if line else "", message)
 
     sections = _sections()
     # Options may also be outside of tables: `machine = "haas-vf2"`.
@@ -233,7 +234,7 @@ def placed_options(file: Path) -> list[PlacedOption]:
         if name in sections_seen:
             location = "at the top" if not sections_seen[name] else f"in [{sections_seen[name]}]"
             second_location = f"in [{section}]" if section else "at the top"
-            raise refused(f"'{name}' is given twice, {location} and {second_location}", section, name)
+            raise refused(Message("'{}' is given twice, {} and {}", name, location, second_location), section, name)
         sections_seen[name] = section
         try:
             group.check(name, value)
@@ -250,12 +251,14 @@ def placed_options(file: Path) -> list[PlacedOption]:
             location = (section, "") if is_table else ("", section)
             if not is_table and (removal := why_removed(section)):
                 raise refused(removal, *location)
-            raise refused(f"unknown {noun}{name_suggestion(section, [*sections, *names])}", *location)
+            raise refused(Message("unknown {}{}", noun, name_suggestion(section, [*sections, *names])), *location)
         if not isinstance(table, dict):
-            raise refused(f"'{section}' is not a table; write [{section}]", "", section)
+            raise refused(Message("'{}' is not a table; write [{}]", section, section), "", section)
         for name, value in table.items():
             if name not in sections[section]:
                 hint = name_suggestion(name, sections[section])
-                raise refused(why_removed(name) or f"unknown option '{name}' in [{section}]{hint}", section, name)
+                raise refused(
+                    why_removed(name) or Message("unknown option '{}' in [{}]{}", name, section, hint), section, name
+                )
             take(sections[section][name], name, value, section)
     return options

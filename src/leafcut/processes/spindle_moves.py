@@ -16,19 +16,25 @@ def check_spindle_heights(machine: Machine, job: JobOptions, work: str) -> None:
     `work` is a verb that completes the message "which cannot …", such as "drill".
     """
     if machine.head is not Head.SPINDLE:
-        raise PlanError(f"{machine.name} has a {machine.head}, which cannot {work}; choose another --machine")
+        raise PlanError("{} has a {}, which cannot {}; choose another --machine", machine.name, machine.head, work)
     if job.retract_height > job.clearance_height:
         raise PlanError(
-            f"--retract-height {job.retract_height:g} mm is above --clearance-height {job.clearance_height:g} mm; "
-            "the R plane must not be higher than the initial plane"
+            "--retract-height {:g} mm is above --clearance-height {:g} mm; "
+            "the R plane must not be higher than the initial plane",
+            job.retract_height,
+            job.clearance_height,
         )
     if machine.safe_z is not None and machine.work_offset is not None:
         height = machine.safe_z - machine.work_offset[2]
         if height < job.clearance_height:
             raise PlanError(
-                f"the safe height of {machine.name}, z {machine.safe_z:g} mm in machine coordinates, is {height:g} mm "
-                f"over program zero, below --clearance-height {job.clearance_height:g} mm; check --work-offset, or "
-                "lower the clearance height"
+                "the safe height of {}, z {:g} mm in machine coordinates, is {:g} mm "
+                "over program zero, below --clearance-height {:g} mm; check --work-offset, or "
+                "lower the clearance height",
+                machine.name,
+                machine.safe_z,
+                height,
+                job.clearance_height,
             )
 
 

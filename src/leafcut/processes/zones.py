@@ -55,8 +55,11 @@ def refuse_higher_zones(rectangles: Sequence[str], clearance: float) -> None:
     for text, height in zip(rectangles, crossing_heights(rectangles, -math.inf).tolist(), strict=True):
         if height > clearance:
             raise OptionError(
-                f"--keep-out: '{text}' is {height - ABOVE:g} mm high, and rapids cross at Z{clearance:g}; use "
-                f"--clearance-height {height:g} or more"
+                "--keep-out: '{}' is {:g} mm high, and rapids cross at Z{:g}; use --clearance-height {:g} or more",
+                text,
+                height - ABOVE,
+                clearance,
+                height,
             )
 
 
@@ -68,10 +71,11 @@ def _zone(text: str) -> tuple[float, float, float, float, float]:
         numbers = []
     if len(numbers) not in (4, 5):
         raise OptionError(
-            f"--keep-out: '{text}' is not a rectangle such as '0 0 40 25', or '0 0 40 25 20' with its height: four or "
-            "five numbers, separated by spaces"
+            "--keep-out: '{}' is not a rectangle such as '0 0 40 25', or '0 0 40 25 20' with its height: four or "
+            "five numbers, separated by spaces",
+            text,
         )
     if not all(map(math.isfinite, numbers)):
-        raise OptionError(f"--keep-out: '{text}' contains a number that is not finite")
+        raise OptionError("--keep-out: '{}' contains a number that is not finite", text)
     x0, y0, x1, y1, top = [*numbers, math.nan][:5]
     return x0, y0, x1, y1, top

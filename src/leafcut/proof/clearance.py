@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Mask
+from leafcut.message import Message
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath, last_rows
@@ -102,7 +103,11 @@ def height_checks(
     unknown_height = across & np.isnan(path.end[:, 2]) & ~rows_at_machine_height(path, safe_z)
     return [
         ("height not known", unknown_height, "X or Y moves before Z is known"),
-        ("rapid below clearance", low, f"a rapid in x or y must be at Z{surface_z + LEAST_CLEARANCE:.3f} or above"),
+        (
+            "rapid below clearance",
+            low,
+            Message("a rapid in x or y must be at Z{:.3f} or above", surface_z + LEAST_CLEARANCE),
+        ),
         (
             "rapid into the part",
             descending & (not milled),
@@ -131,7 +136,7 @@ def torch_check(path: Toolpath, burning: Mask) -> DangerCheck:
 
 def _difference(path: Toolpath, row: int, kind: str, text: str) -> Difference:
     start, end = end_texts(path, row)
-    return Difference(kind, 0, int(path.line[row]), f"{text}; this move goes from {start} to {end}")
+    return Difference(kind, 0, int(path.line[row]), Message("{}; this move goes from {} to {}", text, start, end))
 
 
 def _moves_across(path: Toolpath) -> Mask:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Mask
 from leafcut.material.straight_moves import straight_moves
+from leafcut.message import Message
 from leafcut.model.cycles import expand
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS, ProgramKind
@@ -120,11 +121,13 @@ def _cleared_rapids(program: Program, rows: NDArray[np.int32], path: Toolpath, m
 
 def _unchecked_rapids_issue(path: Toolpath, mask: Mask) -> Issue:
     number, row = int(mask.sum()), int(np.argmax(mask))
-    message = (
-        f"{number:,} rapids down below Z0 were not compared with earlier cuts, because there are too many; the first "
-        f"is to {position_text(*path.end[row].tolist())}; check them with leafcut stock"
+    message = Message(
+        "{:,} rapids down below Z0 were not compared with earlier cuts, because there are too many; the first "
+        "is to {}; check them with leafcut stock",
+        number,
+        position_text(*path.end[row].tolist()),
     )
-    return Issue("L815", message, f"line {int(path.line[row])}")
+    return Issue("L815", message, Message("line {}", int(path.line[row])))
 
 
 def _turning_rows(program: Program, rows: NDArray[np.int32], default: bool) -> Mask:
@@ -151,7 +154,9 @@ def _issue(path: Toolpath, kind: str, mask: Mask) -> Issue:
         end = "a position in machine coordinates"
     text = singular if number == 1 else f"{number:,} {plural}"
     first = "from" if number == 1 else "the first from"
-    return Issue(code, f"{text}: {first} {start} to {end}", f"line {int(path.line[row])}", severity)
+    return Issue(
+        code, Message("{}: {} {} to {}", text, first, start, end), Message("line {}", int(path.line[row])), severity
+    )
 
 
 def _spindle_started_manually(issue: Issue) -> Issue:
@@ -170,8 +175,12 @@ def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
     if len(heights) and heights.min() >= -_TOLERANCE:
         yield Issue(
             "L814",
-            f"no cut goes below Z0 (lowest Z{to_fixed(heights.min(), 3)}, highest Z{to_fixed(heights.max(), 3)}): the "
-            "surface is unknown, so rapids were not checked against it; check them with leafcut stock --workpiece",
+            Message(
+                "no cut goes below Z0 (lowest Z{}, highest Z{}): the "
+                "surface is unknown, so rapids were not checked against it; check them with leafcut stock --workpiece",
+                to_fixed(heights.min(), 3),
+                to_fixed(heights.max(), 3),
+            ),
         )
 
 
@@ -191,9 +200,11 @@ def _lowered_zero(program: Program) -> Iterator[Issue]:
         moved = f"{after[row] - before[row]:.3f} mm down" if np.isfinite(after[row]) else "by an unknown height"
         yield Issue(
             "L816",
-            f"Z0 is moved {moved}: later rapids were compared with the new Z0, and not with the surface of earlier "
-            "cuts",
-            f"line {int(path.line[row])}",
+            Message(
+                "Z0 is moved {}: later rapids were compared with the new Z0, and not with the surface of earlier cuts",
+                moved,
+            ),
+            Message("line {}", int(path.line[row])),
         )
         return
 
@@ -212,7 +223,7 @@ def _untracked_moves(program: Program) -> Iterator[Issue]:
     location = "in one block" if len(rows) == 1 else f"in {len(rows):,} blocks"
     first = f": {program.fixed[block]}" if block in program.fixed else ""
     message = f"the tool path {location} is unknown and is neither timed nor checked{first}"
-    yield Issue("L808", message, f"line {int(path.line[rows[0]])}")
+    yield Issue("L808", message, Message("line {}", int(path.line[rows[0]])))
 
 
 def _machine_limits(path: Toolpath, machine: Machine) -> Iterator[Issue]:
@@ -226,5 +237,5 @@ def _machine_limits(path: Toolpath, machine: Machine) -> Iterator[Issue]:
             continue
         reported.add(difference.what)
         times = f" ({numbers[difference.what]} times)" if numbers[difference.what] > 1 else ""
-        location = f"line {difference.new}" if difference.new else ""
-        yield Issue("L806", f"{difference.what} on {machine.name}: {difference.text}{times}", location)
+        location = Message("line {}", difference.new) if difference.new else ""
+        yield Issue("L806", Message("{} on {}: {}{}", difference.what, machine.name, difference.text, times), location)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Motion, Toolpath
 from leafcut.units import to_fixed
@@ -17,7 +18,7 @@ def limit_differences(differences: list[Difference], count: int | None = None) -
     total = len(differences) if count is None else count
     if total <= MOST_LISTED:
         return differences
-    summary = Difference("and more", 0, 0, f"{total - MOST_LISTED} more differences")
+    summary = Difference("and more", 0, 0, Message("{} more differences", total - MOST_LISTED))
     return [*differences[:MOST_LISTED], summary]
 
 
@@ -27,7 +28,7 @@ def position_text(x: float, y: float, z: float | None = None) -> str:
     known = " ".join(f"{axis}{to_fixed(value, 3)}" for axis, value in axes if not math.isnan(value))
     unknown = " and ".join(axis for axis, value in axes if math.isnan(value))
     if known and unknown:
-        return f"{known} and an unknown {unknown}"
+        return Message("{} and an unknown {}", known, unknown)
     return known or "an unknown position"
 
 

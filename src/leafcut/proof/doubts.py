@@ -12,6 +12,7 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.jumps import board_command
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Mask
+from leafcut.message import Message
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.model.toolpath import Kind, Toolpath
@@ -48,7 +49,7 @@ def _backward_rotation(program: Program) -> Iterator[Issue]:
     rows = np.flatnonzero(cuts & (turns < 0))
     if len(rows):
         message = "M4 turns the spindle backwards in cuts: mills and drills need M3, unless they are left-handed"
-        yield Issue("L806", message, f"line {int(path.line[rows[0]])}")
+        yield Issue("L806", message, Message("line {}", int(path.line[rows[0]])))
 
 
 def _cutting_rows(path: Toolpath) -> Mask:
@@ -80,11 +81,12 @@ def _spindle_restarts(program: Program) -> Iterator[Issue]:
     without = (n_dwells[following] == n_dwells[starts]) & (n_changes[following] == n_changes[stopped])
     rows = starts[without & (stopped > cuts[0])]
     if len(rows):
-        message = (
-            f"{count_of(len(rows), 'start')} of the spindle between cuts without a dwell (G4) before the next cut: "
-            f"the spindle may not be up to speed, unless the controller waits for it"
+        message = Message(
+            "{} of the spindle between cuts without a dwell (G4) before the next cut: "
+            "the spindle may not be up to speed, unless the controller waits for it",
+            count_of(len(rows), "start"),
         )
-        yield Issue("L817", message, f"line {int(path.line[rows[0]])}", Severity.NOTE)
+        yield Issue("L817", message, Message("line {}", int(path.line[rows[0]])), Severity.NOTE)
 
 
 def _long_dwells(program: Program, dialect: Dialect) -> Iterator[Issue]:
@@ -97,11 +99,17 @@ def _long_dwells(program: Program, dialect: Dialect) -> Iterator[Issue]:
     if len(rows):
         dwells, longest = count_of(len(rows), "dwell"), f"{seconds.max():,.0f} s"
         unit = _UNITS.get(dialect.dwell_unit, "its own unit")
-        message = (
-            f"{dwells} longer than {_LONG:g} s, the longest {longest}: {dialect.name} reads {dialect.dwell_letter} in "
-            f"{unit}, but other controllers use another unit; check the value"
+        message = Message(
+            "{} longer than {:g} s, the longest {}: {} reads {} in "
+            "{}, but other controllers use another unit; check the value",
+            dwells,
+            _LONG,
+            longest,
+            dialect.name,
+            dialect.dwell_letter,
+            unit,
         )
-        yield Issue("L102", message, f"line {int(path.line[rows[0]])}")
+        yield Issue("L102", message, Message("line {}", int(path.line[rows[0]])))
 
 
 def _unknown_changes(program: Program, dialect: Dialect) -> Iterator[Issue]:
@@ -109,11 +117,12 @@ def _unknown_changes(program: Program, dialect: Dialect) -> Iterator[Issue]:
         return
     for line in np.unique(program.path.line[program.path.kind == Kind.TOOL]).tolist():
         if _CHANGE.search(_REMARK.sub(" ", program.lines[line - 1])):
-            message = (
-                f"{dialect.name} does not support M6: it stops with an error or skips the tool change, unless the "
-                "sender handles it; use M0"
+            message = Message(
+                "{} does not support M6: it stops with an error or skips the tool change, unless the "
+                "sender handles it; use M0",
+                dialect.name,
             )
-            yield Issue("L806", message, f"line {line}")
+            yield Issue("L806", message, Message("line {}", line))
             return
 
 
@@ -123,5 +132,9 @@ def _board_commands(program: Program, dialect: Dialect) -> Iterator[Issue]:
     for number, line in enumerate(program.lines, 1):
         command = board_command(line) if "$" in line else ""
         if command:
-            yield Issue("L806", f"{command} is a command of GRBL; {dialect.name} does not know it", f"line {number}")
+            yield Issue(
+                "L806",
+                Message("{} is a command of GRBL; {} does not know it", command, dialect.name),
+                Message("line {}", number),
+            )
             return

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
@@ -59,13 +60,13 @@ def _positions_outside(path: Toolpath, machine: Machine) -> list[Difference]:
         if machine.work_offset is not None:
             offset = machine.work_offset[axis]
             outside += _outside_limits(
-                path, rows, positions[:, axis] + offset, (low, high), f"{name} in machine coordinates"
+                path, rows, positions[:, axis] + offset, (low, high), Message("{} in machine coordinates", name)
             )
         else:
             outside += _exceeds_travel(positions[:, axis], machine.reach(axis), name)
         in_machine = np.flatnonzero(path.kind == Kind.MACHINE)
         values = path.end[in_machine, axis]
-        outside += _outside_limits(path, in_machine, values, (low, high), f"{name} in machine coordinates")
+        outside += _outside_limits(path, in_machine, values, (low, high), Message("{} in machine coordinates", name))
     return outside
 
 
@@ -88,9 +89,13 @@ def _exceeds_travel(values: NDArray[np.float64], travel: float, name: str) -> li
     finite = values[np.isfinite(values)]
     if not len(finite) or np.ptp(finite) <= travel + _TOLERANCE:
         return []
-    text = (
-        f"{name} goes from {finite.min():.3f} to {finite.max():.3f} mm, {np.ptp(finite):.3f} mm in all, "
-        f"but the machine's travel is {travel:.3f} mm"
+    text = Message(
+        "{} goes from {:.3f} to {:.3f} mm, {:.3f} mm in all, but the machine's travel is {:.3f} mm",
+        name,
+        finite.min(),
+        finite.max(),
+        np.ptp(finite),
+        travel,
     )
     return [Difference("too large", 0, 0, text)]
 
@@ -123,10 +128,14 @@ def _speeds(path: Toolpath, machine: Machine) -> list[Difference]:
     if machine.head is Head.LASER:
         kind = "laser power"
         texts = [
-            f"S{speed:g} is out of range; the laser power ranges from S{low:g} to S{high:g}" for speed in speeds[rows]
+            Message("S{:g} is out of range; the laser power ranges from S{:g} to S{:g}", speed, low, high)
+            for speed in speeds[rows]
         ]
     else:
         kind = "spindle speed"
-        texts = [f"{speed:g} rpm is out of range; the spindle turns {low:g} to {high:g} rpm" for speed in speeds[rows]]
+        texts = [
+            Message("{:g} rpm is out of range; the spindle turns {:g} to {:g} rpm", speed, low, high)
+            for speed in speeds[rows]
+        ]
     lines = path.line[rows].tolist()
     return [Difference(kind, 0, line, text) for line, text in zip(lines, texts, strict=True)]

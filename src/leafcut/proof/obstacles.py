@@ -14,6 +14,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
+from leafcut.message import Message
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
@@ -149,18 +150,21 @@ def _along_arc(path: Toolpath, row: int) -> NDArray[np.float64]:
 
 def _unknown_path_difference(path: Toolpath, row: int) -> Difference:
     start = position_text(*path.before[row].tolist())
-    text = f"it leaves {start} on an unknown path, not high enough to cross a --keep-out zone"
+    text = Message("it leaves {} on an unknown path, not high enough to cross a --keep-out zone", start)
     return Difference(MAY_CROSS, 0, int(path.line[row]), text)
 
 
 def _difference(path: Toolpath, row: int, height: float, body: bool) -> Difference:
     start, end = end_texts(path, row)
     rapid = path.kind[row] == Kind.RAPID
-    allowed = f"a rapid may cross a --keep-out zone only at Z{height:.3f} or above"
+    allowed = Message("a rapid may cross a --keep-out zone only at Z{:.3f} or above", height)
     allowed = allowed if math.isfinite(height) else "no rapid may cross a --keep-out zone"
     rule = allowed if rapid else "cutting is forbidden in a --keep-out zone"
     if body:
         rule = "the shank or holder of the tool meets a --keep-out zone below its height"
     return Difference(
-        CROSSES if rapid else CUTS, 0, int(path.line[row]), f"{rule}; this move goes from {start} to {end}"
+        CROSSES if rapid else CUTS,
+        0,
+        int(path.line[row]),
+        Message("{}; this move goes from {} to {}", rule, start, end),
     )

@@ -15,6 +15,7 @@ from leafcut.gcode.active_comments import is_active_comment
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.gcode.words import lines
+from leafcut.message import Message
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.kinds import Head
@@ -52,7 +53,7 @@ def _refuse_obeyed_comments(text: str) -> None:
         if obeyed is not None:
             raise ReadError(
                 "program",
-                f"a controller would execute the comment '{obeyed[:60]}'; rename the item in this comment",
+                Message("a controller would execute the comment '{}'; rename the item in this comment", obeyed[:60]),
                 number,
             )
 

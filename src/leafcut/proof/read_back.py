@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Mask
+from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, plane_axes
 from leafcut.proof.difference import describe_motion, limit_differences
@@ -156,7 +157,7 @@ def _arc_mask(a: Toolpath, b: Toolpath, tolerance: float) -> Mask:
 def _mask_difference(a: Toolpath, b: Toolpath, row: int, masks: list[tuple[str, Mask]]) -> Difference:
     kind = next(word for word, mask in masks if mask[row])
     before, after = _SHOWN.get(kind, _shown_row)(a, row), _SHOWN.get(kind, _shown_row)(b, row)
-    text = f"planned {before}, written {after}"
+    text = Message("planned {}, written {}", before, after)
     if kind in _SHOWN and a.kind[row] <= Kind.DRILL:
         text += f", {describe_motion(a[row])}"
     return Difference(kind, int(a.line[row]), int(b.line[row]), text)
@@ -195,7 +196,7 @@ def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float) -> Difference:
         "order of moves",
         lines[0],
         lines[1],
-        f"planned {shown[0]}, written {shown[1]}; {len(a)} rows planned, {len(b)} written",
+        Message("planned {}, written {}; {} rows planned, {} written", shown[0], shown[1], len(a), len(b)),
     )
 
 
@@ -213,8 +214,12 @@ def _wrong_offsets(path: Toolpath) -> list[Difference]:
             "length offset",
             0,
             int(path.line[row]),
-            f"tool {tool[row]} moves with length offset {offset[row]} instead of its own; "
-            f"{describe_motion(path[int(row)])}",
+            Message(
+                "tool {} moves with length offset {} instead of its own; {}",
+                tool[row],
+                offset[row],
+                describe_motion(path[int(row)]),
+            ),
         )
         for row in wrong[np.sort(first)]
     ]

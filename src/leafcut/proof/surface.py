@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from leafcut.message import Message
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
@@ -59,7 +60,7 @@ def check_surface(
     allowed = rises | _returns_into_holes(path, upright & ~rises, tool_radii)
     rapids = np.flatnonzero((path.kind == Kind.RAPID) & has_position & ~allowed)
     radius = np.array([tool_radii.get(int(tool), 0.0) for tool in path.tool[rapids]])
-    text = f"the tool touches the surface, or comes closer than {LEAST_CLEARANCE:g} mm to it"
+    text = Message("the tool touches the surface, or comes closer than {:g} mm to it", LEAST_CLEARANCE)
     wrong = [
         Difference("rapid into the part", 0, int(path.line[row]), f"{text}; {_motion_text(path, row)}")
         for row in _rows_meeting(path, rapids, triangles, -LEAST_CLEARANCE, radius, dogleg)

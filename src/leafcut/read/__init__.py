@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from leafcut.errors import ReadError
+from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.issue import Severity
 from leafcut.model.part import Part
@@ -44,7 +45,7 @@ def read_contours(source: Input, options: ReadOptions | None = None, on_progress
     format_, loaded = read_source(source, on_progress)
     if format_.contours is None:
         known_formats = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.contours)
-        raise ReadError(loaded.path, f"{format_.name} has no contours to cut; use {known_formats}")
+        raise ReadError(loaded.path, Message("{} has no contours to cut; use {}", format_.name, known_formats))
     return _read(replace(format_, read=format_.contours), format_, loaded, options)
 
 
@@ -71,7 +72,7 @@ def read_pockets(
     format_, loaded = read_source(source, on_progress)
     if format_.pockets is None:
         known_formats = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.pockets)
-        raise ReadError(loaded.path, f"{format_.name} has no pockets; use {known_formats}")
+        raise ReadError(loaded.path, Message("{} has no pockets; use {}", format_.name, known_formats))
     clear, drawing_options, join = format_.pockets, pocket_options or PocketDrawingOptions(), joining or SheetOptions()
     reader = replace(format_, read=lambda file, reading: clear(file, reading, drawing_options, join))
     return _read(reader, format_, loaded, options)
@@ -104,6 +105,6 @@ def _read(reader: Format, format_: Format, loaded: Source, options: ReadOptions)
 def _refuse_if_strict(part: Part, loaded: Source, options: ReadOptions) -> Part:
     warnings = [issue for issue in part.issues if issue.severity in (Severity.WARNING, Severity.MISSING)]
     if options.strict and warnings:
-        more = f", and {len(warnings) - 1} more" if len(warnings) > 1 else ""
-        raise ReadError(loaded.path, f"refused by --strict: {warnings[0]}{more}")
+        more = Message(", and {} more", len(warnings) - 1) if len(warnings) > 1 else ""
+        raise ReadError(loaded.path, Message("refused by --strict: {}{}", warnings[0], more))
     return part

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from leafcut.errors import ReadError, printable
+from leafcut.message import Message
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
@@ -86,19 +87,26 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
             raise too_many_holes(source.path)
     if not holes:
         line, reason = bad[0] if bad else (None, "the table has a header but no rows")
-        raise ReadError(source.path, f"no points: {reason}", line)
+        raise ReadError(source.path, Message("no points: {}", reason), line)
     issues = [
-        Issue("L208", f"row skipped: {reason}", f"{source.file_name}:{line}", missing=MissingWork("hole"))
+        Issue(
+            "L208",
+            Message("row skipped: {}", reason),
+            Message("{}:{}", source.file_name, line),
+            missing=MissingWork("hole"),
+        )
         for line, reason in bad[:NAMED_ROWS]
     ]
     if len(bad) > NAMED_ROWS:
         more = len(bad) - NAMED_ROWS
-        issues.append(Issue("L208", f"{more} more rows skipped", missing=MissingWork("hole", more)))
+        issues.append(Issue("L208", Message("{} more rows skipped", more), missing=MissingWork("hole", more)))
     on_layer, left_out = chosen_layers(holes, options)
     kept, selection_issues = select_holes(on_layer, options, point_tolerance=0.0)
     issues += left_out
     if not kept:
-        raise ReadError(source.path, f"no holes: {'; '.join(i.message for i in (*left_out, *selection_issues))}")
+        raise ReadError(
+            source.path, Message("no holes: {}", "; ".join(i.message for i in (*left_out, *selection_issues)))
+        )
     units = options.units or columns.unit
     part = Part(source.name, kept, source=source.file_name, format="csv", units=units or "mm")
     if units is None:
@@ -130,7 +138,7 @@ def _columns(
             indices.setdefault(HEADER_WORDS[word], index)
     if "x" not in indices or "y" not in indices:
         given = printable(", ".join(fields))
-        raise ReadError(source.path, f"the header '{given}' has no columns x and y", number)
+        raise ReadError(source.path, Message("the header '{}' has no columns x and y", given), number)
     return (
         _Columns(
             indices["x"],
@@ -153,7 +161,7 @@ def _with_first(first: tuple[int, list[str]], rows: Iterator[tuple[int, list[str
 
 def _hole(fields: list[str], columns: _Columns, separator: str | None, factor: float) -> Hole:
     if len(fields) <= max(columns.x, columns.y):
-        raise ValueError(f"'{printable(' '.join(fields))}' has {len(fields)} field(s), expected x and y")
+        raise ValueError(Message("'{}' has {} field(s), expected x and y", printable(" ".join(fields)), len(fields)))
     x, y = (to_mm(cell_number(fields[i], separator), factor) for i in (columns.x, columns.y))
     name_index, diameter = columns.name, 0.0
     if (text := _field(fields, columns.d)) and not columns.from_header and not is_number(text, separator):
@@ -161,11 +169,11 @@ def _hole(fields: list[str], columns: _Columns, separator: str | None, factor: f
     elif text:
         diameter = to_mm(cell_number(text, separator), factor)
     if not (abs(x) <= MAX_COORDINATE and abs(y) <= MAX_COORDINATE and 0 <= diameter <= MAX_COORDINATE):
-        raise ValueError(f"x {x:g}, y {y:g}, diameter {diameter:g} mm is out of range")
+        raise ValueError(Message("x {:g}, y {:g}, diameter {:g} mm is out of range", x, y, diameter))
     height = _field(fields, columns.z)
     z = to_mm(cell_number(height, separator), factor) if height else 0.0
     if not abs(z) <= MAX_COORDINATE:
-        raise ValueError(f"z {z:g} mm is out of range")
+        raise ValueError(Message("z {:g} mm is out of range", z))
     return Hole(x, y, diameter, _field(fields, columns.layer), _field(fields, name_index), z)
 
 

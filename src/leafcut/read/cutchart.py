@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError, PlanError, ReadError, name_suggestion, printable
+from leafcut.message import Message
 from leafcut.model.cutting import ConsumptionRates, CutData
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod, method_of
@@ -107,11 +108,11 @@ def load_chart(path: Path | None = None) -> list[ChartRow]:
         rows: list[ChartRow] = []
         for data in reader:
             if len(rows) >= MOST_ROWS:
-                raise ReadError(place, f"has more than {MOST_ROWS:,} rows, too many for a cut chart")
+                raise ReadError(place, Message("has more than {:,} rows, too many for a cut chart", MOST_ROWS))
             if any((value or "").strip() for key, value in data.items() if key != "?"):
                 rows.append(_row(place, reader.line_num, data))
     except csv.Error as problem:
-        raise ReadError(place, f"is not a table ({problem})", reader.line_num) from None
+        raise ReadError(place, Message("is not a table ({})", problem), reader.line_num) from None
     if not rows:
         raise ReadError(place, "has no rows")
     return rows
@@ -120,7 +121,9 @@ def load_chart(path: Path | None = None) -> list[ChartRow]:
 def _check_columns(place: str, names: list[str]) -> None:
     for name in NEEDED:
         if name not in names:
-            raise ReadError(place, f"has no column '{name}'; a cut chart has {', '.join((*NEEDED, *OPTIONAL))}", 1)
+            raise ReadError(
+                place, Message("has no column '{}'; a cut chart has {}", name, ", ".join((*NEEDED, *OPTIONAL))), 1
+            )
 
 
 def _row(place: str, line: int, data: dict[str, Any]) -> ChartRow:
@@ -131,10 +134,10 @@ def _row(place: str, line: int, data: dict[str, Any]) -> ChartRow:
         try:
             value = float(text)
         except ValueError:
-            raise ReadError(place, f"'{key}' is '{printable(text)}', not a number", line) from None
+            raise ReadError(place, Message("'{}' is '{}', not a number", key, printable(text)), line) from None
         kerf = key == "kerf_width_mm" and value != 0.0 and not NARROWEST <= value <= WIDEST
         if not 0.0 <= value <= LARGEST or (needed and value == 0.0) or kerf:
-            raise ReadError(place, f"'{key}' is {value:g}, out of range", line)
+            raise ReadError(place, Message("'{}' is {:g}, out of range", key, value), line)
         return value
 
     def word(key: str) -> str:
@@ -235,14 +238,22 @@ def find_cut_data(
     of_material = [r for r in known if r.material == material]
     if not of_material and own_row is None:
         raise OptionError(
-            f"--material: the chart has no '{material}' for "
-            f"{process}{name_suggestion(material, _column_values(known, 'material'))}; without a row, give {_OWN_DATA}"
+            "--material: the chart has no '{}' for {}{}; without a row, give {}",
+            material,
+            process,
+            name_suggestion(material, _column_values(known, "material")),
+            _OWN_DATA,
         )
     fitting = [r for r in of_material if amps is None or r.amps == amps]
     if not fitting and own_row is None:
         currents = ", ".join(f"{a:g}" for a in sorted({r.amps for r in of_material if r.amps is not None})) or "none"
         raise OptionError(
-            f"--amps {amps:g}: the chart has {currents} for {process} of {material}; without a row, give {_OWN_DATA}"
+            "--amps {:g}: the chart has {} for {} of {}; without a row, give {}",
+            amps,
+            currents,
+            process,
+            material,
+            _OWN_DATA,
         )
     if nozzle is not None:
         fitting = _rows_of_nozzle(fitting, nozzle, f"{process} of {material}")
@@ -262,13 +273,17 @@ def _no_process_message(rows: list[ChartRow], process: str, material: str) -> st
         kinds_for(rows, process, material) or {r.process for r in rows if is_kind_of_process(r.process, process)}
     )
     if kinds:
-        return (
-            f"--cut-process: the chart has {', '.join(kinds)}, but nothing for a {process} of unknown kind and power; "
-            "name yours, here or as cut_process in the machine's profile"
+        return Message(
+            "--cut-process: the chart has {}, but nothing for a {} of unknown kind and power; "
+            "name yours, here or as cut_process in the machine's profile",
+            ", ".join(kinds),
+            process,
         )
     alike = sorted({r.process for r in rows if method_of(r.process) == method_of(process)})
     if not alike:
-        return f"--cut-process: the chart has no '{process}'{name_suggestion(process, _column_values(rows, 'process'))}"
+        return Message(
+            "--cut-process: the chart has no '{}'{}", process, name_suggestion(process, _column_values(rows, "process"))
+        )
     return (
         f"the chart has no data for {process}, only for {', '.join(alike)}; give a --chart that has it, or {_OWN_DATA}"
     )
@@ -279,7 +294,7 @@ def _rows_of_nozzle(rows: list[ChartRow], nozzle: str, label: str) -> list[Chart
     fitting = [r for r in rows if r.rates.nozzle.lower() == name]
     if not fitting:
         known = ", ".join(dict.fromkeys(r.rates.nozzle for r in rows if r.rates.nozzle)) or "none"
-        raise OptionError(f"--nozzle {printable(nozzle)}: the chart has {known} for {label}")
+        raise OptionError("--nozzle {}: the chart has {} for {}", printable(nozzle), known, label)
     return fitting
 
 
@@ -359,7 +374,7 @@ def _capacity_message(edge: ChartRow, rows: list[ChartRow], thickness: float) ->
     """Message for the only current with complete data, which cannot pierce the sheet."""
     higher = [r for r in rows if r.pierce_height is not None]
     message = f"{thickness:g} mm is above the pierce capacity of {_describe_process(edge)}"
-    edge_start = f"use --amps {edge.amps or 0:g} to start cuts at the sheet's edge"
+    edge_start = Message("use --amps {:g} to start cuts at the sheet's edge", edge.amps or 0)
     if not higher:
         return f"{message}; {edge_start}, or give --pierce-delay to pierce it anyway"
     names = " and ".join(f"{r.amps or 0:g} A" for r in higher)
@@ -384,10 +399,15 @@ def _interpolate(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, 
         rates=_interpolate_rates(a.rates, b.rates, share),
         **{f: mixed(f) for f in ("pierce_height", "pierce_delay", "cut_height", "kerf", "volts")},  # type: ignore[arg-type]
     )
-    message = (
-        f"the cut chart has no row of {thickness:g} mm: interpolated between {a.thickness:g} and {b.thickness:g} mm"
+    message = Message(
+        "the cut chart has no row of {:g} mm: interpolated between {:g} and {:g} mm",
+        thickness,
+        a.thickness,
+        b.thickness,
     )
-    return row, [Issue("L411", f"{message}, {row.feed * SECONDS_PER_MINUTE:.0f} mm/min", severity=Severity.NOTE)]
+    return row, [
+        Issue("L411", Message("{}, {:.0f} mm/min", message, row.feed * SECONDS_PER_MINUTE), severity=Severity.NOTE)
+    ]
 
 
 def _interpolate_rates(a: ConsumptionRates, b: ConsumptionRates, share: float) -> ConsumptionRates:
@@ -406,9 +426,14 @@ def _interpolate_rates(a: ConsumptionRates, b: ConsumptionRates, share: float) -
 def _no_row_message(rows: list[ChartRow], process: str, material: str, thickness: float) -> str:
     nearest_thicknesses = sorted({r.thickness for r in rows}, key=lambda t: abs(t - thickness))[:3]
     texts = ", ".join(f"{t:g}" for t in sorted(nearest_thicknesses))
-    return (
-        f"the cut chart has no row for {process} of {material}, {thickness:g} mm; the nearest are {texts} mm; "
-        f"give another --thickness, your own chart with --chart, or {_OWN_DATA}"
+    return Message(
+        "the cut chart has no row for {} of {}, {:g} mm; the nearest are {} mm; "
+        "give another --thickness, your own chart with --chart, or {}",
+        process,
+        material,
+        thickness,
+        texts,
+        _OWN_DATA,
     )
 
 
@@ -422,8 +447,8 @@ def _other_currents(rows: list[ChartRow], chosen: ChartRow) -> list[Issue]:
     }
     if not other_labels:
         return []
-    text = f"cut with {chosen_label}; for about this thickness the chart also has {', '.join(other_labels)}"
-    return [Issue("L412", f"{text}: choose with --amps", severity=Severity.NOTE)]
+    text = Message("cut with {}; for about this thickness the chart also has {}", chosen_label, ", ".join(other_labels))
+    return [Issue("L412", Message("{}: choose with --amps", text), severity=Severity.NOTE)]
 
 
 def _describe_process(row: ChartRow) -> str:
@@ -459,23 +484,30 @@ def _cut_data(
     can_pierce, missing = _can_pierce(row, given), _missing_values(row, given)
     if missing:
         raise OptionError(
-            f"the cut chart does not give the {' and the '.join(missing)} of {_describe_process(row)} in "
-            f"{row.material}, {thickness:g} mm; give it"
+            "the cut chart does not give the {} of {} in {}, {:g} mm; give it",
+            " and the ".join(missing),
+            _describe_process(row),
+            row.material,
+            thickness,
         )
     if row.trust == _ESTIMATE:
-        message = (
-            f"the cutting data of {_describe_process(row)} in {row.material} are uncertain ({row.confidence}): try "
-            "them first"
+        message = Message(
+            "the cutting data of {} in {} are uncertain ({}): try them first",
+            _describe_process(row),
+            row.material,
+            row.confidence,
         )
         issues.append(Issue("L413", message))
     cut_height, assumed = values.get("cut_height"), HEIGHTS.get(kind, 1.5)
     if cut_height is None:
         cut_height = assumed
-        issues.append(Issue("L414", f"the cut chart gives no cut height; {assumed:g} mm is assumed (--cut-height)"))
+        issues.append(
+            Issue("L414", Message("the cut chart gives no cut height; {:g} mm is assumed (--cut-height)", assumed))
+        )
     pierce_height = values.get("pierce_height")
     if pierce_height is None and can_pierce and kind == CutMethod.PLASMA:
-        message = (
-            f"the cut chart gives no pierce height; the cut height, {cut_height:g} mm, is assumed (--pierce-height)"
+        message = Message(
+            "the cut chart gives no pierce height; the cut height, {:g} mm, is assumed (--pierce-height)", cut_height
         )
         issues.append(Issue("L414", message))
     return CutData(

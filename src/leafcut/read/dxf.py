@@ -15,6 +15,7 @@ from typing import Any
 from leafcut.errors import ReadError, count_of, printable
 from leafcut.geometry.curves import Spend
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole, Part
@@ -124,7 +125,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     n_points = sum(h.diameter == 0 for h in kept)
     if 0 < n_points < len(kept):
         selection_issues.append(
-            Issue("L405", f"{count_of(n_points, 'POINT')} in addition to the circles: treated as holes")
+            Issue("L405", Message("{} in addition to the circles: treated as holes", count_of(n_points, "POINT")))
         )
     return replace(part, issues=(*issues, *selection_issues))
 
@@ -214,22 +215,26 @@ class HoleCollector:
         """Return the issues of the shapes."""
         issues = []
         if self.leaning:
-            message = f"{count_of(len(self.leaning), 'circle')} not in the plane of the plate: not drilled"
+            message = Message("{} not in the plane of the plate: not drilled", count_of(len(self.leaning), "circle"))
             missing = MissingWork("hole", len(self.leaning), tuple(self.leaning))
             issues.append(Issue("L202", message, places_text(self.leaning, len(self.leaning)), missing=missing))
         for kind, number in self.far.items():
             issues.append(Issue("L203", f"{number} {kind} {OUT_OF_RANGE}", missing=MissingWork("hole", number)))
         for kind, number in self.out_of_range.items():
             missing = MissingWork("hole", number)
-            issues.append(Issue("L203", f"{number} {kind} with coordinates or radius out of range", missing=missing))
+            issues.append(
+                Issue("L203", Message("{} {} with coordinates or radius out of range", number, kind), missing=missing)
+            )
         for kind, number in self.squashed.items():
             if kind == "ELLIPSE":  # a closed ellipse is reported as a contour
-                issues.append(Issue("L207", f"{number} {kind} not circular", severity=Severity.NOTE))
+                issues.append(Issue("L207", Message("{} {} not circular", number, kind), severity=Severity.NOTE))
                 continue
             missing = MissingWork("hole", number)
-            issues.append(Issue("L207", f"{number} {kind} scaled to an ellipse by its block", missing=missing))
+            issues.append(
+                Issue("L207", Message("{} {} scaled to an ellipse by its block", number, kind), missing=missing)
+            )
         if self.n_joined:
-            message = f"{count_of(self.n_joined, 'hole')} made of arcs that close a circle"
+            message = Message("{} made of arcs that close a circle", count_of(self.n_joined, "hole"))
             issues.append(Issue("L303", message, severity=Severity.NOTE))
         return issues
 
@@ -237,13 +242,15 @@ class HoleCollector:
 def _polygon_issue(holes: list[Hole]) -> Issue:
     sizes = ", ".join(f"Ø{diameter:.4g}" for diameter in sorted({round(hole.diameter, 3) for hole in holes})[:5])
     positions = [(hole.x, hole.y) for hole in holes]
-    message = f"{count_of(len(holes), 'polygon')} with corners on a circle: treated as round holes ({sizes})"
+    message = Message(
+        "{} with corners on a circle: treated as round holes ({})", count_of(len(holes), "polygon"), sizes
+    )
     return Issue("L405", message, places_text(positions, len(positions)))
 
 
 def _other_entities(kinds: Counter[str]) -> list[Issue]:
     return [
-        Issue("L201", f"{number} {printable(kind)}: not a hole", severity=Severity.NOTE)
+        Issue("L201", Message("{} {}: not a hole", number, printable(kind)), severity=Severity.NOTE)
         for kind, number in kinds.items()
     ]
 
@@ -254,15 +261,15 @@ def _nothing_message(walk: BlockWalk[Shape], finds: HoleCollector, selection_iss
     parts += [f"{number} {kind} {OUT_OF_RANGE}" for kind, number in finds.far.items()]
     parts += [f"{number} {kind} with numbers out of range" for kind, number in finds.out_of_range.items()]
     if finds.leaning:
-        parts.append(f"{count_of(len(finds.leaning), 'circle')} not in the plane")
+        parts.append(Message("{} not in the plane", count_of(len(finds.leaning), "circle")))
     if walk.broken:
-        parts.append(f"{len(walk.broken)} damaged")
+        parts.append(Message("{} damaged", len(walk.broken)))
     if walk.missing_blocks or walk.endless_blocks:
         parts.append("blocks that are missing or refer to themselves")
     parts += [issue.message for issue in selection_issues]
     if walk.hidden:
-        parts.append(f"on layers that are off, frozen or not chosen: {hidden_by_layer(walk)}")
-    return f"no holes: {'; '.join(parts) or 'the drawing is empty'}"
+        parts.append(Message("on layers that are off, frozen or not chosen: {}", hidden_by_layer(walk)))
+    return Message("no holes: {}", "; ".join(parts) or "the drawing is empty")
 
 
 def edge_of(

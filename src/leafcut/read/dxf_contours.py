@@ -11,6 +11,7 @@ import numpy as np
 from leafcut.errors import PlanError, ReadError, count_of, printable
 from leafcut.geometry.curves import Spend
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.heights import HeightCount
 from leafcut.model.issue import Issue, MissingWork, Severity
@@ -65,13 +66,13 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
     drawn = any(c.kind != "text" for c in contours)
     if others := walk.others + (Counter() if drawn else strokes.texts):
         message = ", ".join(f"{number} {printable(kind)}" for kind, number in others.most_common())
-        issues.append(Issue("L210", f"not cut: {message}", severity=Severity.NOTE))
+        issues.append(Issue("L210", Message("not cut: {}", message), severity=Severity.NOTE))
     if not drawn:
         reasons = "; ".join(i.message for i in issues) or "the drawing is empty"
         if options.layers:
             names = sorted(str(layer.dxf.get("name", "")) for layer in document.layers)
             reasons += f"; the drawing has the layers {printable(', '.join(names), 120)}"
-        raise ReadError(source.path, f"nothing to cut: {reasons}")
+        raise ReadError(source.path, Message("nothing to cut: {}", reasons))
     issues += _heights(tuple(c for c in contours if c.kind != "text"))
     part = Part(source.name, source=source.file_name, format="dxf", units=unit or "mm", contours=contours)
     refuse_tiny(source.path, part, options)
@@ -84,7 +85,7 @@ def _heights(contours: tuple[Contour, ...]) -> list[Issue]:
     """Report contours at several heights or off Z0, which look the same from above."""
     heights = HeightCount.of((*c.path.start, c.z) for c in contours)
     if heights.differ:
-        message = f"lines are drawn at different heights: {heights}; projected onto the sheet"
+        message = Message("lines are drawn at different heights: {}; projected onto the sheet", heights)
         return [Issue("L406", message)]
     return heights.notes("lines")
 
@@ -188,14 +189,16 @@ class Strokes:
         """Return the issues of the strokes."""
         issues = []
         for kind, number in self.leaning.items():
-            message = f"{number} {kind} not in the plane of the sheet: not cut"
+            message = Message("{} {} not in the plane of the sheet: not cut", number, kind)
             issues.append(Issue("L202", message, missing=MissingWork("element", number)))
         if self.sloping:
-            message = f"{count_of(len(self.sloping), 'line')} sloping out of the plane of the sheet: projected onto it"
+            message = Message(
+                "{} sloping out of the plane of the sheet: projected onto it", count_of(len(self.sloping), "line")
+            )
             issues.append(Issue("L202", message, places_text(self.sloping, len(self.sloping))))
         for (kind, reason), handles in self.skipped.items():
-            location = f"handle {', '.join(handles[:3])}" + (" …" if len(handles) > 3 else "")
-            message = f"{len(handles)} {printable(kind)} skipped: {printable(reason, 100)}"
+            location = Message("handle {}", ", ".join(handles[:3])) + (" …" if len(handles) > 3 else "")
+            message = Message("{} {} skipped: {}", len(handles), printable(kind), printable(reason, 100))
             issues.append(Issue("L203", message, location, missing=MissingWork("element", len(handles))))
         return issues
 

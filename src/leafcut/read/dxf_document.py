@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from leafcut.errors import ReadError, count_of, printable
+from leafcut.message import Message
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import INVISIBLE, BlockWalk, LayerFilter
@@ -97,14 +98,16 @@ def _load_document(source: Source, issues: list[Issue]) -> Any:
         except Exception as problem:  # ezdxf raises almost any exception on a damaged file
             text = printable(str(problem), 160) or type(problem).__name__
             line = _LINE.search(text)
-            reason = f"the drawing is damaged and could not be repaired: {text}"
+            reason = Message("the drawing is damaged and could not be repaired: {}", text)
             raise ReadError(source.path, reason, int(line.group(1)) if line else None) from None
 
 
 def _check_whole(path: str, data: bytes, issues: list[Issue]) -> None:
     lines = data.count(b"\n")
     if lines > MAX_LINES or sum(1 for _ in _STRUCTURE.finditer(data)) > MAX_ENTITIES:
-        raise ReadError(path, f"the drawing has more than {MAX_ENTITIES:,} entities or {MAX_LINES:,} lines; split it")
+        raise ReadError(
+            path, Message("the drawing has more than {:,} entities or {:,} lines; split it", MAX_ENTITIES, MAX_LINES)
+        )
     if end := _END.search(data):
         if data[end.end() :].strip(b" \t\r\n\0\x1a"):
             issues.append(Issue("L101", "text after the end of the drawing (EOF) was ignored"))
@@ -137,13 +140,13 @@ def _load_text(source: Source, data: bytes, issues: list[Issue]) -> Any:
         if code == GUESSED_NUMBER:
             line = _LINE.search(message)
             description = printable(message.split(" near ")[0].replace("recovered ", ""))
-            reason = f"{description}; repair the drawing: a guess could cut in the wrong place"
+            reason = Message("{}; repair the drawing: a guess could cut in the wrong place", description)
             raise ReadError(source.path, reason, int(line.group(1)) if line else None)
     document = Drawing.from_tags(_tags_of(tool.section_dict))
     repairs = [message for code, message in (*tool.errors, *tool.fixes) if code not in TRIVIAL_REPAIRS]
     if repairs:
-        more = f" (and {len(repairs) - 1} more)" if len(repairs) > 1 else ""
-        issues.append(Issue("L101", f"the drawing was damaged: {printable(repairs[0], 100)}{more}"))
+        more = Message(" (and {} more)", len(repairs) - 1) if len(repairs) > 1 else ""
+        issues.append(Issue("L101", Message("the drawing was damaged: {}{}", printable(repairs[0], 100), more)))
     return document
 
 
@@ -197,24 +200,26 @@ def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
     for kind, handle, reason in walk.broken:
         reasons.setdefault((kind, reason), []).append(handle)
     for (kind, reason), handles in reasons.items():
-        location = f"handle {', '.join(h or '?' for h in handles[:3])}" + (" …" if len(handles) > 3 else "")
+        location = Message("handle {}", ", ".join(h or "?" for h in handles[:3])) + (" …" if len(handles) > 3 else "")
         missing = MissingWork("element", len(handles))
         issues.append(
             Issue(
                 "L203",
-                f"{len(handles)} {printable(kind)} skipped: {printable(reason)}",
+                Message("{} {} skipped: {}", len(handles), printable(kind), printable(reason)),
                 location,
                 missing=missing,
             )
         )
     if walk.hidden:
-        issues.append(Issue("L204", f"left out: {hidden_by_layer(walk)}", severity=Severity.NOTE))
+        issues.append(Issue("L204", Message("left out: {}", hidden_by_layer(walk)), severity=Severity.NOTE))
     for name, number in walk.missing_blocks.items():
-        message = f"{count_of(number, 'insertion')} of block '{printable(name)}', which is missing"
+        message = Message("{} of block '{}', which is missing", count_of(number, "insertion"), printable(name))
         issues.append(Issue("L206", message, missing=MissingWork("block", number)))
     for name, number in walk.endless_blocks.items():
-        message = (
-            f"block '{printable(name)}' refers to itself or is nested too deep: {count_of(number, 'insertion')} skipped"
+        message = Message(
+            "block '{}' refers to itself or is nested too deep: {} skipped",
+            printable(name),
+            count_of(number, "insertion"),
         )
         issues.append(Issue("L206", message, missing=MissingWork("block", number)))
     return issues
@@ -222,7 +227,9 @@ def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
 
 def hidden_by_layer(walk: BlockWalk[Any]) -> str:
     """Describe the number of hidden entities by layer."""
-    named = [f"{n} on layer {printable(layer)}" for layer, n in walk.hidden.most_common(5) if layer != INVISIBLE]
+    named = [
+        Message("{} on layer {}", n, printable(layer)) for layer, n in walk.hidden.most_common(5) if layer != INVISIBLE
+    ]
     if invisible := walk.hidden.get(INVISIBLE):
-        named.append(f"{invisible} invisible")
+        named.append(Message("{} invisible", invisible))
     return ", ".join(named) + (" …" if len(walk.hidden) > 5 else "")

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
+from leafcut.message import Message
 from leafcut.read.arcs import bulge_arc
 
 Vector3 = tuple[float, float, float]
@@ -61,7 +62,7 @@ def require_values(entity: Any, *names: str) -> None:
     """Raise ValueError if an entity lacks a required value."""
     # ezdxf replaces missing values by defaults (the origin, radius 1), which would create a hole that was never drawn.
     if missing := [name for name in names if not entity.dxf.hasattr(name)]:
-        raise ValueError(f"no {missing[0]}")
+        raise ValueError(Message("no {}", missing[0]))
 
 
 def _point(entity: Any) -> tuple[Curve, ...]:
@@ -95,7 +96,7 @@ def circle_of(entity: Any) -> tuple[Curve, ...]:
     ux, uy, ocs = axes_of(entity)
     radius = entity.dxf.radius
     if not radius > 0:
-        raise ValueError(f"radius {radius:g}")
+        raise ValueError(Message("radius {:g}", radius))
     return (Curve(in_layout(ocs, entity.dxf.center.xyz), _scaled(ux, radius), _scaled(uy, radius)),)
 
 

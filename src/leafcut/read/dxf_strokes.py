@@ -10,6 +10,7 @@ import numpy as np
 from leafcut.geometry.arrays import Floats
 from leafcut.geometry.curves import MAX_DEGREE, Spend, allow_any_number, ellipse_path, fit_arcs_to_curve, spline_points
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.read.dxf_shapes import (
     IDENTITY,
     Curve,
@@ -127,11 +128,11 @@ def _polyline(entity: Any) -> DxfPolyline | None:
 
 def _spline(entity: Any) -> Freeform:
     if not entity.control_point_count() and entity.fit_point_count() > MAX_FIT_POINTS:
-        raise ValueError(f"more than {MAX_FIT_POINTS:,} fit points and no control points")
+        raise ValueError(Message("more than {:,} fit points and no control points", MAX_FIT_POINTS))
     tool = entity.construction_tool()
     control = np.array([p.xyz for p in tool.control_points], dtype=np.float64)
     if tool.degree > MAX_DEGREE:
-        raise ValueError(f"degree {tool.degree}")
+        raise ValueError(Message("degree {}", tool.degree))
     weights = np.array(tool.weights(), dtype=np.float64)
     return Freeform(control, tool.degree, np.array(tool.knots(), dtype=np.float64), weights if len(weights) else None)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from leafcut.errors import printable
 from leafcut.geometry.arrays import Floats
+from leafcut.message import Message
 from leafcut.read.dxf_strokes import DxfStroke, Letters, straight_polyline
 from leafcut.read.lettering import letters
 
@@ -43,7 +44,7 @@ def text_of(entity: Any) -> DxfStroke | None:
 
 def _text_strokes(text: str) -> tuple[list[Floats], float]:
     if len(text) > MOST_LETTERS:
-        raise ValueError(f"a text of {len(text):,} letters")
+        raise ValueError(Message("a text of {:,} letters", len(text)))
     try:
         return letters(text)
     except ValueError as problem:

@@ -14,6 +14,7 @@ import numpy as np
 
 from leafcut.errors import ReadError, name_suggestion, printable
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
@@ -274,7 +275,9 @@ def read_example(source: Source, options: ReadOptions) -> Part:
         return _random_map(source)
     name = source.path.removeprefix(EXAMPLE).strip().lower().replace("_", "-")
     if name not in EXAMPLE_NAMES:
-        raise ReadError(source.path, f"unknown example '{printable(name)}'{name_suggestion(name, EXAMPLE_NAMES)}")
+        raise ReadError(
+            source.path, Message("unknown example '{}'{}", printable(name), name_suggestion(name, EXAMPLE_NAMES))
+        )
     if name == "ten-points":
         return _points(name, TEN_POINTS)
     drawn = plate(name)
@@ -297,7 +300,7 @@ def _random_map(source: Source) -> Part:
     except ValueError:
         valid = False
     if not valid:
-        reason = f"a random map is random:N or random:N:SEED, N from 1 to {MAX_HOLES:,}, SEED from 0 to 2³²−1"
+        reason = Message("a random map is random:N or random:N:SEED, N from 1 to {:,}, SEED from 0 to 2³²−1", MAX_HOLES)
         raise ReadError(printable(source.path), reason)
     side = round(math.sqrt(n) * 10.0, 3)
     xy = np.round(np.random.default_rng(seed).random((n, 2)) * side, 3)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from leafcut.errors import ReadError, count_of, printable
+from leafcut.message import Message
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole, Part, Slot
 from leafcut.options import ReadOptions
@@ -101,7 +102,7 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
     if not kept and not slots:
         tools = ", ".join(f"T{n}" for n in sorted(parser.tools)) or "none"
         reasons = "; ".join(i.message for i in (*issues, *selection_issues))
-        message = f"no holes: {reasons or 'no coordinates follow the header'} (tools: {tools})"
+        message = Message("no holes: {} (tools: {})", reasons or "no coordinates follow the header", tools)
         raise ReadError(source.path, message) if reasons or parser.tools else EmptyDrillFile(source.path, message)
     units = options.units or own_units
     part = Part(source.name, kept, tuple(slots), source=source.file_name, format="excellon", units=units or "mm")
@@ -119,8 +120,13 @@ def _format_assumed(part: Part, metric: bool | None) -> Issue:
     form = "000.000" if metric else "00.0000"
     return Issue(
         "L102",
-        f"coordinates have no decimal point and the file gives no format; with the usual {form} the holes span "
-        f"{right - left:g} × {high - low:g} mm",
+        Message(
+            "coordinates have no decimal point and the file gives no format; with the usual {} the holes span "
+            "{:g} × {:g} mm",
+            form,
+            right - left,
+            high - low,
+        ),
     )
 
 
@@ -135,16 +141,23 @@ def _too_narrow(holes: list[Hole]) -> Issue | None:
         return None
     return Issue(
         "L102",
-        f"{len(positions)} holes span {right - left:.3g} × {high - low:.3g} mm, less than the diameter of the largest, "
-        f"{widest:g} mm: implausible; export the file with decimal points",
+        Message(
+            "{} holes span {:.3g} × {:.3g} mm, less than the diameter of the largest, "
+            "{:g} mm: implausible; export the file with decimal points",
+            len(positions),
+            right - left,
+            high - low,
+            widest,
+        ),
     )
 
 
 def _translate_commands(source: Source, units: str | None) -> _TranslatedCommands:
     max_holes = FREE_COPIES + COPIES_PER_BYTE * len(source.data)
-    reason = (
-        f"repeats (R) make more than {max_holes:,} holes of a file of {size_text(source)}; use fewer repeats, or split "
-        f"the file"
+    reason = Message(
+        "repeats (R) make more than {:,} holes of a file of {}; use fewer repeats, or split the file",
+        max_holes,
+        size_text(source),
     )
     prepared, repeats = _TranslatedCommands(), ReadBudget(source.path, max_holes, reason)
     in_header = False
@@ -155,7 +168,7 @@ def _translate_commands(source: Source, units: str | None) -> _TranslatedCommand
             continue
         line = "".join(line.split()).upper()
         if len(line) > MAX_COMMAND:
-            raise ReadError(source.path, f"'{printable(line, 30)}' is not an Excellon command", number)
+            raise ReadError(source.path, Message("'{}' is not an Excellon command", printable(line, 30)), number)
         if line == "M48":
             in_header = True
         elif line in ("%", "M95"):
@@ -207,27 +220,32 @@ def _command(source: Source, prepared: _TranslatedCommands, line: str, number: i
     if line in _COUNTERS or line == "/" or _NO_ZERO_SET.fullmatch(line):
         return
     if line.startswith("G93"):
-        reason = (
-            f"'{printable(line)}' moves the origin, but leafcut reads only drill files with a single origin; export "
-            "the file without G93"
+        reason = Message(
+            "'{}' moves the origin, but leafcut reads only drill files with a single origin; export "
+            "the file without G93",
+            printable(line),
         )
         raise ReadError(source.path, reason, number)
     if re.match(r"G0[23]", line):
-        raise ReadError(source.path, f"routed arc '{printable(line)}': only holes and straight slots are read", number)
+        raise ReadError(
+            source.path, Message("routed arc '{}': only holes and straight slots are read", printable(line)), number
+        )
     if match := re.fullmatch(r"(METRIC|M71|INCH|M72)(,.*)?", line):
         prepared.metric = match.group(1) in ("METRIC", "M71")
         prepared.has_format |= bool(re.search(r"0\.0", match.group(2) or ""))
     if match := _TOOL.fullmatch(line):
         _tool(prepared, match, number, in_header)
         if len(prepared.tools) > MAX_TOOLS:
-            raise ReadError(source.path, f"more than {MAX_TOOLS:,} tools; split the file", number)
+            raise ReadError(source.path, Message("more than {:,} tools; split the file", MAX_TOOLS), number)
         return
     coordinates = _COORDINATE.findall(line)
     prepared.has_plain_integers |= any("." not in word for word in coordinates) and line[0] in "XYG"
     if "G85" in line:
         match = _SLOT.fullmatch(line)
         if not match or not match.group(1) or not match.group(2):
-            raise ReadError(source.path, f"slot '{printable(line)}' needs a start and an end: X Y G85 X Y", number)
+            raise ReadError(
+                source.path, Message("slot '{}' needs a start and an end: X Y G85 X Y", printable(line)), number
+            )
         for word in (f"G00{match.group(1)}", "M15", f"G01{match.group(2)}", "M16", "G05"):
             prepared.add(word, number)
         return
@@ -260,15 +278,21 @@ def _parse(source: Source, prepared: _TranslatedCommands, issues: list[Issue]) -
             parser.do_parse("\n".join(prepared.lines), filename="drill file")
         except (SyntaxError, ValueError) as problem:
             line, text, reason = _locate_error(str(problem), prepared)
-            raise ReadError(source.path, f"'{printable(text)}': {_error_reason(reason)}", line) from None
+            raise ReadError(source.path, Message("'{}': {}", printable(text), _error_reason(reason)), line) from None
     for warning in caught:
         message = str(warning.message)
         if issubclass(warning.category, DeprecationWarning) or _HARMLESS.search(message):
             continue
         line, text, reason = _locate_error(message, prepared)
         if "first tool definition" in reason or "Bare coordinate" in reason:
-            raise ReadError(source.path, f"'{printable(text)}' comes before any tool is selected", line)
-        issues.append(Issue("L101", f"'{printable(text)}': {printable(reason, 100)}", f"{source.file_name}:{line}"))
+            raise ReadError(source.path, Message("'{}' comes before any tool is selected", printable(text)), line)
+        issues.append(
+            Issue(
+                "L101",
+                Message("'{}': {}", printable(text), printable(reason, 100)),
+                Message("{}:{}", source.file_name, line),
+            )
+        )
     if _TOOL_ZERO in parser.tools:
         parser.tools[0] = parser.tools.pop(_TOOL_ZERO)
     return parser
@@ -323,9 +347,9 @@ def _holes_and_slots(
         if len(holes) > MAX_HOLES:
             raise too_many_holes(source.path)
     if out_of_range:
-        message = f"{count_of(out_of_range, 'hole')} with coordinates or diameter out of range: not drilled"
+        message = Message("{} with coordinates or diameter out of range: not drilled", count_of(out_of_range, "hole"))
         issues.append(Issue("L203", message, missing=MissingWork("hole", out_of_range)))
     if hidden:
-        message = f"{count_of(hidden, 'hole')} of tools that are not selected left out"
+        message = Message("{} of tools that are not selected left out", count_of(hidden, "hole"))
         issues.append(Issue("L204", message, severity=Severity.NOTE))
     return holes, slots

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import count_of, printable
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.model.contour import is_aside
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import Issue, MissingWork, Severity
@@ -45,7 +46,9 @@ def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole],
     if not skipped:
         return list(holes), []
     layers = Counter(hole.layer for hole in skipped)
-    layer_texts = ", ".join(f"{count} on layer {printable(layer, 30)}" for layer, count in layers.most_common(5))
+    layer_texts = ", ".join(
+        Message("{} on layer {}", count, printable(layer, 30)) for layer, count in layers.most_common(5)
+    )
     more = " …" if len(layers) > 5 else ""
     message = (
         "circles not drilled, because their layers are named like a drawing frame, text or dimension: "
@@ -62,7 +65,7 @@ def chosen_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hol
     chosen = layer_filter(options.layers)
     kept = [h for h in holes if not h.layer or chosen(h.layer)]
     if n_left_out := len(holes) - len(kept):
-        message = f"{count_of(n_left_out, 'hole')} on layers that are not selected left out"
+        message = Message("{} on layers that are not selected left out", count_of(n_left_out, "hole"))
         return kept, [Issue("L204", message, severity=Severity.NOTE)]
     return kept, []
 
@@ -100,7 +103,7 @@ def _by_diameter(holes: Sequence[Hole], options: ReadOptions, issues: list[Issue
         issues.append(
             Issue(
                 "L205",
-                f"{count_of(n_left_out, 'hole')} outside the selected diameters left out",
+                Message("{} outside the selected diameters left out", count_of(n_left_out, "hole")),
                 severity=Severity.NOTE,
             )
         )
@@ -124,7 +127,9 @@ def _without_doubles(
         issues.append(
             Issue(
                 "L301",
-                f"{count_of(len(duplicates), 'hole')} drawn on top of another of the same diameter: drilled once",
+                Message(
+                    "{} drawn on top of another of the same diameter: drilled once", count_of(len(duplicates), "hole")
+                ),
                 places_text(duplicates, len(duplicates)),
             )
         )
@@ -148,7 +153,7 @@ def _without_centre_marks(holes: list[Hole], tolerance: float, issues: list[Issu
         issues.append(
             Issue(
                 "L302",
-                f"{count_of(len(marks), 'point')} in the centre of a circle: treated as centre marks",
+                Message("{} in the centre of a circle: treated as centre marks", count_of(len(marks), "point")),
                 severity=Severity.NOTE,
             )
         )
@@ -176,8 +181,11 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
         issues.append(
             Issue(
                 "L302",
-                f"{count_of(len(removed), 'circle')} left out in favour of the {options.concentric} with the same "
-                f"centre",
+                Message(
+                    "{} left out in favour of the {} with the same centre",
+                    count_of(len(removed), "circle"),
+                    options.concentric,
+                ),
                 places_text(positions, len(positions)),
                 missing=MissingWork("circle", len(positions), tuple(positions)),
             )

@@ -14,6 +14,7 @@ from typing import Any
 
 from leafcut.errors import ReadError, parser_errors, printable
 from leafcut.files.whole_files import decode_text
+from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
@@ -110,17 +111,21 @@ def parsing_xml(path: str, advice: str) -> Iterator[None]:
             return
         except DefusedXmlException as problem:
             external = type(problem).__name__ == "ExternalReferenceForbidden"
-            reason = f"refused: the file has an {'external reference' if external else 'entity declaration'}, {advice}"
+            reason = Message(
+                "refused: the file has an {}, {}",
+                Message("external reference") if external else Message("entity declaration"),
+                advice,
+            )
         except SAXParseException as problem:
             reason, line = (
-                f"not well-formed XML: {printable(str(problem.getMessage()), 80)}",
+                Message("not well-formed XML: {}", printable(str(problem.getMessage()), 80)),
                 problem.getLineNumber(),
             )
         except ParseError as problem:
-            reason, line = f"not well-formed XML: {printable(str(problem), 80)}", problem.position[0]
+            reason, line = Message("not well-formed XML: {}", printable(str(problem), 80)), problem.position[0]
         except (LookupError, ValueError) as problem:
             # An unknown encoding: only the declaration, in the first line, names one.
-            reason, line = f"not well-formed XML: {printable(str(problem), 80)}", 1
+            reason, line = Message("not well-formed XML: {}", printable(str(problem), 80)), 1
         raise ReadError(path, reason, line)
 
 
@@ -218,13 +223,15 @@ def load(path: str | Path) -> Source:
         if not stat.S_ISREG(status.st_mode):
             raise ReadError(path, "this is not a regular file; save it to a file first")
         if status.st_size > MAX_BYTES:
-            raise ReadError(path, f"the file has {status.st_size >> 20} MiB; the limit is {MAX_BYTES >> 20} MiB")
+            raise ReadError(
+                path, Message("the file has {} MiB; the limit is {} MiB", status.st_size >> 20, MAX_BYTES >> 20)
+            )
         with Path(path).open("rb") as stream:
             data = stream.read(MAX_BYTES + 1)
     except FileNotFoundError:
         raise ReadError(path, "file not found") from None
     except OSError as problem:
-        raise ReadError(path, f"cannot be read ({problem.strerror or problem})") from None
+        raise ReadError(path, Message("cannot be read ({})", problem.strerror or problem)) from None
     except ValueError:
         raise ReadError(printable(str(path)), "not a valid file name") from None
     if not data.strip():
@@ -243,7 +250,7 @@ def load_json(path: str | Path) -> Any:
     try:
         return parse_json(load(path).text())
     except (ValueError, RecursionError) as problem:
-        raise ReadError(path, f"is not JSON ({printable(str(problem), 100)})") from None
+        raise ReadError(path, Message("is not JSON ({})", printable(str(problem), 100))) from None
 
 
 def parse_json(text: str) -> Any:
@@ -272,7 +279,7 @@ def has_half_letter(value: Any) -> bool:
 def places_text(points: list[tuple[float, float]], number: int) -> str:
     """Return the first of `number` points as text, for `Issue.place`."""
     first = ", ".join(f"({x:g}, {y:g})" for x, y in points[:3])
-    return f"at {first}" + (" …" if number > 3 else "")
+    return Message("at {}", first) + (" …" if number > 3 else "")
 
 
 def factor_of(options: ReadOptions, own_units: str | None) -> float:
@@ -289,12 +296,17 @@ def units_unknown(noun: str, part: Part, severity: Severity) -> Issue:
     """Return the issue L102 with the size of the part in mm, which reveals a wrong guess."""
     left, low, right, high = part.extents
     widths = [w for w in part.diameters if w > 0]
-    holes = f"holes of Ø {min(widths):g} to {max(widths):g} mm" if widths else "the points"
+    holes = Message("holes of Ø {:g} to {:g} mm", min(widths), max(widths)) if widths else "the points"
     holes = "the contours" if part.contours else "the pockets" if part.pockets else holes
     return Issue(
         "L102",
-        f"{noun} does not state its units; in mm, {holes} span {right - left:g} × {high - low:g} mm; "
-        "set --units if that is wrong",
+        Message(
+            "{} does not state its units; in mm, {} span {:g} × {:g} mm; set --units if that is wrong",
+            noun,
+            holes,
+            right - left,
+            high - low,
+        ),
         severity=severity,
     )
 
@@ -309,16 +321,22 @@ def refuse_tiny(path: str, part: Part, options: ReadOptions) -> None:
     if max(width, height) < SMALLEST_DRAWING:
         raise ReadError(
             path,
-            f"the whole drawing is {width:.3g} × {height:.3g} mm: its unit is probably wrong; set it with --units "
-            "(mm if the part is so small)",
+            Message(
+                "the whole drawing is {:.3g} × {:.3g} mm: its unit is probably wrong; set it with --units "
+                "(mm if the part is so small)",
+                width,
+                height,
+            ),
         )
 
 
 def too_many_holes(path: str) -> ReadError:
     """Return the error for more holes than `MAX_HOLES`."""
-    return ReadError(path, f"more than {MAX_HOLES:,} holes; select some with --layers or split the file")
+    return ReadError(path, Message("more than {:,} holes; select some with --layers or split the file", MAX_HOLES))
 
 
 def too_many_segments(path: str) -> ReadError:
     """Return the error for more lines and arcs than `MAX_SEGMENTS`."""
-    return ReadError(path, f"more than {MAX_SEGMENTS:,} lines and arcs; select some with --layers or split the file")
+    return ReadError(
+        path, Message("more than {:,} lines and arcs; select some with --layers or split the file", MAX_SEGMENTS)
+    )

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import ReadError, printable
 from leafcut.geometry.arrays import Ints
+from leafcut.message import Message
 from leafcut.model.issue import Issue
 from leafcut.model.part import Grouping, Hole, Part
 from leafcut.options import ReadOptions
@@ -68,9 +69,12 @@ def _check_costs(path: str, section: DataSection, matrix: NDArray[np.float64]) -
     if len(wrong):
         i, j = wrong[0].tolist()
         raise ReadError(
-            path, f"the edge from {i + 1} to {j + 1} costs {matrix[i, j]:g}; only -1 (not allowed) may be negative",
+            path,
+            Message(
+                "the edge from {} to {} costs {:g}; only -1 (not allowed) may be negative", i + 1, j + 1, matrix[i, j]
+            ),
             section[0],
-        )  # fmt: skip
+        )
 
 
 def _grouping(path: str, keys: tsplib.SpecificationKeys, sections: Sections, n: int) -> Grouping:
@@ -80,22 +84,24 @@ def _grouping(path: str, keys: tsplib.SpecificationKeys, sections: Sections, n: 
     cluster = np.full(n, -1, dtype=np.int32)
     for line, (name, *nodes) in _runs(path, sections["GTSP_SET_SECTION"]):
         if name in number:
-            raise ReadError(path, f"set {name} occurs twice", line)
+            raise ReadError(path, Message("set {} occurs twice", name), line)
         if not nodes:
-            raise ReadError(path, f"set {name} has no nodes", line)
+            raise ReadError(path, Message("set {} has no nodes", name), line)
         number[name] = len(number)
         for node in nodes:
             if not 1 <= node <= n:
-                raise ReadError(path, f"set {name} has node {node}; nodes are numbered 1 to {n}", line)
+                raise ReadError(path, Message("set {} has node {}; nodes are numbered 1 to {}", name, node, n), line)
             if cluster[node - 1] >= 0:
-                raise ReadError(path, f"node {node} occurs twice in the sets; a node belongs to a single set", line)
+                raise ReadError(
+                    path, Message("node {} occurs twice in the sets; a node belongs to a single set", node), line
+                )
             cluster[node - 1] = number[name]
     alone = np.flatnonzero(cluster < 0)
     if len(alone):
-        raise ReadError(path, f"node {alone[0] + 1} is in no set", sections["GTSP_SET_SECTION"][0])
+        raise ReadError(path, Message("node {} is in no set", alone[0] + 1), sections["GTSP_SET_SECTION"][0])
     text, line = keys.get("GTSP_SETS", ("", 0))
     if text and text != str(len(number)):
-        raise ReadError(path, f"GTSP_SETS says {printable(text)}, the section has {len(number)}", line)
+        raise ReadError(path, Message("GTSP_SETS says {}, the section has {}", printable(text), len(number)), line)
     first = _start(path, sections, number)
     return Grouping(cluster, _ordering(path, sections, number), first)
 
@@ -122,7 +128,7 @@ def _start(path: str, sections: Sections, number: dict[int, int]) -> int:
 
 def _number_of(path: str, line: int, number: dict[int, int], name: int) -> int:
     if name not in number:
-        raise ReadError(path, f"unknown set {name}", line)
+        raise ReadError(path, Message("unknown set {}", name), line)
     return number[name]
 
 
@@ -136,7 +142,9 @@ def _runs(path: str, section: DataSection) -> list[tuple[int, list[int]]]:
     )  # fmt: skip
     wrong = np.flatnonzero((values != np.floor(values)) | (np.abs(values) > 2**31))
     if len(wrong):
-        raise ReadError(path, f"{values[wrong[0]]:g} is not the number of a node or a set", int(lines[wrong[0]]))
+        raise ReadError(
+            path, Message("{:g} is not the number of a node or a set", values[wrong[0]]), int(lines[wrong[0]])
+        )
     ends = [-1, *np.flatnonzero(values == -1).tolist()]
     if ends[-1] != len(values) - 1:
         raise ReadError(path, "the last line does not end with -1", int(lines[-1]))

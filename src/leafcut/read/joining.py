@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from leafcut.errors import ReadError, count_of
+from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
@@ -37,7 +38,7 @@ def read_drill_files(
         raise empty[0]
     joined = join_drill_files(parts, options)
     names = (Path(problem.file).name for problem in empty)
-    notes = (Issue("L409", f"{name} has no holes and no tools", severity=Severity.NOTE) for name in names)
+    notes = (Issue("L409", Message("{} has no holes and no tools", name), severity=Severity.NOTE) for name in names)
     return replace(joined, issues=(*joined.issues, *notes))
 
 
@@ -54,15 +55,15 @@ def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
     """
     holes, selection_issues = select_holes([hole for part in parts for hole in part.holes], options)
     files = ", ".join(f"{part.source} {_counts(part)}" for part in parts)
-    message = f"drilled in one program: {files}; one tool for each diameter, plated or not"
+    message = Message("drilled in one program: {}; one tool for each diameter, plated or not", files)
     issues = [Issue("L409", message, severity=Severity.NOTE)]
     if far := _far_apart(parts):
-        message = f"{far} lie far apart: do they belong to the same board, with the same origin and units?"
+        message = Message("{} lie far apart: do they belong to the same board, with the same origin and units?", far)
         issues.append(Issue("L409", message))
     issues += [issue for issue in selection_issues if issue.code in ("L301", "L302")]
     warnings = [issue for issue in issues if issue.severity is Severity.WARNING]
     if options.strict and warnings:
-        raise ReadError(parts[0].source, f"refused by --strict: {warnings[0]}")
+        raise ReadError(parts[0].source, Message("refused by --strict: {}", warnings[0]))
     return replace(
         parts[0],
         name=" + ".join(part.name for part in parts),

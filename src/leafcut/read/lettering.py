@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.message import Message
+
 LetterLines = list[NDArray[np.float64]]
 
 #: Base line and cap height, in font units; y points down.
@@ -75,7 +77,7 @@ def _letter(letter: str) -> tuple[LetterLines, float]:
     base, *marks = list(unicodedata.normalize("NFD", letter))
     glyph = _font().get(base)
     if glyph is None or any(mark not in _ACCENTS for mark in marks):
-        raise ValueError(f"no strokes for '{letter}'")
+        raise ValueError(Message("no strokes for '{}'", letter))
     left = glyph.left_offset
     strokes = [[(x - left, _FOOT - y) for x, y in stroke] for stroke in glyph.strokes]
     if base == "i" and marks:

@@ -17,6 +17,7 @@ from leafcut.files.plugins import PluginKind, file_of
 from leafcut.files.schemas import MACHINE
 from leafcut.files.whole_files import parse_toml, read_toml
 from leafcut.gcode.dialects import DIALECTS, dialect, dialects
+from leafcut.message import Message
 from leafcut.model.kinds import Head, method_of
 from leafcut.model.machine import XYZ, Machine, Probe
 from leafcut.read.machine_keys import (
@@ -129,7 +130,7 @@ def _profile(name_or_path: str) -> tuple[dict[str, Any], str]:
         if name_or_path in MACHINES.names():
             path = MACHINES.load(name_or_path)
             return {**read_toml(path, MACHINE), "name": name_or_path}, str(path)
-        raise OptionError(f"unknown machine '{name_or_path}'{name_suggestion(name_or_path, machine_names())}")
+        raise OptionError("unknown machine '{}'{}", name_or_path, name_suggestion(name_or_path, machine_names()))
     file = resources.files("leafcut.machines") / f"{name_or_path}.toml"
     return parse_toml(file.read_bytes(), file.name, MACHINE), file.name
 
@@ -137,7 +138,7 @@ def _profile(name_or_path: str) -> tuple[dict[str, Any], str]:
 def _work_offset(value: Sequence[float]) -> XYZ:
     if len(value) != 3 or not all(math.isfinite(v) for v in value):
         raise OptionError(
-            f"the work offset needs x, y and z in machine coordinates, such as '-400,-200,-300', not {value}"
+            "the work offset needs x, y and z in machine coordinates, such as '-400,-200,-300', not {}", value
         )
     return (float(value[0]), float(value[1]), float(value[2]))
 
@@ -210,19 +211,19 @@ def _controller(top: TomlTable, place: str) -> tuple[str, str]:
         file = Path(name)
         if file.is_absolute() or file.drive or ".." in file.parts:
             raise top.problem(
-                "controller", f"names '{printable(name)}', but a dialect file must be in the folder of the profile"
+                "controller", "names '{}', but a dialect file must be in the folder of the profile", printable(name)
             )
         name = str(Path(place).parent / file)
         if not Path(name).is_file():
             raise top.problem(
-                "controller", f"names '{printable(str(file))}', which does not exist in the folder of the profile"
+                "controller", "names '{}', which does not exist in the folder of the profile", printable(str(file))
             )
         return name, dialect(name).family
     if name in DIALECTS.names():
         return name, DIALECTS.load(name).family
     if name and name not in dialects():
         raise top.problem(
-            "controller", f"is '{printable(name)}', which is not a dialect{name_suggestion(name, dialects())}"
+            "controller", "is '{}', which is not a dialect{}", printable(name), name_suggestion(name, dialects())
         )
     return name, ""
 
@@ -264,7 +265,7 @@ def _check(machine: Machine, place: str, top: TomlTable) -> None:
     """Messages show the numbers as written in the file."""
 
     def refuse(key: str, reason: str) -> DataError:
-        return DataError(f"{place}: '{key}' {reason}")
+        return DataError("{}: '{}' {}", place, key, reason)
 
     if not machine.name or not machine.controller:
         raise refuse("name" if not machine.name else "controller", "is empty")
@@ -277,15 +278,22 @@ def _check(machine: Machine, place: str, top: TomlTable) -> None:
         ):
             if not value > 0:
                 typed = top.table("rapid", KEYS["rapid"]).typed(key.removeprefix("rapid."), i)
-                raise refuse(key, f"of {axis} is {typed}, but must be above 0")
+                raise refuse(key, Message("of {} is {}, but must be above 0", axis, typed))
         if not high > low:
-            raise refuse("travel.max", f"of {axis} is {high:g} mm, but must be above the smallest, {low:g} mm")
+            raise refuse(
+                "travel.max", Message("of {} is {:g} mm, but must be above the smallest, {:g} mm", axis, high, low)
+            )
         if not low - _TOLERANCE <= machine.home[i] <= high + _TOLERANCE:
-            raise refuse("home", f"of {axis} is {machine.home[i]:g} mm, outside the travel {low:g} to {high:g} mm")
+            raise refuse(
+                "home",
+                Message("of {} is {:g} mm, outside the travel {:g} to {:g} mm", axis, machine.home[i], low, high),
+            )
     if machine.safe_z is not None and not machine.travel_min[2] <= machine.safe_z <= machine.travel_max[2]:
-        raise refuse("safe_z", f"is {machine.safe_z:g} mm, outside the travel of z")
+        raise refuse("safe_z", Message("is {:g} mm, outside the travel of z", machine.safe_z))
     if not 0 < machine.acceleration_factor <= 1:
-        raise refuse("acceleration_factor", f"is {machine.acceleration_factor:g}, but must be above 0 and at most 1")
+        raise refuse(
+            "acceleration_factor", Message("is {:g}, but must be above 0 and at most 1", machine.acceleration_factor)
+        )
     _check_positive(machine, top, refuse)
     _check_loads(machine, refuse)
     if machine.probe is not None:
@@ -294,7 +302,7 @@ def _check(machine: Machine, place: str, top: TomlTable) -> None:
         raise refuse("spindle.max_speed", "must be above 0 and not below spindle.min_speed")
     for key, seconds in (("spindle.start_time", machine.spindle_start_s), ("tool_change.time", machine.tool_change_s)):
         if seconds < 0:
-            raise refuse(key, f"is {seconds:g} s, but must not be negative")
+            raise refuse(key, Message("is {:g} s, but must not be negative", seconds))
 
 
 def _check_cut_process(machine: Machine, refuse: Callable[[str, str], DataError]) -> None:
@@ -302,7 +310,7 @@ def _check_cut_process(machine: Machine, refuse: Callable[[str, str], DataError]
     if name and method is None:
         raise refuse("cut_process", "is for a machine that cuts sheet, not for one with a spindle; leave it out")
     if name and method_of(name) != method:
-        raise refuse("cut_process", f"is '{printable(name)}', but its name must start with '{method}'")
+        raise refuse("cut_process", Message("is '{}', but its name must start with '{}'", printable(name), method))
 
 
 def _check_loads(machine: Machine, refuse: Callable[[str, str], DataError]) -> None:
@@ -325,17 +333,22 @@ def _check_probe(probe: Probe, max_feed: float, refuse: Callable[[str, str], Dat
 def _check_positive(machine: Machine, top: TomlTable, refuse: Callable[[str, str], DataError]) -> None:
     if not machine.corner_deviation > 0:
         shown = top.table("corners", KEYS["corners"]).typed("deviation")
-        raise refuse("corners.deviation", f"is {shown}, but must be above 0")
+        raise refuse("corners.deviation", Message("is {}, but must be above 0", shown))
     if not machine.arc_tolerance > 0:
         shown = top.table("corners", KEYS["corners"]).typed("arc_tolerance")
-        raise refuse("corners.arc_tolerance", f"is {shown}, but must be above 0")
+        raise refuse("corners.arc_tolerance", Message("is {}, but must be above 0", shown))
     motors = top.table("motors", KEYS["motors"])
     for axis, steps in zip("xyz", machine.steps_per_mm, strict=True):
         if not 0 < steps <= _MAX_STEPS:
-            raise refuse("motors.steps_per_mm", f"of {axis} is {steps:g}, but must be above 0, {_MAX_STEPS:g} at most")
+            raise refuse(
+                "motors.steps_per_mm",
+                Message("of {} is {:g}, but must be above 0, {:g} at most", axis, steps, _MAX_STEPS),
+            )
     if not 0 <= machine.motor_lock_s < 1:
-        raise refuse("motors.lock_time", f"is {motors.typed('lock_time')}, but must be 0 or more, below 1 s")
+        raise refuse("motors.lock_time", Message("is {}, but must be 0 or more, below 1 s", motors.typed("lock_time")))
     if not 0 <= machine.nozzle_diameter <= _WIDEST_NOZZLE:
-        raise refuse("nozzle_diameter", f"is {top.typed('nozzle_diameter')}, but must be 0 to {_WIDEST_NOZZLE:g} mm")
+        raise refuse(
+            "nozzle_diameter", Message("is {}, but must be 0 to {:g} mm", top.typed("nozzle_diameter"), _WIDEST_NOZZLE)
+        )
     if not machine.max_feed > 0:
-        raise refuse("max_feed", f"is {top.typed('max_feed')}, but must be above 0")
+        raise refuse("max_feed", Message("is {}, but must be above 0", top.typed("max_feed")))

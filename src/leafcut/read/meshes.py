@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from leafcut.errors import OptionError, ReadError, parser_errors
+from leafcut.message import Message
 from leafcut.model.mesh import Mesh
 from leafcut.read.format import Match
 from leafcut.read.recognition import sniff_step
@@ -51,7 +52,7 @@ def load_mesh(
             head = opened.read(_HEADER)
         size = file.stat().st_size
     except OSError as problem:
-        raise ReadError(file, f"cannot be read ({problem.strerror})") from None
+        raise ReadError(file, Message("cannot be read ({})", problem.strerror)) from None
     if sniff_step(head) == Match.YES:
         if unit != "mm":
             raise OptionError("--surface-unit: a STEP file states its unit; leave it out")
@@ -70,7 +71,7 @@ def load_mesh(
 
 def _step_bytes(file: Path, size: int) -> bytes:
     if size > LARGEST_STEP:
-        raise ReadError(file, f"has {size >> 20} MiB; STEP files up to {LARGEST_STEP >> 20} MiB are read")
+        raise ReadError(file, Message("has {} MiB; STEP files up to {} MiB are read", size >> 20, LARGEST_STEP >> 20))
     return file.read_bytes()
 
 
@@ -82,13 +83,20 @@ def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
         stated_count = int.from_bytes(head[80:84], "little")
         raise ReadError(
             file,
-            f"is not an STL file, or is truncated: its header states {stated_count:,} triangles, which take "
-            f"{_HEADER + _TRIANGLE * stated_count:,} bytes, and it has {size:,}",
+            Message(
+                "is not an STL file, or is truncated: its header states {:,} triangles, which take "
+                "{:,} bytes, and it has {:,}",
+                stated_count,
+                _HEADER + _TRIANGLE * stated_count,
+                size,
+            ),
         )
     count = int.from_bytes(head[80:84], "little") if binary else 0
     if count > MOST_TRIANGLES or (not binary and size > _MAX_TEXT):
         size_text = f"{count:,} triangles" if binary else f"{size >> 20} MiB of text"
-        raise ReadError(file, f"has {size_text}; at most {MOST_TRIANGLES:,} triangles are read: export it coarser")
+        raise ReadError(
+            file, Message("has {}; at most {:,} triangles are read: export it coarser", size_text, MOST_TRIANGLES)
+        )
     data = file.read_bytes()
     if binary:
         # Three numbers of the normal, nine of the corners, and two unused bytes.
@@ -98,7 +106,7 @@ def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
         return rows["corners"].astype(np.float64)
     corners = _VERTEX.findall(data)
     if len(corners) % 3:
-        raise ReadError(file, f"is truncated: its {len(corners):,} corners do not make whole triangles")
+        raise ReadError(file, Message("is truncated: its {:,} corners do not make whole triangles", len(corners)))
     with parser_errors(file, "a corner is not a number"):
         return np.array(corners, dtype=np.float64).reshape(-1, 3, 3)
 
@@ -108,11 +116,11 @@ def _check_mesh(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
         raise ReadError(file, "has no triangles")
     if not np.isfinite(triangles).all():
         number = int(np.flatnonzero(~np.isfinite(triangles).all(axis=(1, 2)))[0]) + 1
-        raise ReadError(file, f"triangle {number} has a corner that is not a number")
+        raise ReadError(file, Message("triangle {} has a corner that is not a number", number))
     longest = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
     if not SMALLEST <= longest <= LARGEST:
         length_text = f"{longest:.3g} mm" if math.isfinite(longest) else "infinitely"
-        raise ReadError(file, f"is {length_text} long, too long for a part; {mend}")
+        raise ReadError(file, Message("is {} long, too long for a part; {}", length_text, mend))
     return Mesh(triangles, file.name, is_closed(triangles))
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from leafcut.errors import OptionError, ReadError, parser_errors, printable
+from leafcut.message import Message
 from leafcut.read.format import load
 from leafcut.units import parse_angles
 
@@ -34,7 +35,7 @@ class WantedDrawing:
 
     def __post_init__(self) -> None:
         if self.quantity < 1:
-            raise OptionError(f"{printable(self.file)}: the quantity must be 1 or more")
+            raise OptionError("{}: the quantity must be 1 or more", printable(self.file))
 
 
 def read_wanted(arguments: Sequence[str | WantedDrawing]) -> list[WantedDrawing]:
@@ -57,7 +58,7 @@ def read_wanted(arguments: Sequence[str | WantedDrawing]) -> list[WantedDrawing]
     if not drawings:
         raise OptionError("no parts given; name drawings with quantities, such as bracket.dxf:10, or a list.csv")
     if len(drawings) > MAX_DRAWINGS:
-        raise OptionError(f"more than {MAX_DRAWINGS:,} drawings; nest them in several runs")
+        raise OptionError("more than {:,} drawings; nest them in several runs", MAX_DRAWINGS)
     return drawings
 
 
@@ -70,11 +71,11 @@ def file_and_quantity(argument: str) -> tuple[str, int]:
 def _drawings_named(argument: str) -> Iterator[WantedDrawing]:
     if re.fullmatch(r"x?[0-9]{1,9}x?", argument, re.IGNORECASE) and not Path(argument).exists():
         raise OptionError(
-            f"{argument}: file not found; write a quantity after its drawing, bracket.dxf:{argument.strip('xX')}"
+            "{}: file not found; write a quantity after its drawing, bracket.dxf:{}", argument, argument.strip("xX")
         )
     file, quantity = file_and_quantity(argument)
     if quantity < 1:
-        raise OptionError(f"{printable(argument)}: the quantity must be 1 or more")
+        raise OptionError("{}: the quantity must be 1 or more", printable(argument))
     if not file.lower().endswith(".csv"):
         yield WantedDrawing(file, quantity)
         return
@@ -96,7 +97,7 @@ def _drawings_in_list(file: str) -> Iterator[WantedDrawing]:
             continue
         n_drawings += 1
         if n_drawings > MAX_DRAWINGS:
-            raise ReadError(file, f"more than {MAX_DRAWINGS:,} drawings; nest them in several runs", number)
+            raise ReadError(file, Message("more than {:,} drawings; nest them in several runs", MAX_DRAWINGS), number)
         yield _line(file, number, fields)
     if not n_drawings:
         raise ReadError(file, "names no drawing; a line is: file, quantity, rotations")
@@ -109,9 +110,9 @@ def _line(file: str, number: int, fields: list[str]) -> WantedDrawing:
     try:
         pieces = int(quantity or "1")
     except ValueError:
-        raise ReadError(file, f"the quantity '{printable(quantity)}' is not a whole number", number) from None
+        raise ReadError(file, Message("the quantity '{}' is not a whole number", printable(quantity)), number) from None
     if pieces < 1:
-        raise ReadError(file, f"the quantity is {pieces}; it must be 1 or more", number)
+        raise ReadError(file, Message("the quantity is {}; it must be 1 or more", pieces), number)
     angles = tuple(rotations.replace("/", " ").split())
     try:
         parse_angles(angles or ("free",), "rotations")

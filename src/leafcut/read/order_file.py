@@ -20,6 +20,7 @@ from typing import Any
 
 from leafcut.errors import ReadError, printable
 from leafcut.files.schemas import ORDER, check_schema
+from leafcut.message import Message
 from leafcut.read.format import load_json
 
 #: Grid of the fingerprint, mm: the accuracy that survives another export.
@@ -82,7 +83,7 @@ def load_order(path: Path) -> OrderFile:
     place = str(path)
     data = load_json(path)
     if not isinstance(data, dict) or ORDER.key not in data:
-        raise ReadError(place, f"is not an order file: '{ORDER.key}' is missing")
+        raise ReadError(place, Message("is not an order file: '{}' is missing", ORDER.key))
     check_schema(ORDER, data[ORDER.key], place)
     rows = data.get("operations")
     if not isinstance(rows, list):
@@ -90,10 +91,10 @@ def load_order(path: Path) -> OrderFile:
     operations: dict[int, tuple[int, ...]] = {}
     for k, row in enumerate(rows, 1):
         if not isinstance(row, dict) or set(row) != {"operation", "holes"} or not isinstance(row["holes"], list):
-            raise ReadError(place, f'row {k}: {{"operation": number, "holes": [numbers]}} was expected')
+            raise ReadError(place, Message('row {}: {{"operation": number, "holes": [numbers]}} was expected', k))
         number = _number(place, row["operation"], f"row {k}: 'operation'")
         if number in operations:
-            raise ReadError(place, f"operation {number + 1} is listed twice")
+            raise ReadError(place, Message("operation {} is listed twice", number + 1))
         operations[number] = tuple(_number(place, hole, f"operation {number + 1}: hole") for hole in row["holes"])
     return OrderFile(operations, _drawing(place, data.get("drawing")))
 
@@ -111,5 +112,7 @@ def _drawing(place: str, data: Any) -> Drawing | None:
 def _number(place: str, value: Any, label: str) -> int:
     """Convert a number counted from 1 to one counted from 0."""
     if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value < 2**31:
-        raise ReadError(place, f"{label}: {printable(json.dumps(value))} is not a whole number of 1 or more")
+        raise ReadError(
+            place, Message("{}: {} is not a whole number of 1 or more", label, printable(json.dumps(value)))
+        )
     return value - 1

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError, ReadError, count_of, printable
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue
 from leafcut.model.part import Part
@@ -67,10 +68,14 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
 
     image = _open_picture(source)
     if options.pixel_size is None:
-        raise OptionError(f"{source.path}: a picture needs --pixel-size, the width of a pixel{_pixel_size_hint(image)}")
+        raise OptionError(
+            "{}: a picture needs --pixel-size, the width of a pixel{}", source.path, _pixel_size_hint(image)
+        )
     size = options.pixel_size
     if max(image.size) * size > MAX_COORDINATE:
-        raise ReadError(source.path, f"with pixels of {size:g} mm the picture is {max(image.size) * size:g} mm long")
+        raise ReadError(
+            source.path, Message("with pixels of {:g} mm the picture is {:g} mm long", size, max(image.size) * size)
+        )
     grey = _brightness(source, image, options.invert)
     issues: list[Issue] = []
     if options.threshold is None:
@@ -81,7 +86,7 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
     if steps > MAX_STEPS:
         raise ReadError(
             source.path,
-            f"{steps:,} steps between dark and bright: this is noise, not an outline; blur or scale it down",
+            Message("{:,} steps between dark and bright: this is noise, not an outline; blur or scale it down", steps),
         )
     fit = fitted_outline if steps <= MAX_FITTED else smoothed_outline
     height = grey.shape[0]
@@ -133,7 +138,7 @@ def _open_picture(source: Source) -> Any:
     kind = picture_kind(source.data)
     if kind not in _READ:
         description = f"this is a {kind} picture" if kind else "this is not a picture"
-        raise ReadError(source.path, f"{description}; save it as PNG, JPEG or BMP")
+        raise ReadError(source.path, Message("{}; save it as PNG, JPEG or BMP", description))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # pictures that are too large are refused below
@@ -143,28 +148,32 @@ def _open_picture(source: Source) -> Any:
     except Image.DecompressionBombError:
         raise ReadError(source.path, _too_large("too many pixels")) from None
     except UnidentifiedImageError:
-        raise ReadError(source.path, f"a damaged {kind} picture (invalid header); save it again") from None
+        raise ReadError(source.path, Message("a damaged {} picture (invalid header); save it again", kind)) from None
     except Exception as problem:  # decoders raise unrelated exceptions on damaged files
         raise ReadError(
-            source.path, f"a damaged {kind} picture ({printable(str(problem), 80)}); save it again"
+            source.path, Message("a damaged {} picture ({}); save it again", kind, printable(str(problem), 80))
         ) from None
     if width * height > MAX_PIXELS:
         raise ReadError(source.path, _too_large(f"{width} × {height} pixels"))
     if kind == "JPEG" and (scans := source.data.count(_SCAN)) > MAX_SCANS:
-        raise ReadError(source.path, f"the picture has {scans:,} scans; the limit is {MAX_SCANS}: save it as PNG")
+        raise ReadError(
+            source.path, Message("the picture has {:,} scans; the limit is {}: save it as PNG", scans, MAX_SCANS)
+        )
     if animated:
         raise ReadError(source.path, "an animated picture; save one frame of it")
     return image
 
 
 def _too_large(size_text: str) -> str:
-    return f"the picture has {size_text}; the limit is {MAX_PIXELS:,}: crop it to the pocket or scale it down"
+    return Message(
+        "the picture has {}; the limit is {:,}: crop it to the pocket or scale it down", size_text, MAX_PIXELS
+    )
 
 
 def _pixel_size_hint(image: Any) -> str:
     try:
         density = float(image.info["dpi"][0])
-        return f"; its file says {density:.6g} pixels per inch: --pixel-size {25.4 / density:.6g}"
+        return Message("; its file says {:.6g} pixels per inch: --pixel-size {:.6g}", density, 25.4 / density)
     except (KeyError, IndexError, TypeError, ValueError, ArithmeticError):
         return ", such as --pixel-size 0.1"
 
@@ -189,7 +198,7 @@ def _brightness(source: Source, image: Any, invert: bool) -> Grey:
                 grey /= 255.0
     except Exception as problem:  # decoders raise unrelated exceptions on damaged files
         raise ReadError(
-            source.path, f"a damaged or truncated picture ({printable(str(problem), 80)}); save it again"
+            source.path, Message("a damaged or truncated picture ({}); save it again", printable(str(problem), 80))
         ) from None
     return 1.0 - grey if invert else grey
 
@@ -204,7 +213,9 @@ def _threshold_level(source: Source, grey: Grey, options: PocketDrawingOptions) 
         level = options.threshold if not options.invert else 1.0 - options.threshold
         if not low < level <= high:
             side = "brighter" if low >= level else "darker"
-            raise ReadError(source.path, f"all pixels are {side} than --threshold {100.0 * options.threshold:g}%")
+            raise ReadError(
+                source.path, Message("all pixels are {} than --threshold {:g}%", side, 100.0 * options.threshold)
+            )
         return level
     split = otsu(grey)
     dark, bright = float(np.median(grey[grey < split])) if low < split else low, high
@@ -212,8 +223,11 @@ def _threshold_level(source: Source, grey: Grey, options: PocketDrawingOptions) 
     if bright - dark < LEAST_CONTRAST:
         raise ReadError(
             source.path,
-            f"no contrast: brightness from {100.0 * low:.3g} to {100.0 * high:.3g}%, too little to "
-            "distinguish pockets; set --threshold",
+            Message(
+                "no contrast: brightness from {:.3g} to {:.3g}%, too little to distinguish pockets; set --threshold",
+                100.0 * low,
+                100.0 * high,
+            ),
         )
     return 0.5 * (dark + bright)
 
@@ -242,7 +256,7 @@ def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     if falloff < UNEVEN:
         return grey
     message = f"the picture is lit unevenly, by up to {100.0 * falloff:.0f}%: levelled"
-    issues.append(Issue("L426", f"{message}; set --threshold to use it anyway"))
+    issues.append(Issue("L426", Message("{}; set --threshold to use it anyway", message)))
     levelled: Grey = np.empty_like(light)
     y, x = (np.linspace(-1.0, 1.0, n) for n in light.shape)
     for row, dark in enumerate(light):  # row by row: the whole surface would take gigabytes
@@ -311,19 +325,24 @@ def _without_dirt(
     if len(wide) > MAX_OUTLINES:
         raise ReadError(
             source.path,
-            f"{len(wide):,} outlines: this is noise, not a pocket; blur the picture or set a larger --speckle",
+            Message(
+                "{:,} outlines: this is noise, not a pocket; blur the picture or set a larger --speckle", len(wide)
+            ),
         )
     kept = [line for line in wide if not shapely.Polygon(line).buffer(-0.5 * narrow).is_empty]
     if not kept:
         detail = f" that is wider than --speckle {narrow * size:g} mm" if lines else ""
-        raise ReadError(source.path, f"no region to mill{detail}; choose the milled area with --threshold and --invert")
+        raise ReadError(
+            source.path, Message("no region to mill{}; choose the milled area with --threshold and --invert", detail)
+        )
     if n_dirt := len(lines) - len(kept):
         known = {id(line) for line in kept}
         dirt = [line[0] for line in lines if id(line) not in known]
         positions = [(round(float(x) * size, 3), round((rows - float(y)) * size, 3)) for x, y in dirt]
-        message = (
-            f"{count_of(n_dirt, 'spot')} narrower than {narrow * size:g} mm ignored as dirt; change the limit with "
-            f"--speckle"
+        message = Message(
+            "{} narrower than {:g} mm ignored as dirt; change the limit with --speckle",
+            count_of(n_dirt, "spot"),
+            narrow * size,
         )
         issues.append(Issue("L214", message, places_text(positions, n_dirt)))
     return kept
@@ -337,5 +356,7 @@ def _check_edges(lines: list[Points], shape: tuple[int, ...], issues: list[Issue
     # A level line crosses at most half of a pixel at the edge.
     sides = {"left": left, "right": columns - right, "upper": upper, "lower": rows - lower}
     if reached := [name for name, distance in sides.items() if distance < _HALF_PIXEL]:
-        message = f"the milled area reaches the {', '.join(reached)} edge of the picture, which becomes a wall"
+        message = Message(
+            "the milled area reaches the {} edge of the picture, which becomes a wall", ", ".join(reached)
+        )
         issues.append(Issue("L425", message))

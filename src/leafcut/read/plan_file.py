@@ -17,6 +17,7 @@ from typing import Any
 
 from leafcut.errors import ReadError, name_suggestion, printable
 from leafcut.files.schemas import PLAN, check_schema
+from leafcut.message import Message
 from leafcut.model.cutting import DIRECTIONS, FIXABLE, LEAD_STYLES, ContourPrint, CutChoice, Lead, PlanFile
 from leafcut.read.format import load_json
 
@@ -103,14 +104,14 @@ class _PlanReader:
         self.place = place
 
     def refuse(self, label: str, reason: str) -> ReadError:
-        return ReadError(self.place, f"{label}: {reason}")
+        return ReadError(self.place, Message("{}: {}", label, reason))
 
     def check_table(self, data: Any, label: str, needed: tuple[str, ...]) -> None:
         if not isinstance(data, dict):
             raise self.refuse(label, "a JSON object was expected")
         for key in needed:
             if key not in data:
-                raise self.refuse(label, f"'{key}' is missing")
+                raise self.refuse(label, Message("'{}' is missing", key))
 
     def rows(self, data: Any, label: str) -> list[Any]:
         if not isinstance(data, list):
@@ -119,18 +120,18 @@ class _PlanReader:
 
     def text(self, value: Any, label: str) -> str:
         if not isinstance(value, str):
-            raise self.refuse(label, f"{printable(json.dumps(value))} is not a text")
+            raise self.refuse(label, Message("{} is not a text", printable(json.dumps(value))))
         return printable(value, 200)
 
     def number(self, value: Any, label: str) -> float:
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if not number or abs(value) > 1e9 or not math.isfinite(value):
-            raise self.refuse(label, f"{printable(json.dumps(value))} is not a number in range")
+            raise self.refuse(label, Message("{} is not a number in range", printable(json.dumps(value))))
         return float(value)
 
     def flag(self, value: Any, label: str) -> bool:
         if not isinstance(value, bool):
-            raise self.refuse(label, f"{printable(json.dumps(value))} is not true or false")
+            raise self.refuse(label, Message("{} is not true or false", printable(json.dumps(value))))
         return value
 
     def point(self, value: Any, label: str) -> tuple[float, float]:
@@ -141,11 +142,11 @@ class _PlanReader:
     def check_keys(self, data: dict[str, Any], label: str, keys: tuple[str, ...]) -> None:
         for key in data:
             if key not in keys:
-                raise self.refuse(label, f"unknown key '{printable(key)}'{name_suggestion(key, keys)}")
+                raise self.refuse(label, Message("unknown key '{}'{}", printable(key), name_suggestion(key, keys)))
 
     def choice(self, value: Any, label: str, words: tuple[str, ...]) -> str:
         if value not in words:
-            raise self.refuse(label, f"{printable(json.dumps(value))} is not one of {', '.join(words)}")
+            raise self.refuse(label, Message("{} is not one of {}", printable(json.dumps(value)), ", ".join(words)))
         return str(value)
 
     def contour(self, data: Any, label: str) -> ContourPrint:
@@ -167,7 +168,9 @@ class _PlanReader:
             if not isinstance(number, int) or isinstance(number, bool) or not 1 <= number <= contours:
                 raise self.refuse(
                     label,
-                    f"unknown contour {printable(json.dumps(number))}; contours are numbered 1 to {contours}",
+                    Message(
+                        "unknown contour {}; contours are numbered 1 to {}", printable(json.dumps(number)), contours
+                    ),
                 )
         fixed = tuple(self.choice(w, f"{label}: 'fixed'", FIXABLE) for w in self.rows(data.get("fixed", []), "fixed"))
         choice = CutChoice(
@@ -188,7 +191,7 @@ class _PlanReader:
             ("bridge", choice.bridge),
         ):
             if name in fixed and not value:
-                raise self.refuse(label, f"'{name}' is fixed, but has no value")
+                raise self.refuse(label, Message("'{}' is fixed, but has no value", name))
         return choice
 
     def lead(self, data: Any, label: str) -> Lead:

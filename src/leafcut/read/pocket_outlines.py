@@ -21,6 +21,7 @@ from leafcut.geometry.cleaning import cleaned_path, counter_clockwise
 from leafcut.geometry.containment import Conflict, find_conflicts, nesting_depths
 from leafcut.geometry.overlaps import SAME
 from leafcut.geometry.tidying import join_advice, polygons, tidy_outlines
+from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.heights import HeightCount
 from leafcut.model.issue import Issue, Severity
@@ -65,8 +66,11 @@ def pockets_of_drawing(part: Part, options: PocketDrawingOptions, joining: Sheet
     if heights.differ:
         raise ReadError(
             path,
-            f"outlines of pockets and islands are drawn at different heights: {heights}; all must start at Z0: "
-            "select a single height (--layers, --pocket-layers), or draw them at the same height",
+            Message(
+                "outlines of pockets and islands are drawn at different heights: {}; all must start at Z0: "
+                "select a single height (--layers, --pocket-layers), or draw them at the same height",
+                heights,
+            ),
         )
     issues = [i for i in issues if i.code != "L406"] + heights.notes("outlines of pockets and islands")
     return as_pockets(replace(part, issues=tuple(issues)), kinds, joining, path, outermost)
@@ -133,15 +137,16 @@ def _kinds(
         if given and not matching:
             layer_names = printable(", ".join(name or "(without a name)" for name in names), 120)
             raise ReadError(
-                path, f"no lines on the layers of {flag} {','.join(given)}; there are lines on {layer_names}"
+                path,
+                Message("no lines on the layers of {} {}; there are lines on {}", flag, ",".join(given), layer_names),
             )
     guessed = [name for name in sorted(pocket_names) if not options.pocket_layers]
     guessed += [name for name in sorted(island_names) if not options.island_layers]
     if guessed:
         layers = printable(", ".join(guessed), 80)
-        message = (
-            f"pockets and islands are chosen by layer name: {layers}; to change this, use --pocket-layers and "
-            f"--island-layers"
+        message = Message(
+            "pockets and islands are chosen by layer name: {}; to change this, use --pocket-layers and --island-layers",
+            layers,
         )
         issues.append(Issue("L421", message, severity=Severity.NOTE))
     # If layers name islands only, all other lines are pockets.
@@ -150,8 +155,10 @@ def _kinds(
     pocket = POCKET if island_names else EITHER
     kinds = [pocket if c.layer in pocket_names else ISLAND if c.layer in island_names else other_kind for c in contours]
     if left_out := Counter(c.layer for c, kind in zip(contours, kinds, strict=True) if kind is None):
-        layers = ", ".join(f"{number} on layer {printable(name, 30)}" for name, number in left_out.most_common(5))
-        issues.append(Issue("L211", f"lines that belong to no pocket: {layers}", severity=Severity.NOTE))
+        layers = ", ".join(
+            Message("{} on layer {}", number, printable(name, 30)) for name, number in left_out.most_common(5)
+        )
+        issues.append(Issue("L211", Message("lines that belong to no pocket: {}", layers), severity=Severity.NOTE))
     return kinds, bool(pocket_names or island_names)
 
 
@@ -176,7 +183,7 @@ def _outlines(
         elif kind is not None:
             zero_length.append(contour.path.start)
     if zero_length:
-        message = f"{count_of(len(zero_length), 'line')} of zero length left out"
+        message = Message("{} of zero length left out", count_of(len(zero_length), "line"))
         issues.append(Issue("L313", message, places_text(zero_length, len(zero_length)), Severity.NOTE))
     joined = [outline for kind, members in strokes.items() for outline in _join_strokes(members, kind, joining, issues)]
     opened = [o for o in joined if not o.contour.path.closed]
@@ -184,13 +191,19 @@ def _outlines(
         paths = [o.contour.path for o in opened]
         x, y = paths[0].end
         raise LeafcutError(
-            f"{count_of(len(opened), 'open path')}, {places_text([p.start for p in paths], len(paths))}; "
-            f"the first ends at ({x:.6g}, {y:.6g}){join_advice(0, paths)}; close the outline, or use --open-paths drop"
+            "{}, {}; the first ends at ({:.6g}, {:.6g}){}; close the outline, or use --open-paths drop",
+            count_of(len(opened), "open path"),
+            places_text([p.start for p in paths], len(paths)),
+            x,
+            y,
+            join_advice(0, paths),
         )
     if opened:
         positions = [o.contour.path.start for o in opened]
         issues.append(
-            Issue("L212", f"{count_of(len(opened), 'open path')} left out", places_text(positions, len(opened)))
+            Issue(
+                "L212", Message("{} left out", count_of(len(opened), "open path")), places_text(positions, len(opened))
+            )
         )
     closed = sorted((o for o in joined if o.contour.path.closed), key=lambda o: o.order)
     if not closed:
@@ -205,14 +218,16 @@ def _join_strokes(
     tidied = tidy_outlines([contour.path for _, contour in strokes], joining.join_tolerance)
     gaps = [gap for joined_path in tidied.paths for gap in joined_path.gaps]
     if gaps:
-        message = f"{count_of(len(gaps), 'gap')} closed; the widest is {max(width for _, width in gaps):.3g} mm"
+        message = Message(
+            "{} closed; the widest is {:.3g} mm", count_of(len(gaps), "gap"), max((width for _, width in gaps))
+        )
         issues.append(Issue("L311", message, places_text([point for point, _ in gaps], len(gaps))))
     if tidied.branches:
         number = count_of(len(tidied.branches), "place")
-        message = f"more than two ends meet at {number}: check the outlines"
+        message = Message("more than two ends meet at {}: check the outlines", number)
         issues.append(Issue("L314", message, places_text(tidied.branches, len(tidied.branches))))
     if tidied.doubles:
-        message = f"{count_of(len(tidied.doubles), 'line')} drawn on top of others taken once"
+        message = Message("{} drawn on top of others taken once", count_of(len(tidied.doubles), "line"))
         issues.append(Issue("L312", message, places_text(tidied.doubles, len(tidied.doubles))))
     outlines = []
     for path, members, _ in tidied.paths:
@@ -232,17 +247,20 @@ def _check_simple(outlines: Sequence[PocketOutline], shapes: NDArray[Any], pictu
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
     for outline in (o for o, is_thin in zip(outlines, thin, strict=True) if is_thin):
         if picture:
-            raise LeafcutError(f"{outline} encloses no area: noise; blur the picture, or set a larger --speckle")
-        raise LeafcutError(f"{outline} encloses no area; repair the drawing")
+            raise LeafcutError("{} encloses no area: noise; blur the picture, or set a larger --speckle", outline)
+        raise LeafcutError("{} encloses no area; repair the drawing", outline)
     for outline, reason in zip(outlines, shapely.is_valid_reason(shapes), strict=True):
         if coordinates := reason.partition("[")[2].rstrip("]").split():
             x, y = float(coordinates[0]), float(coordinates[1])
             if picture:
                 raise LeafcutError(
-                    f"{outline} crosses or touches itself at ({x:.6g}, {y:.6g}): noise; blur the picture, or set a "
-                    "larger --speckle"
+                    "{} crosses or touches itself at ({:.6g}, {:.6g}): noise; blur the picture, or set a "
+                    "larger --speckle",
+                    outline,
+                    x,
+                    y,
                 )
-            raise LeafcutError(f"{outline} crosses or touches itself at ({x:.6g}, {y:.6g}); repair the drawing")
+            raise LeafcutError("{} crosses or touches itself at ({:.6g}, {:.6g}); repair the drawing", outline, x, y)
 
 
 def _without_duplicates(
@@ -253,15 +271,15 @@ def _without_duplicates(
     for c in contacts:
         first, second = outlines[c.first], outlines[c.second]
         if c.kind == "same" and first.kind != second.kind:
-            raise LeafcutError(f"{first} and {second} coincide; an island must leave material to mill")
+            raise LeafcutError("{} and {} coincide; an island must leave material to mill", first, second)
         if c.kind == "overlap" and not {c.first, c.second} & duplicates:
-            raise LeafcutError(f"{first} and {second} overlap, {_location(c)}; outlines must not cross")
+            raise LeafcutError("{} and {} overlap, {}; outlines must not cross", first, second, _location(c))
     if duplicates:
         positions = [outlines[k].contour.path.start for k in sorted(duplicates)]
         issues.append(
             Issue(
                 "L312",
-                f"{count_of(len(duplicates), 'outline')} drawn twice merged",
+                Message("{} drawn twice merged", count_of(len(duplicates), "outline")),
                 places_text(positions, len(positions)),
             )
         )
@@ -283,9 +301,12 @@ def _check_reading(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], 
     names = printable(", ".join(layers))
     or_layers = f"; or name the layers of the pockets with --pocket-layers ({names})" if len(layers) > 1 else ""
     raise LeafcutError(
-        f"{_describe_sizes(even, 'pocket')} with {count_of(len(odd), 'island')}, or "
-        f"{_describe_sizes(plates, 'plate')} with "
-        f"{_describe_sizes(odd, 'pocket')}: choose --outline pocket or --outline edge{or_layers}"
+        "{} with {}, or {} with {}: choose --outline pocket or --outline edge{}",
+        _describe_sizes(even, "pocket"),
+        count_of(len(odd), "island"),
+        _describe_sizes(plates, "plate"),
+        _describe_sizes(odd, "pocket"),
+        or_layers,
     )
 
 
@@ -300,12 +321,12 @@ def _check_kinds(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], pa
     """Raise if layers contradict the nesting: an island in no pocket, or a pocket directly in a pocket."""
     for outline, level, enclosing in zip(outlines, depth.tolist(), parent.tolist(), strict=True):
         if outline.kind == ISLAND and enclosing < 0:
-            raise LeafcutError(f"{outline} lies in no pocket")
+            raise LeafcutError("{} lies in no pocket", outline)
         if outline.kind == ISLAND and level % 2 == 0:
-            raise LeafcutError(f"{outline} lies in another island, not in a pocket")
+            raise LeafcutError("{} lies in another island, not in a pocket", outline)
         if outline.kind == POCKET and level % 2:
             raise LeafcutError(
-                f"{outline} lies directly in another pocket; draw it on an island layer to leave it standing"
+                "{} lies directly in another pocket; draw it on an island layer to leave it standing", outline
             )
 
 
@@ -333,18 +354,24 @@ def _check_apart(
         island, neighbour = outlines[islands[0]], "another island" if len(islands) == 2 else "a wall"
         if picture:
             raise LeafcutError(
-                f"{str(island).replace('the outline', 'the island')} touches {neighbour}, {_location(c)}: blur the "
-                "picture, or set a larger --speckle"
+                "{} touches {}, {}: blur the picture, or set a larger --speckle",
+                str(island).replace("the outline", "the island"),
+                neighbour,
+                _location(c),
             )
         raise LeafcutError(
-            f"{str(island).replace('the outline', 'the island')} touches {neighbour}, {_location(c)}; islands must "
-            "stand clear, or be drawn as part of the wall"
+            "{} touches {}, {}; islands must stand clear, or be drawn as part of the wall",
+            str(island).replace("the outline", "the island"),
+            neighbour,
+            _location(c),
         )
     if touching:
-        message = f"{count_of(len(touching), 'pair')} of pockets touch each other: no wall remains between them"
+        message = Message(
+            "{} of pockets touch each other: no wall remains between them", count_of(len(touching), "pair")
+        )
         issues.append(Issue("L423", message, places_text(touching, len(touching))))
     if at_edge:
-        message = f"{count_of(len(at_edge), 'pocket')} at the edge of the plate: no wall remains there"
+        message = Message("{} at the edge of the plate: no wall remains there", count_of(len(at_edge), "pocket"))
         issues.append(Issue("L423", message, places_text(at_edge, len(at_edge))))
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from leafcut.errors import OptionError, ReadError, parser_errors
 from leafcut.files.plugins import Plugin, PluginKind, lazy_function
 from leafcut.files.whole_files import StandardInput
+from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.part import Part
 from leafcut.options import ReadOptions, flag_name
@@ -165,7 +166,7 @@ def formats() -> tuple[Format, ...]:
 
 def _unusable_format(plugin: Plugin[Format]) -> Format:
     def refuse(source: Source, options: ReadOptions) -> Part:
-        raise ReadError(source.path, f"the reader '{plugin.name}' is a {plugin.refusal}")
+        raise ReadError(source.path, Message("the reader '{}' is a {}", plugin.name, plugin.refusal))
 
     return Format(plugin.name, (), plugin.refusal, refuse, error=plugin.error)
 
@@ -220,7 +221,7 @@ def choose(known: tuple[Format, ...], source: Source) -> Format:
             if match == required:
                 return format_
     known_formats = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in known if f.extensions)
-    raise ReadError(source.path, f"unknown file format; leafcut reads {known_formats}")
+    raise ReadError(source.path, Message("unknown file format; leafcut reads {}", known_formats))
 
 
 def _sniff(format_: Format, head: bytes) -> Match:
@@ -244,7 +245,7 @@ def run(format_: Format, source: Source, options: ReadOptions) -> Part:
         for name in ("solid", "up", "z_zero"):
             if getattr(options, name) is not None and (name, options.z_zero) != ("z_zero", "drawn"):
                 raise OptionError(
-                    f"{flag_name(name)}: {format_.name} has no solids; remove the option, or use a STEP file"
+                    "{}: {} has no solids; remove the option, or use a STEP file", flag_name(name), format_.name
                 )
-    with parser_errors(source.path, f"could not be read as {format_.name}"):
+    with parser_errors(source.path, Message("could not be read as {}", format_.name)):
         return format_.read(source, options)

@@ -13,6 +13,7 @@ import numpy as np
 
 from leafcut.errors import ReadError, printable
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.part import Part
@@ -56,7 +57,7 @@ def read_sirius_contours(source: Source, options: ReadOptions) -> Part:
             try:
                 path = _path(rows, factor)
             except (ValueError, TypeError, LookupError, OverflowError):
-                message = f"path {k + 1} of part {number} skipped: not a list of (x, y, bulge)"
+                message = Message("path {} of part {} skipped: not a list of (x, y, bulge)", k + 1, number)
                 issues.append(Issue("L203", message, missing=MissingWork("contour")))
                 continue
             count += path.n_segments
@@ -78,7 +79,7 @@ def _entries(source: Source) -> list[tuple[str, list[Any]]]:
         data = parse_json(source.text())
     except (ValueError, RecursionError) as problem:
         line = getattr(problem, "lineno", None)
-        raise ReadError(source.path, f"not JSON: {printable(str(problem), 80)}", line) from None
+        raise ReadError(source.path, Message("not JSON: {}", printable(str(problem), 80)), line) from None
     return list(_check_entries(source, data))
 
 
@@ -88,7 +89,7 @@ def _check_entries(source: Source, data: Any) -> Iterator[tuple[str, list[Any]]]
     for number, entry in enumerate(data):
         paths = entry.get("paths") if isinstance(entry, dict) else None
         if not isinstance(paths, list):
-            raise ReadError(source.path, f"part {number} of the list has no 'paths'")
+            raise ReadError(source.path, Message("part {} of the list has no 'paths'", number))
         yield printable(str(entry.get("partid", "")), 60), paths
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, ReadError, count_of
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.part import TURNS, Hole, HoleStep, Opening, Part, ProgramZero
@@ -115,7 +116,7 @@ def read_pockets_of_step(
     issues, pocket_data = _issues_of_pockets(data), data["pockets"]
     if not pocket_data:
         reasons = "; ".join(issue.message for issue in issues) or "its level faces are all at the top"
-        raise ReadError(source.path, f"the solid has no closed pocket with a level floor: {reasons}")
+        raise ReadError(source.path, Message("the solid has no closed pocket with a level floor: {}", reasons))
     # Round openings may be as wide as the tool: the pocket process decides whether to drill them.
     openings = tuple(
         Opening(_oriented_path(opening["outline"], clockwise=False), opening["diameter"])
@@ -203,8 +204,11 @@ def _issues(data: dict[str, Any], up: str) -> list[Issue]:
         issues.append(
             Issue(
                 "L218",
-                f"{count_of(data['below'], 'hole')} open only from below, not drilled: turn the part over "
-                f"(--up {opposite})",
+                Message(
+                    "{} open only from below, not drilled: turn the part over (--up {})",
+                    count_of(data["below"], "hole"),
+                    opposite,
+                ),
                 missing=MissingWork("hole", data["below"]),
             )
         )
@@ -212,8 +216,11 @@ def _issues(data: dict[str, Any], up: str) -> list[Issue]:
         issues.append(
             Issue(
                 "L218",
-                f"{count_of(data['obstructed'], 'round wall')} with material inside, above or closed around it, not "
-                "drilled: an island, an overhang or a cavity",
+                Message(
+                    "{} with material inside, above or closed around it, not "
+                    "drilled: an island, an overhang or a cavity",
+                    count_of(data["obstructed"], "round wall"),
+                ),
                 missing=MissingWork("round wall", data["obstructed"]),
             )
         )
@@ -221,9 +228,10 @@ def _issues(data: dict[str, Any], up: str) -> list[Issue]:
         issues.append(
             Issue(
                 "L218",
-                f"{count_of(data['free'], 'face')} of free form were not searched for holes: export the walls of holes "
-                f"as "
-                f"cylinders",
+                Message(
+                    "{} of free form were not searched for holes: export the walls of holes as cylinders",
+                    count_of(data["free"], "face"),
+                ),
             )
         )
     for direction, count in data["aside"].items():
@@ -234,7 +242,7 @@ def _issues(data: dict[str, Any], up: str) -> list[Issue]:
         issues.append(
             Issue(
                 "L218",
-                f"{count_of(count, 'hole')} along {direction}, not drilled: only holes along Z are{turn}",
+                Message("{} along {}, not drilled: only holes along Z are{}", count_of(count, "hole"), direction, turn),
                 missing=MissingWork("hole", count),
             )
         )
@@ -247,8 +255,10 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
         issues.append(
             Issue(
                 "L219",
-                f"{count_of(data['open'], 'level face')} open at a side (a step, an open slot), not milled: a pocket "
-                f"has walls all around",
+                Message(
+                    "{} open at a side (a step, an open slot), not milled: a pocket has walls all around",
+                    count_of(data["open"], "level face"),
+                ),
                 missing=MissingWork("level face", data["open"]),
             )
         )
@@ -256,8 +266,10 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
         issues.append(
             Issue(
                 "L219",
-                f"{count_of(data['leaning'], 'pocket')} with sloping walls or rounded floor edges, not milled: walls "
-                f"must be vertical",
+                Message(
+                    "{} with sloping walls or rounded floor edges, not milled: walls must be vertical",
+                    count_of(data["leaning"], "pocket"),
+                ),
                 missing=MissingWork("pocket", data["leaning"]),
             )
         )
@@ -265,8 +277,10 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
         issues.append(
             Issue(
                 "L219",
-                f"{count_of(data['covered'], 'level face')} under an overhang, not milled: the tool cannot reach it "
-                "from above",
+                Message(
+                    "{} under an overhang, not milled: the tool cannot reach it from above",
+                    count_of(data["covered"], "level face"),
+                ),
                 missing=MissingWork("level face", data["covered"]),
             )
         )
@@ -274,8 +288,10 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
         issues.append(
             Issue(
                 "L219",
-                f"{count_of(data['sloping'], 'face')} that slope or are rounded, not milled: chamfers, fillets, curved "
-                "floors",
+                Message(
+                    "{} that slope or are rounded, not milled: chamfers, fillets, curved floors",
+                    count_of(data["sloping"], "face"),
+                ),
                 missing=MissingWork("face", data["sloping"]),
             )
         )
@@ -287,7 +303,7 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
         issues.append(
             Issue(
                 "L219",
-                f"{count_of(len(openings), 'opening')} through the part, not milled: a pocket has a floor",
+                Message("{} through the part, not milled: a pocket has a floor", count_of(len(openings), "opening")),
                 places_text([*positions], len(positions)),
                 missing=MissingWork("opening", len(openings), positions, tuple(openings)),
             )
@@ -312,7 +328,7 @@ def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
     ]
     if outlines:
         positions = tuple(_centre(outline) for outline in outlines)
-        message = f"{count_of(len(outlines), 'pocket')} not milled: no drill can make it; use leafcut pocket"
+        message = Message("{} not milled: no drill can make it; use leafcut pocket", count_of(len(outlines), "pocket"))
         missing = MissingWork("pocket", len(outlines), positions, tuple(outlines))
         issues.append(Issue("L219", message, places_text([*positions], len(positions)), missing=missing))
     return issues
@@ -325,7 +341,7 @@ def _run_step_reader(
     if importlib.util.find_spec("OCP") is None:
         raise OptionError("reading STEP needs OpenCASCADE: pip install 'leafcut[step]'")
     if len(data) > LARGEST:
-        raise ReadError(path, f"has {len(data) >> 20} MiB; STEP files up to {LARGEST >> 20} MiB are read")
+        raise ReadError(path, Message("has {} MiB; STEP files up to {} MiB are read", len(data) >> 20, LARGEST >> 20))
     if not data.rstrip().endswith(b"END-ISO-10303-21;"):
         raise ReadError(path, "the STEP file is truncated: its last line is missing")
     with tempfile.TemporaryDirectory(prefix="leafcut-step-") as folder:
@@ -351,7 +367,9 @@ def _run_step_reader(
                 timeout=SECONDS, check=False, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
             )  # fmt: skip
         except subprocess.TimeoutExpired:
-            raise ReadError(path, f"takes more than {SECONDS} s to read; export the part with fewer faces") from None
+            raise ReadError(
+                path, Message("takes more than {} s to read; export the part with fewer faces", SECONDS)
+            ) from None
         if process.returncode or not output.is_file():
             raise ReadError(path, "OpenCASCADE could not read the STEP file, or needed too much memory for it")
         with np.load(output) as arrays:

@@ -20,6 +20,7 @@ from leafcut.geometry.joining import join
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import polygons as polygons_of
 from leafcut.geometry.tidying import polygons
+from leafcut.message import Message
 from leafcut.read.step_shapes import PARALLEL, edge_of, face_of, part_above, parts_of, triangles_of
 
 #: Height of a section above its floor, mm.
@@ -113,7 +114,11 @@ def pockets_of(
     for floor in floors:
         by_height.setdefault(round(floor.z, 3), []).append(floor)
     if len(by_height) > MOST_HEIGHTS:
-        return {"problem": f"the solid has level faces at {len(by_height)} heights; at most {MOST_HEIGHTS} are read"}
+        return {
+            "problem": Message(
+                "the solid has level faces at {} heights; at most {} are read", len(by_height), MOST_HEIGHTS
+            )
+        }
     for height in sorted(by_height, reverse=True):
         section = section_at(shape, by_height[height][0].z + OVER)
         rings_done = set[int]()
@@ -159,7 +164,9 @@ def outlines_of(shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]
     highest, lowest = float(triangles[:, :, 2].max()), float(triangles[:, :, 2].min())
     steps = sorted({round(face.z, 3) for face in (*_level_faces(faces), *_level_faces(faces, down=True))})
     if len(steps) > MOST_HEIGHTS:
-        return {"problem": f"the solid has level faces at {len(steps)} heights; at most {MOST_HEIGHTS} are read"}
+        return {
+            "problem": Message("the solid has level faces at {} heights; at most {} are read", len(steps), MOST_HEIGHTS)
+        }
     middle = 0.5 * (lowest + highest)
     heights = [middle] if min(abs(z - middle) for z in (*steps, lowest)) > OVER else []
     heights += [lowest + OVER, highest - OVER]

@@ -22,6 +22,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from leafcut.message import Message
 from leafcut.model.part import TURNS, HoleStep
 from leafcut.read.step_shapes import ALL, ONLY, PARALLEL, face_of, part_above, parts_of, triangles_of
 
@@ -249,9 +250,9 @@ def _read_solid(
     if not solids:
         return {"problem": "the STEP file has no solid"}, none
     if which not in (ONLY, ALL) and int(which) > len(solids):
-        return {"problem": f"--solid {which}: the STEP file has {_describe_solids(solids)}"}, none
+        return {"problem": Message("--solid {}: the STEP file has {}", which, _describe_solids(solids))}, none
     if which == ONLY and len(solids) > 1:
-        return {"problem": f"the STEP file has {_describe_solids(solids)}; choose one with --solid"}, none
+        return {"problem": Message("the STEP file has {}; choose one with --solid", _describe_solids(solids))}, none
     if which != ALL:
         shape = solids[0 if which == ONLY else int(which) - 1]
     shape = _transform(shape, TURNS[up], 0.0)
@@ -259,7 +260,9 @@ def _read_solid(
     faces = [face_of(face) for face in parts_of(shape, TopAbs_FACE)]
     triangles = _triangles(faces)
     if len(triangles) > max_triangles:
-        return {"problem": f"the solid has {len(triangles):,} triangles; at most {max_triangles:,} are read"}, none
+        return {
+            "problem": Message("the solid has {:,} triangles; at most {:,} are read", len(triangles), max_triangles)
+        }, none
     z = 0.0
     if len(triangles) and level != "drawn":
         z = float(triangles[:, :, 2].max() if level == "top" else triangles[:, :, 2].min())
@@ -327,7 +330,7 @@ def _describe_solids(solids: Sequence[Any]) -> str:
         size = " × ".join(f"{b - a:.4g}" for a, b in zip(box[:3], box[3:], strict=True))
         x, y, z = (round(value, 3) + 0.0 for value in box[:3])
         texts.append(f"{number}: {size} mm at {x:g}, {y:g}, Z{z:g}")
-    more = f"; and {len(solids) - MOST_NAMED} more" if len(solids) > MOST_NAMED else ""
+    more = Message("; and {} more", len(solids) - MOST_NAMED) if len(solids) > MOST_NAMED else ""
     return f"{len(solids)} solid{'s' if len(solids) > 1 else ''} ({'; '.join(texts)}{more})"
 
 

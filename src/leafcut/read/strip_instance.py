@@ -11,6 +11,7 @@ from typing import Any
 
 from leafcut.errors import ReadError, parser_errors, printable
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
 from leafcut.read.format import MAX_COORDINATE, Source, parse_json
@@ -43,7 +44,7 @@ def read_strip_instance(
         data = parse_json(text)
     items = data.get("items") if isinstance(data, dict) else None
     if not isinstance(items, list) or not 0 < len(items) <= MAX_ITEMS:
-        raise ReadError(file, f"a strip instance has a list 'items' of 1 to {MAX_ITEMS:,} items")
+        raise ReadError(file, Message("a strip instance has a list 'items' of 1 to {:,} items", MAX_ITEMS))
     name = printable(str(data.get("name") or "strip"))
     given = (angles,) if turned else ()
     return [_item(file, name, number, item, quantity, given, unit) for number, item in enumerate(items)]
@@ -61,20 +62,22 @@ def _item(
     try:
         kind, points = item["shape"]["type"], item["shape"]["data"]
         if kind != "simple_polygon":
-            raise ReadError(file, f"item {number} is a {printable(str(kind))}; only simple_polygon is read")
+            raise ReadError(file, Message("item {} is a {}; only simple_polygon is read", number, printable(str(kind))))
         demand, turns = item["demand"], item.get("allowed_orientations")
         corners = [(unit * float(x), unit * float(y)) for x, y in points[:MAX_POINTS]]
         rotations = None if turns is None else tuple(math.radians(float(turn)) % math.tau for turn in turns)
         label = f"{name}-{printable(str(item.get('id', number)))}"
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as problem:
         raise ReadError(
-            file, f"item {number} is incomplete ({type(problem).__name__}: {printable(str(problem))})"
+            file, Message("item {} is incomplete ({}: {})", number, type(problem).__name__, printable(str(problem)))
         ) from None
     if type(demand) is not int or demand < 1:
-        raise ReadError(file, f"item {number}: the demand must be a whole number, 1 or more")
+        raise ReadError(file, Message("item {}: the demand must be a whole number, 1 or more", number))
     if len(corners) < 3 or not all(abs(v) <= MAX_COORDINATE for corner in corners for v in corner):
-        raise ReadError(file, f"item {number}: 3 points at least, with coordinates of {MAX_COORDINATE:g} mm at most")
+        raise ReadError(
+            file, Message("item {}: 3 points at least, with coordinates of {:g} mm at most", number, MAX_COORDINATE)
+        )
     if rotations is not None and (not rotations or not all(map(math.isfinite, rotations))):
-        raise ReadError(file, f"item {number}: its angles must be a list of numbers")
+        raise ReadError(file, Message("item {}: its angles must be a list of numbers", number))
     outline = Contour(Polyline.of_points(corners, closed=True))
     return NestPart(label, (outline,), demand * quantity, angles[0] if angles else rotations)

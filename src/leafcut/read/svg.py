@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leafcut.errors import LeafcutError, ReadError, count_of, printable
+from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.heartbeat import Heartbeat
 from leafcut.model.issue import Issue, MissingWork, Severity
@@ -94,13 +95,15 @@ def read_svg_contours(source: Source, options: ReadOptions) -> Part:
     issues += walk.issues()
     if not walk.contours:
         reasons = "; ".join(i.message for i in issues) or "the drawing is empty"
-        raise ReadError(source.path, f"nothing to cut: {reasons}")
+        raise ReadError(source.path, Message("nothing to cut: {}", reasons))
     units = options.units or "mm"
     part = Part(source.name, source=source.file_name, format="svg", units=units, contours=tuple(walk.contours))
     if not has_size:
         extents = part.extents
         size = f"{extents[2] - extents[0]:.6g} × {extents[3] - extents[1]:.6g} mm"
-        message = f"the drawing gives its size in pixels only: {size} at 96 per inch; set --units if that is wrong"
+        message = Message(
+            "the drawing gives its size in pixels only: {} at 96 per inch; set --units if that is wrong", size
+        )
         issues.insert(0, Issue("L102", message))
     return replace(part, issues=tuple(issues))
 
@@ -128,11 +131,11 @@ def _root(source: Source) -> Any:
     from defusedxml.ElementTree import fromstring
 
     if len(source.data) > MAX_BYTES:
-        raise ReadError(source.path, f"the drawing has more than {MAX_BYTES >> 20} MiB; split it")
+        raise ReadError(source.path, Message("the drawing has more than {} MiB; split it", MAX_BYTES >> 20))
     with parsing_xml(source.path, "which it does not need; save it as plain SVG"):
         root = fromstring(source.data, forbid_dtd=False, forbid_entities=True, forbid_external=True)
     if _tag(root) != "svg":
-        raise ReadError(source.path, f"this is not an SVG drawing: its root is <{printable(_tag(root), 30)}>")
+        raise ReadError(source.path, Message("this is not an SVG drawing: its root is <{}>", printable(_tag(root), 30)))
     return root
 
 
@@ -152,7 +155,7 @@ def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
         px = [v * PX_PER_UNIT[u] if u != "%" else reference for (v, u), reference in zip(sizes, view_size, strict=True)]
         fit = viewport_transform(box, px[0], px[1], root.get("preserveAspectRatio", "")) if box else Affine()
     except ValueError as problem:
-        raise ReadError(path, f"the size of the drawing is invalid: {problem}") from None
+        raise ReadError(path, Message("the size of the drawing is invalid: {}", problem)) from None
     mm, has_size = MM_PER_PX, any(unit in PHYSICAL for _, unit in sizes)
     if options.units:
         # The user's unit applies to the numbers in the drawing.
@@ -214,7 +217,7 @@ class _Walk:
         while waiting:
             element, depth = waiting.pop()
             if depth > MAX_DEPTH:
-                raise ReadError(self.path, f"groups nested more than {MAX_DEPTH} deep; ungroup them")
+                raise ReadError(self.path, Message("groups nested more than {} deep; ungroup them", MAX_DEPTH))
             if name := element.get("id"):
                 self._by_id.setdefault(name, element)
             if _tag(element) == "style":
@@ -363,20 +366,22 @@ class _Walk:
         issues = []
         if self.others:
             texts = ", ".join(f"{number} <{printable(kind, 30)}>" for kind, number in self.others.most_common(8))
-            issues.append(Issue("L210", f"not cut: {texts}; convert text to paths to cut it", severity=Severity.NOTE))
+            issues.append(
+                Issue("L210", Message("not cut: {}; convert text to paths to cut it", texts), severity=Severity.NOTE)
+            )
         if self.hidden:
             texts = ", ".join(f"{number} {reason}" for reason, number in self.hidden.most_common(5))
-            issues.append(Issue("L204", f"left out: {texts}", severity=Severity.NOTE))
+            issues.append(Issue("L204", Message("left out: {}", texts), severity=Severity.NOTE))
         for name, number in list(self.unfollowed.items())[:5]:
-            message = (
-                f"{count_of(number, 'use')} of '{printable(name)}', which is not in the drawing or refers to itself"
+            message = Message(
+                "{} of '{}', which is not in the drawing or refers to itself", count_of(number, "use"), printable(name)
             )
             issues.append(Issue("L206", message, missing=MissingWork("element", number)))
         for reason, names in list(self.broken.items())[:20]:
             location = f"id {', '.join(names[:3])}" + (" …" if len(names) > 3 else "")
             missing = MissingWork("element", len(names))
-            issues.append(Issue("L203", f"{len(names)} skipped: {reason}", location, missing=missing))
+            issues.append(Issue("L203", Message("{} skipped: {}", len(names), reason), location, missing=missing))
         if self.n_clipped:
-            message = f"{count_of(self.n_clipped, 'element')} with a clip path or mask: cut without clipping"
+            message = Message("{} with a clip path or mask: cut without clipping", count_of(self.n_clipped, "element"))
             issues.append(Issue("L215", message))
         return issues

@@ -6,6 +6,8 @@ import math
 import re
 from typing import NamedTuple
 
+from leafcut.message import Message
+
 #: User units (1/96 inch) per unit (CSS Values and Units 3, section 6.2).
 PX_PER_UNIT = {"": 1.0, "px": 1.0, "in": 96.0, "mm": 96.0 / 25.4, "cm": 960.0 / 25.4, "q": 24.0 / 25.4, "pt": 4.0 / 3.0}
 PX_PER_UNIT["pc"] = 16.0
@@ -52,7 +54,7 @@ def numbers(text: str) -> list[float]:
     while position < len(text):
         match = _NEXT_NUMBER.match(text, position)
         if match is None:
-            raise ValueError(f"'{text[:40]}' is not a list of numbers")
+            raise ValueError(Message("'{}' is not a list of numbers", text[:40]))
         values.append(float(match.group(1)))
         position = match.end()
     if not all(math.isfinite(n) for n in values):
@@ -73,7 +75,7 @@ def parts_of_length(text: str) -> tuple[float, str]:
     match = _LENGTH.fullmatch(text.strip()) if len(text) <= _LONGEST else None
     unit = match.group(2).lower() if match else "?"
     if match is None or (unit not in PX_PER_UNIT and unit != "%") or not math.isfinite(float(match.group(1))):
-        raise ValueError(f"'{text[:20]}' is not a length")
+        raise ValueError(Message("'{}' is not a length", text[:20]))
     return float(match.group(1)), unit
 
 
@@ -83,7 +85,7 @@ def parse_transform(text: str) -> Affine:
     while position < len(text):
         match = _FUNCTION.match(text, position)
         if match is None:
-            raise ValueError(f"transform '{text[:40]}'")
+            raise ValueError(Message("transform '{}'", text[:40]))
         name, values = match.group(1), numbers(match.group(2))
         result, position = result.of(_function(name, values)), match.end()
     return result
@@ -104,7 +106,7 @@ def _function(name: str, v: list[float]) -> Affine:
     if name in ("skewX", "skewY") and count == 1:
         tangent = math.tan(math.radians(v[0]))
         return Affine(c=tangent) if name == "skewX" else Affine(b=tangent)
-    raise ValueError(f"transform '{name}' with {count} numbers")
+    raise ValueError(Message("transform '{}' with {} numbers", name, count))
 
 
 def view_box(text: str) -> list[float]:

@@ -6,6 +6,7 @@ import csv
 import math
 
 from leafcut.errors import printable
+from leafcut.message import Message
 
 
 def separator_of(lines: list[str]) -> str | None:
@@ -43,7 +44,7 @@ def cell_number(text: str, separator: str | None) -> float:
             raise ValueError
         return float(plain)
     except ValueError:
-        raise ValueError(f"'{printable(text, 30)}' is not a number") from None
+        raise ValueError(Message("'{}' is not a number", printable(text, 30))) from None
 
 
 def is_number(text: str, separator: str | None) -> bool:

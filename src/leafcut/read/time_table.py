@@ -9,6 +9,7 @@ from pathlib import Path
 
 from leafcut.errors import OptionError, ReadError, printable
 from leafcut.files.whole_files import decode_text
+from leafcut.message import Message
 from leafcut.units import parse_quantity
 
 #: Largest table, bytes, and most rows.
@@ -53,7 +54,7 @@ def read_times(path: str | Path) -> list[tuple[str, float]]:
         with file.open("rb") as stream:
             data = stream.read(_MOST_BYTES + 1)
     except OSError as problem:
-        raise ReadError(path, f"cannot be read ({problem.strerror})") from None
+        raise ReadError(path, Message("cannot be read ({})", problem.strerror)) from None
     if len(data) > _MOST_BYTES:
         raise ReadError(path, f"is larger than {_MOST_BYTES // 1000} kB; the limit for a table of times")
     if b"\0" in data:

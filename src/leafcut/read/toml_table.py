@@ -21,13 +21,13 @@ class TomlTable:
 
     def __init__(self, values: Any, place: str, keys: Iterable[str]) -> None:
         if not isinstance(values, Mapping):
-            raise DataError(f"{place}: is not a table")
+            raise DataError("{}: is not a table", place)
         self.values: Mapping[str, Any] = values
         self.place = place
         known = tuple(keys)
         for key in values:
             if key not in known:
-                raise DataError(f"{place}: unknown key '{_shown(key)}'{name_suggestion(key[:80], known)}")
+                raise DataError("{}: unknown key '{}'{}", place, _shown(key), name_suggestion(key[:80], known))
 
     def __contains__(self, key: str) -> bool:
         return key in self.values
@@ -44,17 +44,17 @@ class TomlTable:
         """Return a single-line string; without `default` the key is required."""
         value = self._get(key, default)
         if not isinstance(value, str) or not value.isprintable():
-            raise self.problem(key, f"is {_shown(value)}, but must be a text of one line")
+            raise self.problem(key, "is {}, but must be a text of one line", _shown(value))
         known = tuple(choices)
         if known and value not in known:
-            raise self.problem(key, f"is '{_shown(value)}'{name_suggestion(value[:80], known)}")
+            raise self.problem(key, "is '{}'{}", _shown(value), name_suggestion(value[:80], known))
         return value
 
     def flag(self, key: str, default: bool) -> bool:
         """Return a bool."""
         value = self._get(key, default)
         if not isinstance(value, bool):
-            raise self.problem(key, f"is {_shown(value)}, but must be true or false")
+            raise self.problem(key, "is {}, but must be true or false", _shown(value))
         return value
 
     def whole(self, key: str, lowest: int, highest: int) -> int:
@@ -65,14 +65,14 @@ class TomlTable:
         """Return a list of at least one integer within bounds."""
         value = self._get(key, None)
         if not isinstance(value, list) or not value:
-            raise self.problem(key, f"is {_shown(value)}, but must be a list such as [1, 2]")
+            raise self.problem(key, "is {}, but must be a list such as [1, 2]", _shown(value))
         return tuple(self._whole(key, item, lowest, highest) for item in value)
 
     def number(self, key: str, default: float) -> float:
         """Return a number without a unit."""
         value = self._get(key, default)
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise self.problem(key, f"is {_shown(value)}, but must be a number")
+            raise self.problem(key, "is {}, but must be a number", _shown(value))
         return float(value)
 
     def quantity(self, key: str, unit: str, default: float | None = None) -> float:
@@ -95,7 +95,7 @@ class TomlTable:
         if isinstance(value, str):
             value = [value] * size
         if not isinstance(value, list) or len(value) != size:
-            raise self.problem(key, f"is {_shown(value)}, but must be {size} texts, one for each axis")
+            raise self.problem(key, "is {}, but must be {} texts, one for each axis", _shown(value), size)
         return tuple(self._quantity(key, unit, item) for item in value)
 
     def typed(self, key: str, axis: int = 0) -> str:
@@ -107,23 +107,23 @@ class TomlTable:
         if key in self.values:
             return self.values[key]
         if default is None:
-            raise DataError(f"{self.place}: the key '{key}' is missing")
+            raise DataError("{}: the key '{}' is missing", self.place, key)
         return default
 
     def _whole(self, key: str, value: Any, lowest: int, highest: int) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not lowest <= value <= highest:
-            raise self.problem(key, f"is {_shown(value)}, but must be a whole number from {lowest} to {highest}")
+            raise self.problem(key, "is {}, but must be a whole number from {} to {}", _shown(value), lowest, highest)
         return value
 
     def _quantity(self, key: str, unit: str, value: Any) -> float:
         if not isinstance(value, str):
             raise self.problem(
-                key, f"is {_shown(value)}, but must be a text with a unit, such as '1 {BARE_UNIT[unit]}'"
+                key, "is {}, but must be a text with a unit, such as '1 {}'", _shown(value), BARE_UNIT[unit]
             )
         try:
             return parse_quantity(value[:80], unit)
         except OptionError as problem:
-            raise self.problem(key, f"is wrong: {' '.join(str(problem).split())}") from None
+            raise self.problem(key, "is wrong: {}", " ".join(str(problem).split())) from None
 
 
 def _shown(value: Any) -> str:

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import DataError, printable
+from leafcut.message import Message
 from leafcut.model.tool import CONES, MILLS
 from leafcut.read.format import parse_json
 from leafcut.read.tool_kinds import FUSION_KINDS, Preset, RawRow, ToolRow, cone_in, kind_in, tap_in
@@ -72,11 +73,11 @@ def rows_of(path: Path, units: str, material: str = "") -> tuple[list[ToolRow], 
     try:
         data = path.read_bytes()
         if len(data) > MAX_BYTES:
-            raise DataError(f"{path}: a tool library of {len(data) >> 20} MiB; the limit is {MAX_BYTES >> 20} MiB")
+            raise DataError("{}: a tool library of {} MiB; the limit is {} MiB", path, len(data) >> 20, MAX_BYTES >> 20)
         rows = [(name, _for_material(values, material)) for name, values in reader(path, data, units)]
         return rows, not any("feed" in row for _, row in rows if isinstance(row, dict))
     except OSError as problem:
-        raise DataError(f"{path}: cannot be read ({problem.strerror})") from None
+        raise DataError("{}: cannot be read ({})", path, problem.strerror) from None
 
 
 def _for_material(values: dict[str, Any] | str | list[Preset], material: str) -> dict[str, Any] | str:
@@ -111,14 +112,16 @@ def _material_words(text: str) -> frozenset[str]:
 
 def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
     if not units:
-        raise DataError(f"{path}: a LinuxCNC tool table does not state its unit; give it with --units")
+        raise DataError("{}: a LinuxCNC tool table does not state its unit; give it with --units", path)
     for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
         entries, _, comment = line.partition(";")
         if not entries.strip():
             continue
         values = {word[0].upper(): word[1:] for word in entries.split()}
         if "T" not in values or not re.fullmatch(r"[0-9]{1,9}", values["T"]):
-            raise DataError(f"{path}: line {number}: '{printable(line, 40)}' is not a line of a LinuxCNC tool table")
+            raise DataError(
+                "{}: line {}: '{}' is not a line of a LinuxCNC tool table", path, number, printable(line, 40)
+            )
         yield f"T{values['T']}", _linuxcnc_row(values, comment.strip(), units)
 
 
@@ -151,13 +154,13 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
     library = _json(path, _unzip_json(path, data) if path.suffix.lower() == ".tools" else data)
     tools = library.get("data") if isinstance(library, dict) else None
     if not isinstance(tools, list):
-        raise DataError(f"{path}: is not a tool library of Fusion: it has no list 'data'")
+        raise DataError("{}: is not a tool library of Fusion: it has no list 'data'", path)
     for count, tool in enumerate(tools, 1):
         if not isinstance(tool, dict):
-            yield f"tool {count}", "it is not a Fusion tool"
+            yield Message("tool {}", count), "it is not a Fusion tool"
             continue
         number = _subtable(tool, "post-process").get("number")
-        name = f"T{number}" if isinstance(number, int) else f"tool {count}"
+        name = f"T{number}" if isinstance(number, int) else Message("tool {}", count)
         kind = FUSION_KINDS.get(str(tool.get("type", "")).lower())
         unit = _FUSION_UNITS.get(str(tool.get("unit", "")))
         if "type" not in tool:
@@ -259,11 +262,11 @@ def _freecad(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
         return
     tools = library.get("tools") if isinstance(library, dict) else None
     if not isinstance(tools, list):
-        raise DataError(f"{path}: is not a tool library of FreeCAD: it has no list 'tools'")
+        raise DataError("{}: is not a tool library of FreeCAD: it has no list 'tools'", path)
     for count, entry in enumerate(tools, 1):
         number, file = (entry.get("nr"), entry.get("path")) if isinstance(entry, dict) else (None, None)
         if not isinstance(number, int) or not isinstance(file, str):
-            yield f"tool {count}", "it has no number or no file"
+            yield Message("tool {}", count), "it has no number or no file"
             continue
         # FreeCAD stores bits beside the library, or in a folder Bit beside the folder of the library.
         candidates = [path.parent / Path(file).name, path.parent.parent / "Bit" / Path(file).name]
@@ -316,7 +319,7 @@ def _json(path: Path, data: bytes) -> Any:
     try:
         return parse_json(data.decode("utf-8-sig"))
     except (ValueError, RecursionError) as problem:
-        raise DataError(f"{path}: is not JSON ({printable(str(problem), 60)})") from None
+        raise DataError("{}: is not JSON ({})", path, printable(str(problem), 60)) from None
 
 
 def _unzip_json(path: Path, data: bytes) -> bytes:
@@ -324,13 +327,13 @@ def _unzip_json(path: Path, data: bytes) -> bytes:
         with zipfile.ZipFile(io.BytesIO(data)) as packed:
             inner = next((i for i in packed.infolist() if i.filename.lower().endswith(".json")), None)
             if inner is not None and inner.file_size > MAX_BYTES:
-                raise DataError(f"{path}: unpacks to more than {MAX_BYTES >> 20} MiB")
+                raise DataError("{}: unpacks to more than {} MiB", path, MAX_BYTES >> 20)
             if inner is not None:
                 return packed.read(inner)
     except _TORN as problem:
         if isinstance(problem, DataError):
             raise
-    raise DataError(f"{path}: is not a tool library of Fusion: a zip file with a .json was expected")
+    raise DataError("{}: is not a tool library of Fusion: a zip file with a .json was expected", path)
 
 
 def _subtable(table: dict[str, Any], key: str) -> dict[str, Any]:

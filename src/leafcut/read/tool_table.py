@@ -17,6 +17,7 @@ from typing import Any
 
 from leafcut.errors import DataError, printable
 from leafcut.files.whole_files import decode_text
+from leafcut.message import Message
 from leafcut.model.tool import CONES, MILLS, ToolKind
 from leafcut.read.tool_kinds import FUSION_KINDS, RawRow, kind_in
 
@@ -62,21 +63,21 @@ def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
         while `units` is "".
     """
     if b"\0" in data:
-        raise DataError(f"{path}: is a binary file; a table of tools was expected")
+        raise DataError("{}: is a binary file; a table of tools was expected", path)
     text = decode_text(data)[0]
     first = text.partition("\n")[0]
     delimiter = max(",;\t", key=first.count)
     try:
         rows = list(csv.reader(io.StringIO(text), delimiter=delimiter))
     except csv.Error as problem:
-        raise DataError(f"{path}: is not a table ({printable(str(problem), 60)})") from None
+        raise DataError("{}: is not a table ({})", path, printable(str(problem), 60)) from None
     if len(rows) > _MOST_ROWS:
-        raise DataError(f"{path}: has more than {_MOST_ROWS} rows")
+        raise DataError("{}: has more than {} rows", path, _MOST_ROWS)
     columns = [_column(cell) for cell in rows[0]] if rows else []
     keys = [key for key, _ in columns]
     if "number" not in keys or "diameter" not in keys:
         missing = " or ".join(key for key in ("number", "diameter") if key not in keys)
-        raise DataError(f"{path}: line 1: no column is called {missing}; the first row must name the columns")
+        raise DataError("{}: line 1: no column is called {}; the first row must name the columns", path, missing)
     tools_read: list[tuple[str, str, dict[str, Any] | str]] = []
     for count, row in enumerate(rows[1:], 2):
         if not any(cell.strip() for cell in row):
@@ -86,11 +87,11 @@ def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
             if key and cell.strip():
                 cells.setdefault(key, (cell.strip(), unit))
         number = cells.get("number", ("", ""))[0].upper().removeprefix("T").strip()
-        name = f"T{number}" if number.isdigit() else f"line {count}"
+        name = f"T{number}" if number.isdigit() else Message("line {}", count)
         try:
             tools_read.append((name, cells.get("preset", ("", ""))[0], _tool(cells, number, units)))
         except DataError as problem:
-            raise DataError(f"{path}: line {count}: {problem}") from None
+            raise DataError("{}: line {}: {}", path, count, problem) from None
     for (name, with_preset), group in groupby(tools_read, lambda row: (row[0], bool(row[1]))):
         tools = [(preset, values) for _, preset, values in group]
         presets = [(preset, values) for preset, values in tools if isinstance(values, dict)]
@@ -154,7 +155,7 @@ def _set_quantity(row: dict[str, Any], cells: Mapping[str, tuple[str, str]], key
         if not re.search(r"[1-9]", cell):
             return
         if not head and unit in ("", "/min"):
-            raise DataError(f"'{key}' has no unit; give it with --units")
+            raise DataError("'{}' has no unit; give it with --units", key)
         cell = f"{cell} {head or unit}"
     if cell:
         row[key] = cell

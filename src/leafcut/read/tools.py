@@ -10,6 +10,7 @@ from typing import Any
 from leafcut.errors import DataError, OptionError, printable
 from leafcut.files.schemas import TOOLS
 from leafcut.files.whole_files import read_toml
+from leafcut.message import Message
 from leafcut.model.kinds import ToolMaterial
 from leafcut.model.tool import CONES, MILLS, BodySegment, Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.options import CYCLES
@@ -63,16 +64,16 @@ def load_tools(path: str | Path, units: str = "mm", material: str = "") -> ToolL
         table = TomlTable(values, f"{place}: [[tool]] {count}", _TOOL_KEYS)
         tool = _tool(table)
         if tool.number in tools:
-            raise table.problem("number", f"{tool.number} is used twice; every tool needs its own")
+            raise table.problem("number", "{} is used twice; every tool needs its own", tool.number)
         tools[tool.number] = tool
     if not tools:
-        raise DataError(f"{place}: this library has no [[tool]]")
+        raise DataError("{}: this library has no [[tool]]", place)
     recipes: dict[tuple[float, str], Recipe] = {}
     for count, values in enumerate(_tables(top, "hole"), start=1):
         table = TomlTable(values, f"{place}: [[hole]] {count}", _HOLE_KEYS)
         recipe = _recipe(table, tools)
         if (recipe.diameter, recipe.layer) in recipes:
-            raise table.problem("diameter", f"{recipe.diameter:g} mm on layer '{recipe.layer}' already has a recipe")
+            raise table.problem("diameter", "{:g} mm on layer '{}' already has a recipe", recipe.diameter, recipe.layer)
         recipes[recipe.diameter, recipe.layer] = recipe
     return ToolLibrary(tuple(tools.values()), tuple(recipes.values()), place)
 
@@ -87,7 +88,7 @@ def foreign_rows(path: Path, units: str, material: str) -> tuple[list[dict[str, 
     """
     foreign = rows_of(path, units, material)
     if foreign is None:
-        raise DataError(f"{path}: not a tool library of another program")
+        raise DataError("{}: not a tool library of another program", path)
     return _foreign_library(*foreign, str(path))
 
 
@@ -110,14 +111,14 @@ def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> tu
             kept.append(values)
     if not tools:
         reason = f": {left_out[0]}" if left_out else ""
-        raise DataError(f"{place}: no tool of this library can be used{reason}")
+        raise DataError("{}: no tool of this library can be used{}", place, reason)
     return kept, ToolLibrary(tuple(tools.values()), (), place, tuple(left_out), without_feeds)
 
 
 def _tables(top: TomlTable, key: str) -> list[Any]:
     tables = top.values.get(key, [])
     if not isinstance(tables, list):
-        raise DataError(f"{top.place}: '{key}' must be written as [[{key}]], once for each entry")
+        raise DataError("{}: '{}' must be written as [[{}]], once for each entry", top.place, key, key)
     return tables
 
 
@@ -154,7 +155,7 @@ def _tool(table: TomlTable) -> Tool:
     _check_mill(tool, table)
     for key, needs in (("shank_diameter", "flute_length"), ("shaft", "flute_length"), ("holder", "stickout")):
         if key in table and needs not in table:
-            raise table.problem(key, f"needs '{needs}': its start above the tip")
+            raise table.problem(key, "needs '{}': its start above the tip", needs)
     _check_cycle(tool, table)
     return _tapping(tool, table) if kind is ToolKind.TAP else tool
 
@@ -163,7 +164,7 @@ def _segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
     """Parse segments such as ``20-28 x 5, 28 x 40``."""
     pieces = [piece.strip() for piece in table.text(key, "").split(",")] if key in table else []
     if len(pieces) > _MOST_SEGMENTS:
-        raise table.problem(key, f"has {len(pieces)} sections; the limit is {_MOST_SEGMENTS}")
+        raise table.problem(key, "has {} sections; the limit is {}", len(pieces), _MOST_SEGMENTS)
     segments = []
     for piece in pieces:
         diameters, separator, length = piece.lower().partition("x")
@@ -175,8 +176,8 @@ def _segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
         if not separator or not lengths or not all(0.0 < value <= _LARGEST for value in lengths):
             raise table.problem(
                 key,
-                f"has the section '{printable(piece, 40)}', but must be such as '28 x 40', or '20-28 x 5' for a cone, "
-                "in mm",
+                "has the section '{}', but must be such as '28 x 40', or '20-28 x 5' for a cone, in mm",
+                printable(piece, 40),
             )
         segments.append(BodySegment(*lengths))
     return tuple(segments)
@@ -185,22 +186,22 @@ def _segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
 def _positive(table: TomlTable, key: str, unit: str) -> float:
     value = table.quantity(key, unit)
     if not value > 0 or (unit == "mm" and value > _LARGEST):
-        limit = f" and at most {_LARGEST:g} mm" if unit == "mm" else ""
-        raise table.problem(key, f"is {table.typed(key)}, but must be above 0{limit}")
+        limit = Message(" and at most {:g} mm", _LARGEST) if unit == "mm" else ""
+        raise table.problem(key, "is {}, but must be above 0{}", table.typed(key), limit)
     return value
 
 
 def _seconds(table: TomlTable, key: str) -> float:
     value = table.quantity(key, "s")
     if not 0 <= value <= 100:
-        raise table.problem(key, f"is {table.typed(key)}, but must be from 0 to 100 s")
+        raise table.problem(key, "is {}, but must be from 0 to 100 s", table.typed(key))
     return value
 
 
 def _cost(table: TomlTable, key: str) -> float:
     value = table.number(key, 0.0)
     if not 0 <= value <= 1e6:
-        raise table.problem(key, f"is {value:g}, but must be from 0 to 1000000")
+        raise table.problem(key, "is {:g}, but must be from 0 to 1000000", value)
     return value
 
 
@@ -210,28 +211,30 @@ def _check_mill(tool: Tool, table: TomlTable) -> None:
     wrong = next((key for key in without if key in table), None)
     if wrong is not None:
         raise table.problem(
-            wrong, f"is not for kind '{tool.kind}', only for drilling tools" if mill else "is for mills only"
+            wrong, Message("is not for kind '{}', only for drilling tools", tool.kind) if mill else "is for mills only"
         )
     for key, kinds in _SOME_MILLS.items():
         if key in table and tool.kind not in kinds:
-            raise table.problem(key, f"is not for kind '{tool.kind}', only for {', '.join(kinds)}")
+            raise table.problem(key, "is not for kind '{}', only for {}", tool.kind, ", ".join(kinds))
     if tool.corner_radius > 0.5 * tool.diameter:
-        raise table.problem("corner_radius", f"is {tool.corner_radius:g} mm, more than half of the diameter")
+        raise table.problem("corner_radius", "is {:g} mm, more than half of the diameter", tool.corner_radius)
     if tool.kind in CONES:
         if not 0.0 < tool.point_angle < math.pi:
-            raise DataError(f"{table.place}: a {tool.kind} needs 'point_angle', the full angle of its cone")
+            raise DataError("{}: a {} needs 'point_angle', the full angle of its cone", table.place, tool.kind)
         if tool.tip_diameter >= tool.diameter:
-            raise table.problem("tip_diameter", f"is {tool.tip_diameter:g} mm, not below the diameter")
+            raise table.problem("tip_diameter", "is {:g} mm, not below the diameter", tool.tip_diameter)
 
 
 def _check_cycle(tool: Tool, table: TomlTable) -> None:
     """Raise if the cycle would break the tool."""
     if tool.cycle in ("G83", "G73") and tool.peck is None:
-        raise table.problem("cycle", f"is {tool.cycle}, which needs 'peck', the peck depth")
+        raise table.problem("cycle", "is {}, which needs 'peck', the peck depth", tool.cycle)
     if tool.cycle == "G82" and tool.dwell is None:
         raise table.problem("cycle", "is G82, which needs 'dwell', the dwell at the bottom")
     if tool.cycle is not None and (tool.cycle == "G84") is not (tool.kind is ToolKind.TAP):
-        raise table.problem("cycle", f"is {tool.cycle} for a {tool.kind.value}; G84 is for taps, and taps are for G84")
+        raise table.problem(
+            "cycle", "is {} for a {}; G84 is for taps, and taps are for G84", tool.cycle, tool.kind.value
+        )
     if tool.depth is not None and tool.kind is not ToolKind.CENTRE_DRILL:
         raise table.problem("depth", "is for centre drills only; set the depth of holes with --depth or --thickness")
 
@@ -239,13 +242,13 @@ def _check_cycle(tool: Tool, table: TomlTable) -> None:
 def _tapping(tool: Tool, table: TomlTable) -> Tool:
     """The feed of a tap is pitch × speed."""
     if tool.pitch is None:
-        raise DataError(f"{table.place}: a tap needs 'pitch', mm per revolution, such as '1 mm' for M6")
+        raise DataError("{}: a tap needs 'pitch', mm per revolution, such as '1 mm' for M6", table.place)
     if tool.pitch >= tool.diameter:
-        raise table.problem("pitch", f"is {tool.pitch:g} mm, not below the diameter {tool.diameter:g} mm")
+        raise table.problem("pitch", "is {:g} mm, not below the diameter {:g} mm", tool.pitch, tool.diameter)
     feed = tool.pitch * tool.spindle_rpm / 60.0
     if tool.feed and feed and abs(tool.feed - feed) > _TAP_FEED * feed:
         shown = f"is {tool.feed * 60:g} mm/min, but pitch × speed is {feed * 60:g} mm/min"
-        raise table.problem("feed", f"{shown}; leave it out")
+        raise table.problem("feed", "{}; leave it out", shown)
     return replace(tool, cycle="G84", feed=feed or tool.feed)
 
 
@@ -253,9 +256,9 @@ def _recipe(table: TomlTable, tools: dict[int, Tool]) -> Recipe:
     steps = table.wholes("steps", 1, _HIGHEST_NUMBER)
     for number in steps:
         if number not in tools:
-            raise table.problem("steps", f"names tool {number}, which is not in this library")
+            raise table.problem("steps", "names tool {}, which is not in this library", number)
         if tools[number].kind in MILLS:
-            raise table.problem("steps", f"names tool {number}, a mill; a step needs a drilling tool")
+            raise table.problem("steps", "names tool {}, a mill; a step needs a drilling tool", number)
     if len(set(steps)) < len(steps):
         raise table.problem("steps", "names a tool twice")
     return Recipe(_positive(table, "diameter", "mm"), steps, table.text("layer", "*"))

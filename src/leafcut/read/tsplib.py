@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError, ReadError, name_suggestion, printable
+from leafcut.message import Message
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
@@ -92,7 +93,7 @@ def split_file(source: Source) -> tuple[SpecificationKeys, Sections]:
             continue
         match = _KEY.match(line.rstrip())
         if match is None:
-            raise ReadError(source.path, f"'{printable(line)}' is neither a key nor numbers", number)
+            raise ReadError(source.path, Message("'{}' is neither a key nor numbers", printable(line)), number)
         key = match.group(1).upper()
         if key == "EOF":
             break
@@ -110,11 +111,13 @@ def check_kind(path: str, keys: SpecificationKeys, weight: str, kinds: Sequence[
     kind, line = keys.get("TYPE", (kinds[0], 0))
     if (kind.upper().split() or [""])[0] not in kinds:
         expected = "TSP (symmetric)" if kinds == ("TSP",) else ", ".join(kinds)
-        raise ReadError(path, f"TYPE '{printable(kind)}' is not supported; expected {expected}", line)
+        raise ReadError(path, Message("TYPE '{}' is not supported; expected {}", printable(kind), expected), line)
     if weight not in WEIGHT_TYPES:
         line = keys["EDGE_WEIGHT_TYPE"][1]
         raise ReadError(
-            path, f"EDGE_WEIGHT_TYPE '{printable(weight)}' is unknown{name_suggestion(weight, WEIGHT_TYPES)}", line
+            path,
+            Message("EDGE_WEIGHT_TYPE '{}' is unknown{}", printable(weight), name_suggestion(weight, WEIGHT_TYPES)),
+            line,
         )
 
 
@@ -124,7 +127,7 @@ def node_count(path: str, keys: SpecificationKeys) -> int:
         raise ReadError(path, "DIMENSION is missing")
     text, line = keys["DIMENSION"]
     if not text.isdecimal() or not 0 < len(text) < 10 or int(text) < 1:
-        raise ReadError(path, f"DIMENSION '{printable(text)}' is not a number of nodes", line)
+        raise ReadError(path, Message("DIMENSION '{}' is not a number of nodes", printable(text)), line)
     if int(text) > MAX_HOLES:
         raise too_many_holes(path)
     return int(text)
@@ -146,7 +149,7 @@ def numbers(path: str, section: DataSection) -> NDArray[np.float64]:
             except ValueError:
                 valid = False
             if not valid:
-                raise ReadError(path, f"'{printable(word, 30)}' is not a number", first + offset)
+                raise ReadError(path, Message("'{}' is not a number", printable(word, 30)), first + offset)
     return values
 
 
@@ -166,7 +169,9 @@ def _coordinates(path: str, section: DataSection, n: int, issues: list[Issue]) -
     values = numbers(path, section)
     last = section[0] + len(section[1]) - 1
     if len(values) != 3 * n:
-        raise ReadError(path, f"DIMENSION says {n} nodes, the section has {len(values) / 3:g} (number, x, y)", last)
+        raise ReadError(
+            path, Message("DIMENSION says {} nodes, the section has {:g} (number, x, y)", n, len(values) / 3), last
+        )
     table = values.reshape(n, 3)
     ids = table[:, 0]
     order = np.argsort(ids, kind="stable")
@@ -188,7 +193,7 @@ def matrix(
     form = SAME_FORMAT.get(form.upper(), form.upper())
     if form not in MATRIX_FORMATS:
         known = name_suggestion(form, MATRIX_FORMATS)
-        raise ReadError(path, f"EDGE_WEIGHT_FORMAT '{printable(form)}' is unknown{known}", line or None)
+        raise ReadError(path, Message("EDGE_WEIGHT_FORMAT '{}' is unknown{}", printable(form), known), line or None)
     if "EDGE_WEIGHT_SECTION" not in sections:
         raise ReadError(path, "EDGE_WEIGHT_SECTION is missing")
     section = sections["EDGE_WEIGHT_SECTION"]
@@ -196,7 +201,9 @@ def matrix(
     if len(values) != MATRIX_FORMATS[form](n):
         last = section[0] + len(section[1]) - 1
         needed = MATRIX_FORMATS[form](n)
-        raise ReadError(path, f"{form} of {n} nodes needs {needed} numbers, the section has {len(values)}", last)
+        raise ReadError(
+            path, Message("{} of {} nodes needs {} numbers, the section has {}", form, n, needed, len(values)), last
+        )
     if form == "FULL_MATRIX":
         full = values.reshape(n, n)
         if symmetric and not np.array_equal(full, full.T):
@@ -240,7 +247,7 @@ def tour_text(name: str, order: Sequence[int] | NDArray[np.integer], every: bool
     """
     nodes = [int(i) for i in order]
     if sorted(nodes) != list(range(len(nodes))) if every else len(set(nodes)) < len(nodes):
-        raise LeafcutError(f"{name}: a tour visits every node once; this order does not")
+        raise LeafcutError("{}: a tour visits every node once; this order does not", name)
     lines = [f"NAME : {printable(name)}", "TYPE : TOUR", f"DIMENSION : {len(nodes)}", "TOUR_SECTION"]
     return "\n".join([*lines, *(str(i + 1) for i in nodes), "-1", "EOF", ""])
 
@@ -261,7 +268,7 @@ def read_tour(path: str | Path) -> NDArray[np.int64]:
     ends = np.flatnonzero(values == -1)
     order = (values[: ends[0]] if len(ends) else values) - 1
     if "DIMENSION" in keys and node_count(source.path, keys) != len(order):
-        raise ReadError(path, f"DIMENSION says {keys['DIMENSION'][0]} nodes, the tour has {len(order)}")
+        raise ReadError(path, Message("DIMENSION says {} nodes, the tour has {}", keys["DIMENSION"][0], len(order)))
     if not len(order) or not np.array_equal(np.sort(order), np.arange(len(order))):
-        raise ReadError(path, f"the tour does not visit each of its {len(order)} nodes once")
+        raise ReadError(path, Message("the tour does not visit each of its {} nodes once", len(order)))
     return order.astype(np.int64)

@@ -14,6 +14,7 @@ import numpy as np
 from leafcut.errors import ReadError, parser_errors, printable
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
@@ -61,7 +62,7 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
     from leafcut.read.pocket_outlines import as_pockets  # start-up
 
     if len(source.data) > MAX_BYTES:
-        raise ReadError(source.path, f"the text has more than {MAX_BYTES >> 20} MiB; split it")
+        raise ReadError(source.path, Message("the text has more than {} MiB; split it", MAX_BYTES >> 20))
     factor = factor_of(options, None)
     rings, issues = _RingCollector(source.path, factor), []
     for line, text in _geometries(source):
@@ -69,10 +70,12 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
         rings.add(_parse_geometry(source.path, line, text), line)
     if not rings.rings:
         kinds = ", ".join(sorted(rings.others)) or "empty geometries"
-        raise ReadError(source.path, f"no region to mill: the text holds {kinds}; POLYGON or MULTIPOLYGON was expected")
+        raise ReadError(
+            source.path, Message("no region to mill: the text holds {}; POLYGON or MULTIPOLYGON was expected", kinds)
+        )
     if rings.others:
         words = ", ".join(f"{number} {kind}" for kind, number in sorted(rings.others.items()))
-        issues.append(Issue("L210", f"no region: {words}", severity=Severity.NOTE))
+        issues.append(Issue("L210", Message("no region: {}", words), severity=Severity.NOTE))
     if rings.heights:
         message = "corners have different heights: projected onto the plane"
         issues.append(Issue("L202", message, places_text(rings.heights, len(rings.heights))))
@@ -92,7 +95,7 @@ def _geometries(source: Source) -> Iterator[tuple[int, str]]:
         if match is not None:
             depth += {"(": 1, ")": -1}.get(match[0], 0)
             if depth > MAX_DEPTH:
-                raise ReadError(source.path, f"brackets nested more than {MAX_DEPTH} deep", line)
+                raise ReadError(source.path, Message("brackets nested more than {} deep", MAX_DEPTH), line)
             if depth > 0:
                 continue
         piece = text[piece_start : match.end() if match else len(text)]
@@ -114,7 +117,7 @@ def _parse_geometry(path: str, line: int, text: str) -> Any:
         except (shapely.errors.ShapelyError, NotImplementedError) as problem:
             message = printable(str(problem), 120)
             reason = message.removeprefix("ParseException: ").removeprefix("IllegalArgumentException: ")
-            raise ReadError(path, f"this is not well-known text: {reason}", line) from None
+            raise ReadError(path, Message("this is not well-known text: {}", reason), line) from None
 
 
 class _Ring(NamedTuple):
@@ -159,10 +162,12 @@ class _RingCollector:
         if not np.isfinite(points).all():
             raise ReadError(self.path, "a coordinate is not a number", line)
         if np.abs(points).max() > MAX_COORDINATE:
-            raise ReadError(self.path, f"a coordinate of {np.abs(points).max():.6g} mm is out of range", line)
+            raise ReadError(self.path, Message("a coordinate of {:.6g} mm is out of range", np.abs(points).max()), line)
         if len(points) < _RING:
             raise ReadError(
-                self.path, f"a ring has {len(points)} points; a region needs 3 corners and the first again", line
+                self.path,
+                Message("a ring has {} points; a region needs 3 corners and the first again", len(points)),
+                line,
             )
         self._corners += len(points)
         if self._corners > MAX_SEGMENTS:

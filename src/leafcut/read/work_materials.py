@@ -63,7 +63,7 @@ def load_material(name_or_path: str) -> WorkMaterial:
     known = (
         [*material_names(), *by_synonym] if name_suggestion(key, by_synonym).startswith("; did") else material_names()
     )
-    raise OptionError(f"unknown material '{name_or_path}'{name_suggestion(key, known)}")
+    raise OptionError("unknown material '{}'{}", name_or_path, name_suggestion(key, known))
 
 
 def material_list() -> list[tuple[str, str]]:
@@ -92,9 +92,9 @@ def _material(data: dict[str, Any], place: str) -> WorkMaterial:
     kc11 = force.quantity("kc11", "N/mm²")
     mc = _exponent(force, "mc")
     if not 0 < kc11 < 100_000:
-        raise force.problem("kc11", f"is {force.typed('kc11')}, but must be above 0 and below 100000 N/mm²")
+        raise force.problem("kc11", "is {}, but must be above 0 and below 100000 N/mm²", force.typed("kc11"))
     if not mc < 1:
-        raise force.problem("mc", f"is {mc:g}, but must be below 1")
+        raise force.problem("mc", "is {:g}, but must be below 1", mc)
     return WorkMaterial(
         name=top.text("name", Path(place).stem),
         kc11=kc11,
@@ -122,39 +122,39 @@ def _names(top: TomlTable) -> tuple[str, ...]:
 def _not_negative(table: TomlTable, key: str, unit: str) -> float:
     value = table.quantity(key, unit, 0.0)
     if value < 0:
-        raise table.problem(key, f"is {table.typed(key)}, but must not be negative")
+        raise table.problem(key, "is {}, but must not be negative", table.typed(key))
     return value
 
 
 def _number_up_to(table: TomlTable, key: str, limit: float) -> float:
     value = table.number(key, 0.0)
     if not 0 <= value <= limit:
-        raise table.problem(key, f"is {value:g}, but must be from 0 to {limit:g}")
+        raise table.problem(key, "is {:g}, but must be from 0 to {:g}", value, limit)
     return value
 
 
 def _above_0(table: TomlTable, key: str, default: float | None = None) -> float:
     if key not in table and default is None:
-        raise DataError(f"{table.place}: the key '{key}' is missing")
+        raise DataError("{}: the key '{}' is missing", table.place, key)
     value = table.number(key, default or 0.0)
     if not value > 0:
-        raise table.problem(key, f"is {value:g}, but must be above 0")
+        raise table.problem(key, "is {:g}, but must be above 0", value)
     return value
 
 
 def _exponent(table: TomlTable, key: str, default: float | None = None) -> float:
     if key not in table and default is None:
-        raise DataError(f"{table.place}: the key '{key}' is missing")
+        raise DataError("{}: the key '{}' is missing", table.place, key)
     value = table.number(key, default or 0.0)
     if not 0 <= value <= _STEEPEST:
-        raise table.problem(key, f"is {value:g}, but an exponent must be from 0 to {_STEEPEST:g}")
+        raise table.problem(key, "is {:g}, but an exponent must be from 0 to {:g}", value, _STEEPEST)
     return value
 
 
 def _lives(top: TomlTable) -> tuple[ToolLife, ...]:
     tables = top.values.get("life", [])
     if not isinstance(tables, list):
-        raise DataError(f"{top.place}: 'life' must be written as [[life]], once for each entry")
+        raise DataError("{}: 'life' must be written as [[life]], once for each entry", top.place)
     lives: list[ToolLife] = []
     for count, values in enumerate(tables, start=1):
         table = TomlTable(values, f"{top.place}: [[life]] {count}", MATERIAL_KEYS["life"])
@@ -178,7 +178,7 @@ def _life_key(life: ToolLife) -> tuple[CuttingWork, ToolMaterial, float]:
 def _life(table: TomlTable) -> ToolLife:
     exponent = _exponent(table, "life")
     if not 0 < exponent < 1:
-        raise table.problem("life", f"is {exponent:g}, but Taylor's exponent must be above 0 and below 1")
+        raise table.problem("life", "is {:g}, but Taylor's exponent must be above 0 and below 1", exponent)
     exponents = {key: _exponent(table, key, 0.0) for key in _EXPONENTS}
     if "constant" in table and "speed" in table:
         raise table.problem("speed", "and 'constant' have the same meaning; leave one out")

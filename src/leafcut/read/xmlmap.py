@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from leafcut.errors import ReadError, name_suggestion, printable
+from leafcut.message import Message
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
@@ -107,7 +108,9 @@ class _Map:
         self.units = UNIT_WORDS.get(word, word)
         if self.units not in MM_PER_UNIT:
             known = [u for u in MM_PER_UNIT if u != '"']
-            raise ReadError(self.path, f"unknown units '{printable(unit_text)}'{name_suggestion(word, known)}", line)
+            raise ReadError(
+                self.path, Message("unknown units '{}'{}", printable(unit_text), name_suggestion(word, known)), line
+            )
 
 
 def read_xml(source: Source, options: ReadOptions) -> Part:
@@ -121,7 +124,9 @@ def read_xml(source: Source, options: ReadOptions) -> Part:
     point_map = _parse(source)
     if not point_map.points:
         tags = ", ".join(f"{n} <{printable(t, 30)}>" for t, n in list(point_map.tags.items())[:5])
-        raise ReadError(source.path, f"no points: expected <{'>, <'.join(POINT_TAGS)}>, found {tags or 'nothing'}")
+        raise ReadError(
+            source.path, Message("no points: expected <{}>, found {}", ">, <".join(POINT_TAGS), tags or "nothing")
+        )
     factor = factor_of(options, point_map.units)
     holes, issues = [], []
     for point in point_map.points:
@@ -129,14 +134,16 @@ def read_xml(source: Source, options: ReadOptions) -> Part:
             holes.append(_hole(point, factor))
         except ValueError as problem:
             place = f"{source.file_name}:{point.line}"
-            issues.append(Issue("L203", f"point skipped: {problem}", place, missing=MissingWork("hole")))
+            issues.append(Issue("L203", Message("point skipped: {}", problem), place, missing=MissingWork("hole")))
     if not holes:
-        raise ReadError(source.path, f"no usable points: {issues[0].message}", point_map.points[0].line)
+        raise ReadError(source.path, Message("no usable points: {}", issues[0].message), point_map.points[0].line)
     on_layer, left_out = chosen_layers(holes, options)
     kept, selection_issues = select_holes(on_layer, options, point_tolerance=0.0)
     issues += left_out
     if not kept:
-        raise ReadError(source.path, f"no holes: {'; '.join(i.message for i in (*left_out, *selection_issues))}")
+        raise ReadError(
+            source.path, Message("no holes: {}", "; ".join(i.message for i in (*left_out, *selection_issues)))
+        )
     units = options.units or point_map.units
     part = Part(source.name, kept, source=source.file_name, format="xml", units=units or "mm")
     if units is None:
@@ -149,13 +156,15 @@ def _hole(point: _Point, factor: float) -> Hole:
     for name in ("x", "y", "d"):
         text = point.values.get(name, "0" if name == "d" else "").strip()
         if not text:
-            raise ValueError(f"no {name}")
+            raise ValueError(Message("no {}", name))
         try:
             numbers[name] = to_mm(float(text), factor)
         except ValueError:
-            raise ValueError(f"{name} is '{printable(text, 20)}'") from None
+            raise ValueError(Message("{} is '{}'", name, printable(text, 20))) from None
     if not all(abs(v) <= MAX_COORDINATE for v in numbers.values()) or numbers["d"] < 0 or math.isnan(numbers["d"]):
-        raise ValueError(f"x {numbers['x']:g}, y {numbers['y']:g}, diameter {numbers['d']:g} mm is out of range")
+        raise ValueError(
+            Message("x {:g}, y {:g}, diameter {:g} mm is out of range", numbers["x"], numbers["y"], numbers["d"])
+        )
     values = {k: " ".join(v.split())[:100] for k, v in point.values.items()}
     return Hole(numbers["x"], numbers["y"], numbers["d"], values.get("layer", ""), values.get("name", ""))
 

@@ -61,7 +61,7 @@ class Result:
         try:
             contents = {name: text.encode() if isinstance(text, str) else text for name, text in self._files(file)}
         except UnicodeEncodeError as problem:
-            raise OutputError(f"{file}: cannot be written (a character is not in {problem.encoding})") from None
+            raise OutputError("{}: cannot be written (a character is not in {})", file, problem.encoding) from None
         for name in contents:
             check_output(name, self.inputs)
         write_together(
@@ -73,7 +73,7 @@ class Result:
         content = kinds.get(file.suffix.lower(), kinds.get(""))
         if content is None:
             endings = " or ".join(", ".join(self._endings()).rsplit(", ", 1))
-            raise OptionError(f"{file}: unknown kind of file; choose a name that ends in {endings}")
+            raise OptionError("{}: unknown kind of file; choose a name that ends in {}", file, endings)
         yield str(file), content()
 
     def _endings(self) -> Iterable[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from leafcut.errors import SendError
+from leafcut.message import Message
 from leafcut.model.machine import XYZ, Machine
 from leafcut.sender.answers import Status
 
@@ -104,7 +105,7 @@ class Facts:
         return (
             ""
             if self.soft_limits
-            else f"soft limits are off ({self.names.soft_limits}): the controller does not stop at the limits"
+            else Message("soft limits are off ({}): the controller does not stop at the limits", self.names.soft_limits)
         )
 
     def travel(self) -> tuple[XYZ, XYZ]:
@@ -162,5 +163,5 @@ def position_in_mm(place: XYZ, unit: float) -> XYZ:
 def checked_axis_values(values: XYZ, names: tuple[str, str, str]) -> XYZ:
     """Return rates, accelerations or steps of the axes; raise `SendError` if one is 0, because its axis cannot move."""
     if not all(value > 0.0 for value in values):
-        raise SendError(f"the controller has 0 in one of {', '.join(names)}: it cannot move")
+        raise SendError("the controller has 0 in one of {}: it cannot move", ", ".join(names))
     return values

@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 
 from leafcut.errors import SendError, printable
+from leafcut.message import Message
 from leafcut.model.machine import XYZ
 from leafcut.sender.answers import (
     LONGEST_ANSWER,
@@ -225,7 +226,7 @@ class Conversation(ABC):
     def facts(self) -> Facts:
         """Return the facts that the controller reports; raise `SendError` if the machine moves or a fact is missing."""
         if movement := self._moving_state():
-            raise SendError(f"the machine is {movement}; wait until it has stopped, or use --unlock")
+            raise SendError("the machine is {}; wait until it has stopped, or use --unlock", movement)
         return self.read_facts()
 
     def settings(self) -> tuple[str, str]:
@@ -234,7 +235,7 @@ class Conversation(ABC):
         Raise `SendError` if they cannot be read now.
         """
         if movement := self._moving_state():
-            raise SendError(f"the machine is {movement}; wait until it has stopped")
+            raise SendError("the machine is {}; wait until it has stopped", movement)
         return self.read_settings_text()
 
     def _moving_state(self) -> str:
@@ -253,25 +254,25 @@ class Conversation(ABC):
                 case Accepted():
                     return answers
                 case Refused():
-                    raise SendError(f"'{text}' was refused: {self.meaning_of(answer)}")
+                    raise SendError("'{}' was refused: {}", text, self.meaning_of(answer))
                 case Alarm():
-                    raise SendError(f"'{text}': {self.meaning_of(answer)}")
+                    raise SendError("'{}': {}", text, self.meaning_of(answer))
                 case Greeting():
-                    raise SendError(f"the controller was reset at '{text}'")
+                    raise SendError("the controller was reset at '{}'", text)
                 case Status():
                     continue
                 case InvalidAnswer(words):
-                    raise SendError(f"invalid answer to '{text}': '{words}'")
+                    raise SendError("invalid answer to '{}': '{}'", text, words)
                 case _:
                     answers.append(answer)
-        raise SendError(f"the controller does not respond to '{text}'")
+        raise SendError("the controller does not respond to '{}'", text)
 
     def fresh_status(self, seconds: float = ANSWER_SECONDS) -> Status:
         """Query the status and return it; raise `SendError` if the controller does not answer."""
         for answer in self.receive(seconds, SLOW_POLL_SECONDS):
             if isinstance(answer, Status):
                 return answer
-        raise SendError(f"{self.port.name} no longer responds")
+        raise SendError("{} no longer responds", self.port.name)
 
     def meaning_of(self, answer: Refused | Alarm) -> str:
         """Return the meaning of an error or alarm in words, according to the firmware."""
@@ -329,12 +330,12 @@ class NotThisFirmware(SendError):
 def wrong_firmware(port: str, answers: list[str], firmware: str) -> NotThisFirmware:
     """Return the error for a port at which another firmware answers, or none."""
     if not answers:
-        words = f"no response on {port}; is the machine on, and are port and --baud right?"
+        words = Message("no response on {}; is the machine on, and are port and --baud right?", port)
     else:
         text = printable(answers[-1], 40)
-        words = f"the device on {port} is not {firmware} ('{text}')"
+        words = Message("the device on {} is not {} ('{}')", port, firmware, text)
         if sum(not ("\x20" <= c <= "\x7e") for c in text) > len(text) // 4:
-            words = f"{port} sends invalid data ('{text}'); check --baud and the cable"
+            words = Message("{} sends invalid data ('{}'); check --baud and the cable", port, text)
     return NotThisFirmware(words, answers)
 
 

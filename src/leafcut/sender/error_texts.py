@@ -7,6 +7,7 @@ Protocol.h.
 
 from __future__ import annotations
 
+from leafcut.message import Message
 from leafcut.sender.answers import Status
 
 _ERRORS = {
@@ -209,12 +210,12 @@ def error_in_words(code: int, family: str = "") -> str:
 
     `family` is ``grblHAL``, ``FluidNC`` or empty for GRBL.
     """
-    return f"error {code}: {_code_meaning(code, _ERRORS_OF.get(family, {}), _ERRORS, family)}"
+    return Message("error {}: {}", code, _code_meaning(code, _ERRORS_OF.get(family, {}), _ERRORS, family))
 
 
 def alarm_in_words(code: int, family: str = "") -> str:
     """Return an alarm number with its meaning and remedy. An empty `family` means GRBL."""
-    return f"alarm {code}: {_code_meaning(code, _ALARMS_OF.get(family, {}), _ALARMS, family)}"
+    return Message("alarm {}: {}", code, _code_meaning(code, _ALARMS_OF.get(family, {}), _ALARMS, family))
 
 
 def _code_meaning(code: int, by_family: dict[int, str], common: dict[int, str], family: str) -> str:
@@ -224,7 +225,7 @@ def _code_meaning(code: int, by_family: dict[int, str], common: dict[int, str], 
 
 def state_in_words(status: Status, family: str = "") -> str:
     """Return the state of a machine in words, with the alarm if the status contains its number (grblHAL)."""
-    words = _STATES.get(status.state, f"in the state '{status.state}'")
+    words = _STATES.get(status.state, Message("in the state '{}'", status.state))
     if status.state == "Alarm" and status.detail:
         return f"{words} ({alarm_in_words(status.detail, family)})"
     return words

@@ -28,11 +28,11 @@ def conversation_class(machine: Machine, name: str) -> type[Conversation]:
     speaker = _SPEAKERS.get(machine.control)
     if speaker is None:
         raise OptionError(
-            f"--machine {name}: its controller is {machine.control}; leafcut sends only to GRBL and Marlin boards"
+            "--machine {}: its controller is {}; leafcut sends only to GRBL and Marlin boards", name, machine.control
         )
     if speaker is MarlinConversation and machine.head is Head.LASER:
         raise OptionError(
-            f"--machine {name}: leafcut does not send to lasers on Marlin, only to mills, drills and plotters"
+            "--machine {}: leafcut does not send to lasers on Marlin, only to mills, drills and plotters", name
         )
     return speaker
 
@@ -53,7 +53,9 @@ def query_settings(port: Port, kind: str | None = None, clock: Callable[[], floa
     another firmware, is moving, or does not report its settings.
     """
     if kind is not None and kind not in ASKED:
-        raise OptionError(f"--kind {kind}: only {', '.join(ASKED)} can be read from a port; use a file of its settings")
+        raise OptionError(
+            "--kind {}: only {} can be read from a port; use a file of its settings", kind, ", ".join(ASKED)
+        )
     speakers = [GrblConversation, MarlinConversation] if kind is None else [ASKED[kind]]
     problems: list[NotThisFirmware] = []
     for speaker in speakers:

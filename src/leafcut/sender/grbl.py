@@ -158,7 +158,7 @@ class GrblConversation(Conversation):
         self.write(b"\n")
         if not any(isinstance(answer, Accepted | Refused) for answer in self.receive(ANSWER_SECONDS)):
             raise SendError(
-                f"the device on {self.port.name} reports its state, but accepts no line; reset it, and check the cable"
+                "the device on {} reports its state, but accepts no line; reset it, and check the cable", self.port.name
             )
         self.listen()
 

@@ -72,7 +72,7 @@ def facts_of_answers(answers: list[ControllerAnswer], status: Status, *, homed: 
     if len(counts) >= 2 and counts[1].strip().isdecimal():
         buffer = int(counts[1])
     elif not configuration:
-        raise SendError(f"the controller does not report the size of its buffer ([OPT:{options.text}])")
+        raise SendError("the controller does not report the size of its buffer ([OPT:{}])", options.text)
     modes = next((tuple(report.text.split()) for report in reports if report.name == "GC"), ())
     facts = _facts_of_numbers(
         settings, letters, Facts(build.text.partition(":")[0], buffer, status, *_NOWHERE, _GRBL_NAMES)
@@ -95,7 +95,7 @@ class _Settings(dict[str, str]):
             return float(text) if text else default
         except ValueError:
             raise SendError(
-                f"the controller has ${setting}={text}, which is not a number; check its settings"
+                "the controller has ${}={}, which is not a number; check its settings", setting, text
             ) from None
 
     def known(self, setting: int) -> float | None:
@@ -153,7 +153,7 @@ def _facts_of_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
     try:
         configuration: FluidConfiguration = configuration_of(text, "$CD")
     except ReadError as problem:
-        raise SendError(f"the controller's configuration cannot be used: {problem}") from None
+        raise SendError("the controller's configuration cannot be used: {}", problem) from None
     return replace(
         facts,
         names=_FLUIDNC_NAMES,

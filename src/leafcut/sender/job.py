@@ -17,6 +17,7 @@ from leafcut.gcode.languages import other_language
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.geometry.arrays import Floats
+from leafcut.message import Message
 from leafcut.model.issue import CODES, Issue, Severity
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
@@ -154,7 +155,7 @@ def accepted_codes(words: str) -> tuple[str, ...]:
     codes = tuple(entry.strip().upper() for entry in words.split(",") if entry.strip())
     for code in codes:
         if code not in CODES:
-            raise OptionError(f"--accept: '{code}' is not an issue code such as L801")
+            raise OptionError("--accept: '{}' is not an issue code such as L801", code)
     return codes
 
 
@@ -171,11 +172,11 @@ def job_of(
     dangers = find_dangers(program, machine, "laser" if machine.head is Head.LASER else "mill")
     for issue in dangers:
         if (issue.severity is Severity.DANGER or issue.code in _NEVER) and issue.code not in accept:
-            raise OptionError(f"{file} is not sent: {issue}; if that is right, add --accept {issue.code}")
+            raise OptionError("{} is not sent: {}; if that is right, add --accept {}", file, issue, issue.code)
     issues = list(dangers)
     if program.assumed_units:
         name = {"mm": "mm", "in": "inches"}[units or machine.units]
-        issues.append(Issue("L102", f"the program does not state its units (G20 or G21): read as {name}"))
+        issues.append(Issue("L102", Message("the program does not state its units (G20 or G21): read as {}", name)))
     if not (program.path.kind <= Kind.ARC_CCW).any():
         raise ReadError(file, "the program has no moves")
     return SendJob(file, machine, controller_dialect, program, steps, tuple(issues), tuple(accept))
@@ -184,7 +185,7 @@ def job_of(
 def _opening_lines(program: Program, controller_dialect: Dialect, units: str) -> list[SentLine]:
     """Return the lines that set the modes with which the program was read, whatever modes the controller is in."""
     if not lines_in_dialect(controller_dialect, _UNITS[units]):
-        raise OptionError(f"{controller_dialect.name} has no {_UNITS[units]}; write the program in millimetres")
+        raise OptionError("{} has no {}; write the program in millimetres", controller_dialect.name, _UNITS[units])
     blocks = [_AT_FIRST, "G54", _UNITS[units]]
     # A program that never starts the spindle relies on a spindle started by hand.
     if ((program.path.kind == Kind.SPINDLE) & (program.path.value != 0.0)).any():
@@ -200,7 +201,7 @@ def _check_known_positions(program: Program, file: str) -> None:
             line = int(path.line[rows[0]])
             block = int(program.row_block[rows[0]])
             explanation = program.fixed.get(block, "") or f"'{program.lines[line - 1].strip()}' {reason}"
-            raise ReadError(file, f"{explanation}; remove it, and send again", line)
+            raise ReadError(file, Message("{}; remove it, and send again", explanation), line)
 
 
 def _holes(program: Program) -> list[DrilledHole]:

@@ -9,6 +9,7 @@ import numpy as np
 from leafcut.errors import SendError
 from leafcut.gcode.words import split_line, words_of
 from leafcut.geometry.arrays import Floats
+from leafcut.message import Message
 from leafcut.model.cycles import expand
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import XYZ
@@ -44,23 +45,24 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
     state = state_in_words(facts.status, family)
     if facts.status.state == "Alarm":
         advice = "home it with --home" if facts.homing else "free it with --unlock"
-        raise SendError(f"the machine is {state}; {advice}")
+        raise SendError("the machine is {}; {}", state, advice)
     if facts.status.state in LOCKED:
         advice = "; wake it with --unlock" if facts.status.state == "Sleep" else ""
-        raise SendError(f"the machine is {state}{advice}")
+        raise SendError("the machine is {}{}", state, advice)
     if facts.status.state != "Idle":
         advice = "" if facts.status.state in _STANDING else "wait until it has stopped, or "
-        raise SendError(f"the machine is {state}; {advice}reset it with --unlock")
+        raise SendError("the machine is {}; {}reset it with --unlock", state, advice)
     if facts.status.pins and set(facts.status.pins) & set("XYZ"):
-        raise SendError(f"a limit switch is pressed ({facts.status.pins}); move the machine away from it")
+        raise SendError("a limit switch is pressed ({}); move the machine away from it", facts.status.pins)
     if not facts.homing and not unhomed:
         raise SendError(
-            f"homing is off ({facts.names.homing}): the machine does not know its position, and its travel is not "
-            f"enforced; set its zero by hand and add --unhomed, or turn homing on"
+            "homing is off ({}): the machine does not know its position, and its travel is not "
+            "enforced; set its zero by hand and add --unhomed, or turn homing on",
+            facts.names.homing,
         )
     if facts.homing and not facts.homed and not unhomed:
         reason = "the controller reports that it was not homed" if facts.homed is False else _UNSURE
-        raise SendError(f"{reason}: add --home; or set its zero by hand and add --unhomed")
+        raise SendError("{}: add --home; or set its zero by hand and add --unhomed", reason)
     if not facts.has_valid_coordinates and restarted:
         raise SendError(
             "the board restarted when its port was opened, and lost its position: move the tool to the program's "
@@ -75,15 +77,17 @@ def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = Fa
     """
     if job.laser != facts.laser_mode:
         name = facts.names.laser
-        mode, head_kind = (f"off ({name}=0)", "laser") if job.laser else (f"on ({name}=1)", "spindle")
+        mode, head_kind = (
+            (Message("off ({}=0)", name), "laser") if job.laser else (Message("on ({}=1)", name), "spindle")
+        )
         raise SendError(
-            f"laser mode is {mode}, but the program is for a {head_kind}; set {name}, or name the right --machine"
+            "laser mode is {}, but the program is for a {}; set {}, or name the right --machine", mode, head_kind, name
         )
     arcs = np.flatnonzero(np.isin(job.program.path.kind, (Kind.ARC_CW, Kind.ARC_CCW)))
     if len(arcs) and not facts.arcs:
         line = int(job.program.path.line[arcs[0]])
         raise SendError(
-            f"the firmware has no arcs (ARC_SUPPORT), but line {line} is an arc; post the program without arcs"
+            "the firmware has no arcs (ARC_SUPPORT), but line {} is an arc; post the program without arcs", line
         )
     _check_speeds(job, facts)
     _check_travel(job, facts, unhomed=unhomed and not facts.has_valid_coordinates)
@@ -102,7 +106,7 @@ def _check_speeds(job: SendJob, facts: Facts) -> None:
         row = int(rows[0])
         limit = f"{facts.names.fastest}={facts.fastest:g}"
         problem = f"S{abs(path.value[row]):g} in line {int(path.line[row])} is above the controller's {limit}"
-        raise SendError(f"{problem}; is this program for another machine?")
+        raise SendError("{}; is this program for another machine?", problem)
     if not job.laser and _current_speed(facts) == 0.0:
         _check_spindle(job)
 
@@ -122,8 +126,11 @@ def _check_spindle(job: SendJob) -> None:
         if path.value[start] == 0.0 and program.modal(block + 1).spindle:
             cut = int(cuts[np.argmax(starts == start)])
             raise SendError(
-                f"line {int(path.line[start])} starts the spindle without a speed, the controller's is S0, and line "
-                f"{int(path.line[cut])} cuts; add S to line {int(path.line[start])}"
+                "line {} starts the spindle without a speed, the controller's is S0, and line "
+                "{} cuts; add S to line {}",
+                int(path.line[start]),
+                int(path.line[cut]),
+                int(path.line[start]),
             )
 
 
@@ -172,8 +179,10 @@ def _end_in_machine_coordinates(job: SendJob, facts: Facts, path: Toolpath, row:
         return place
     if name not in facts.places:
         raise SendError(
-            f"line {line} goes to the position stored for {name}, and the controller does not report that "
-            f"position ($#); remove the line"
+            "line {} goes to the position stored for {}, and the controller does not report that "
+            "position ($#); remove the line",
+            line,
+            name,
         )
     end: Floats = np.where(np.isfinite(place), np.array(facts.places[name]), place)
     return end
@@ -232,8 +241,12 @@ def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
         row, code = min(low)
         line, height = int(original.line[row]), float(np.fmin(before[row, 2], path.end[row, 2]))
         raise SendError(
-            f"line {line} '{job.text(line)}' is a rapid at Z{height:.3f}, below the surface of the part: "
-            f"{_cause_of_low_height(job, facts, original, row)}; if that is right, add --accept {code}"
+            "line {} '{}' is a rapid at Z{:.3f}, below the surface of the part: {}; if that is right, add --accept {}",
+            line,
+            job.text(line),
+            height,
+            _cause_of_low_height(job, facts, original, row),
+            code,
         )
 
 
@@ -273,9 +286,13 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
         if unhomed:
             if highest - lowest > high[axis] - low[axis] + _TOLERANCE:
                 raise SendError(
-                    f"the program needs {highest - lowest:.3f} mm in {name}, but the machine's travel is "
-                    f"{high[axis] - low[axis]:.3f} mm ({facts.names.travel[axis]}); is this program "
-                    "for another machine?"
+                    "the program needs {:.3f} mm in {}, but the machine's travel is "
+                    "{:.3f} mm ({}); is this program "
+                    "for another machine?",
+                    highest - lowest,
+                    name,
+                    high[axis] - low[axis],
+                    facts.names.travel[axis],
                 )
             continue
         outside = known & ((values < low[axis] - _TOLERANCE) | (values > high[axis] + _TOLERANCE))
@@ -283,9 +300,17 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
             first = np.flatnonzero(outside)[np.argmin(lines[outside])]
             zero = facts.origin(540)[axis]
             raise SendError(
-                f"line {int(lines[first])} goes to {name} {values[first]:.3f} mm in {facts.names.coordinates}, outside "
-                f"the travel of {low[axis]:g} to {high[axis]:g} mm ({facts.names.travel[axis]}); the work zero is at "
-                f"{zero:.3f}: set it again, or move the part"
+                "line {} goes to {} {:.3f} mm in {}, outside "
+                "the travel of {:g} to {:g} mm ({}); the work zero is at "
+                "{:.3f}: set it again, or move the part",
+                int(lines[first]),
+                name,
+                values[first],
+                facts.names.coordinates,
+                low[axis],
+                high[axis],
+                facts.names.travel[axis],
+                zero,
             )
 
 
@@ -306,8 +331,11 @@ def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
     z = place[2] - facts.origin(540)[2]
     if z < float(known.max()) - _TOLERANCE:
         raise SendError(
-            f"line {int(path.line[rows[0]])} moves in X or Y before the program sets a height, and the tool is at "
-            f"Z{z:.3f}, below the program's highest, Z{float(known.max()):.3f}; raise it first, or add --accept L805"
+            "line {} moves in X or Y before the program sets a height, and the tool is at "
+            "Z{:.3f}, below the program's highest, Z{:.3f}; raise it first, or add --accept L805",
+            int(path.line[rows[0]]),
+            z,
+            float(known.max()),
         )
 
 

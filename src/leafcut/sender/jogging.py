@@ -63,7 +63,7 @@ def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
         k = _AXES.index(axis)
         target = place[k] + move
         if (target > high[k] + _TOLERANCE and move > 0.0) or (target < low[k] - _TOLERANCE and move < 0.0):
-            raise SendError(f"{axis} goes from {low[k]:g} to {high[k]:g} mm: {error_in_words(15)}")
+            raise SendError("{} goes from {:g} to {:g} mm: {}", axis, low[k], high[k], error_in_words(15))
 
 
 def cancel_jog(talk: GrblConversation) -> None:
@@ -86,8 +86,10 @@ def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, tra
     lowest = facts.travel()[0][2]
     if facts.has_valid_coordinates and place is not None and place[2] - travel < lowest - _TOLERANCE:
         raise SendError(
-            f"the probe can descend only {max(place[2] - lowest, 0.0):.3f} mm here before the end of the machine's "
-            f"travel; its maximum distance is {travel:g} mm"
+            "the probe can descend only {:.3f} mm here before the end of the machine's "
+            "travel; its maximum distance is {:g} mm",
+            max(place[2] - lowest, 0.0),
+            travel,
         )
     try:
         answers = talk.ask(f"G91G21G38.2Z{number_in_mm(-travel)}F{number_in_mm(feed)}", _PROBE_SECONDS)

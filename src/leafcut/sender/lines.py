@@ -13,6 +13,7 @@ from typing import Protocol
 from leafcut.errors import ReadError, printable
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.words import BlockError, Word, split_line, words_of
+from leafcut.message import Message
 from leafcut.sender.character_counting import SentLine
 
 #: Maximum line length of GRBL, without line ending (LINE_BUFFER_SIZE in protocol.h).
@@ -38,7 +39,7 @@ class Pause:
 
     def __str__(self) -> str:
         if self.hole:
-            return f"line {self.number}: before hole {self.hole}"
+            return Message("line {}: before hole {}", self.number, self.hole)
         action = "pause" if not self.change else "change the tool" if self.tool is None else f"mount tool T{self.tool}"
         return f"line {self.number}: {action}" + (f" ({self.remark})" if self.remark else "")
 
@@ -157,7 +158,7 @@ class _LineReader:
             text = ""  # text after M0 is a message for the operator
         if len(text) > LONGEST_LINE:
             reason = f"the line has {len(text)} characters without blanks and comments"
-            raise BlockError(f"{reason}, {self.dialect.name} takes {LONGEST_LINE}")
+            raise BlockError("{}, {} takes {}", reason, self.dialect.name, LONGEST_LINE)
         steps: list[SentStep] = [SentLine(text, number)] if text else []
         if 6 in codes:
             steps.insert(0, self._pause(number, change=True))
@@ -183,7 +184,7 @@ class _LineReader:
                 known = words[0].letter == "M" and words[0].value in (0, 6)
             if not known:
                 advice = "post the program for this controller, or name its --dialect"
-                raise BlockError(f"{word} is not a word of {self.dialect.name}; {advice}")
+                raise BlockError("{} is not a word of {}; {}", word, self.dialect.name, advice)
 
 
 def _is_sender_word(word: Word) -> bool:

@@ -321,7 +321,7 @@ class MarlinConversation(Conversation):
             if any(isinstance(answer, Status) for answer in self.listen()):
                 until = self._deadline(PLANNED_SECONDS)
             if self.clock() > until:
-                raise SendError(f"{self.port.name} no longer responds")
+                raise SendError("{} no longer responds", self.port.name)
         self._send_numbered(text)
 
     def ask_status(self, *, more: bool = False) -> None:
@@ -378,7 +378,7 @@ class MarlinConversation(Conversation):
         if version is None:
             raise wrong_firmware(self.port.name, [name or "ok"], "Marlin")
         if int(version[1]) < 2:
-            raise SendError(f"the device on {self.port.name} is {printable(version[0], 40)}; Marlin 2 is needed")
+            raise SendError("the device on {} is {}; Marlin 2 is needed", self.port.name, printable(version[0], 40))
         pairs = [report.text.rpartition(":") for report in reports if report.name == CAPABILITY]
         return version[0], {name: value.strip() == "1" for name, _, value in pairs}
 
@@ -395,7 +395,7 @@ class MarlinConversation(Conversation):
         try:
             machine = machine_from_settings(settings, "M503", "marlin").machine
         except ReadError as problem:
-            raise SendError(f"the controller's settings cannot be used: {problem}") from None
+            raise SendError("the controller's settings cannot be used: {}", problem) from None
         if machine.units != "mm":
             raise SendError("the controller is set to inches (G20 in M503); leafcut sends millimetres to Marlin")
         status = self._wait_for_rest()

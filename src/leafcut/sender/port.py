@@ -51,13 +51,13 @@ class SerialPort:
         """
         serial = _pyserial()
         if baud not in BAUDS:
-            raise OptionError(f"--baud {baud}: {name_suggestion(str(baud), [str(rate) for rate in BAUDS])[2:]}")
+            raise OptionError("--baud {}: {}", baud, name_suggestion(str(baud), [str(rate) for rate in BAUDS])[2:])
         self.name = name
         if os.name == "posix" and not os.path.exists(name):  # noqa: PTH110 - a device, and no path of ours
-            raise OptionError(f"--port {name}: the port does not exist; {ports_in_words()}")
+            raise OptionError("--port {}: the port does not exist; {}", name, ports_in_words())
         for is_kind, kind in ((os.path.isdir, "a folder"), (os.path.isfile, "a file")):
             if is_kind(name):
-                raise OptionError(f"--port {name}: this is {kind}, not a serial port; {ports_in_words()}")
+                raise OptionError("--port {}: this is {}, not a serial port; {}", name, kind, ports_in_words())
         try:
             self._serial = serial.Serial(
                 name, baud, timeout=0.0, write_timeout=_WRITE_SECONDS, exclusive=True if os.name == "posix" else None
@@ -78,7 +78,7 @@ class SerialPort:
             waiting = self._serial.in_waiting if first else 0
             rest: bytes = self._serial.read(min(waiting, _LONGEST_READ)) if waiting else b""
         except (serial.SerialException, OSError, TypeError):
-            raise PortLost(f"the connection to {self.name} is lost") from None
+            raise PortLost("the connection to {} is lost", self.name) from None
         return first + rest
 
     def write(self, data: bytes) -> None:
@@ -88,7 +88,7 @@ class SerialPort:
         try:
             self._serial.write(data)
         except (serial.SerialException, OSError, TypeError):
-            raise PortLost(f"the connection to {self.name} is lost") from None
+            raise PortLost("the connection to {} is lost", self.name) from None
 
     def close(self) -> None:
         """Close the port."""
@@ -110,12 +110,12 @@ def _refusal(name: str, problem: Exception) -> SendError:
     number = getattr(problem, "errno", None)
     text = str(problem)
     if number in (errno.EBUSY, errno.EWOULDBLOCK) or "exclusively lock" in text or "Access is denied" in text:
-        return SendError(f"--port {name}: in use by another program; close it first")
+        return SendError("--port {}: in use by another program; close it first", name)
     if number in (errno.EACCES, errno.EPERM):
-        return SendError(f"--port {name}: access denied; on Linux join the group 'dialout'")
+        return SendError("--port {}: access denied; on Linux join the group 'dialout'", name)
     if number == errno.ENOENT or "FileNotFound" in text:
-        return SendError(f"--port {name}: the port does not exist; {ports_in_words()}")
-    return SendError(f"--port {name}: not a serial port, or it does not support this baud rate")
+        return SendError("--port {}: the port does not exist; {}", name, ports_in_words())
+    return SendError("--port {}: not a serial port, or it does not support this baud rate", name)
 
 
 def ports() -> list[tuple[str, str]]:

@@ -34,7 +34,7 @@ def line_of_hole(job: SendJob, number: int) -> int:
     """Return the first line of a hole, counted from 1 in program order; raise `OptionError` if it does not exist."""
     if not 1 <= number <= len(job.holes):
         have = count_of(len(job.holes), "hole") if job.holes else "no holes; use --from-line instead"
-        raise OptionError(f"--from-hole {number}: the program has {have}")
+        raise OptionError("--from-hole {}: the program has {}", number, have)
     return job.holes[number - 1].first
 
 
@@ -57,7 +57,7 @@ def steps_from_resume(
         return 0, job.steps, None
     line = line_of_hole(job, from_hole) if from_hole is not None else int(from_line or 0)
     if line < 1:
-        raise OptionError(f"--from-line {line}: lines are counted from 1")
+        raise OptionError("--from-line {}: lines are counted from 1", line)
     place = facts.machine_place()
     steps, tool = resumed(job, line, None if place is None else place[2] - facts.origin(540)[2])
     return line, steps, tool
@@ -72,7 +72,7 @@ def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple
     program = job.program
     blocks = np.flatnonzero(program.line >= line)
     if not len(blocks):
-        raise OptionError(f"--from-line {line}: the program ends in line {int(program.line[-1])}")
+        raise OptionError("--from-line {}: the program ends in line {}", line, int(program.line[-1]))
     block = int(blocks[0])
     first = int(program.line[block])
     modal, row = program.modal(block), int(program.first[block])
@@ -92,7 +92,7 @@ def _place_before(job: SendJob, row: int, line: int) -> XYZ:
     """
     path = job.program.path
     if row >= len(path):
-        raise OptionError(f"--from-line {line}: no work remains after this line")
+        raise OptionError("--from-line {}: no work remains after this line", line)
     x, y, z = path.before[row].tolist()
     never_moves_z = not np.isfinite(path.end[path.kind <= Kind.ARC_CCW, 2]).any()
     if never_moves_z:
@@ -102,7 +102,7 @@ def _place_before(job: SendJob, row: int, line: int) -> XYZ:
         advice = (
             f"; resume from line {hole.first} (--from-hole {hole.number})" if hole else "; start from the first line"
         )
-        raise OptionError(f"--from-line {line}: the tool position before this line is not known{advice}")
+        raise OptionError("--from-line {}: the tool position before this line is not known{}", line, advice)
     return x, y, z
 
 
@@ -228,7 +228,7 @@ def add_motion_mode(rest: list[SentStep], motion: int | None) -> list[SentStep]:
         if any(word.letter in "XYZ" for word in words):
             if motion is None:
                 raise OptionError(
-                    f"line {step.number} moves, and no motion (G0 to G3) is active; start from the first line"
+                    "line {} moves, and no motion (G0 to G3) is active; start from the first line", step.number
                 )
             done[k] = SentLine(f"G{motion}{step.text}", step.number)
             break
@@ -254,7 +254,7 @@ def _prove(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: 
         for a, b in zip(kept_rows, resumed_rows, strict=True)
     )
     if not same:
-        raise OptionError(f"--from-line {line}: the program cannot be resumed there exactly; choose an earlier line")
+        raise OptionError("--from-line {}: the program cannot be resumed there exactly; choose an earlier line", line)
 
 
 #: Codes of dangers that were checked when the program was first read.

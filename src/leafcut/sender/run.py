@@ -11,6 +11,7 @@ import numpy as np
 
 from leafcut.errors import LeafcutError, OptionError, SendError
 from leafcut.gcode.words import split_line, words_of
+from leafcut.message import Message
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind
 from leafcut.sender.answers import Accepted, Alarm, ControllerAnswer, Greeting, InvalidAnswer, Refused, Status
@@ -250,7 +251,7 @@ class SendRun:
         pause = next((step for step in self.left if isinstance(step, Pause)), None)
         if pause is not None:
             raise OptionError(
-                f"{self.job.file} stops for the operator ({pause}), but no terminal is available to ask; use one"
+                "{} stops for the operator ({}), but no terminal is available to ask; use one", self.job.file, pause
             )
 
     def _send_all(self) -> None:
@@ -320,7 +321,7 @@ class SendRun:
             self._asked_at = now
             self.talk.ask_status(more=bool(self.left) and not isinstance(self.left[0], Pause))
         if now - self._heard_at > SILENCE_SECONDS * self.talk.patience:
-            raise _NoAnswer(f"{self.talk.port.name} no longer responds")
+            raise _NoAnswer("{} no longer responds", self.talk.port.name)
         if (
             self._rests >= 2
             and self.counter.waiting
@@ -343,11 +344,11 @@ class SendRun:
             case Refused():
                 self._process_line_answer(self.talk.meaning_of(answer))
             case Alarm():
-                raise _AlarmStop(f"{self._place_text()}: {self.talk.meaning_of(answer)}")
+                raise _AlarmStop("{}: {}", self._place_text(), self.talk.meaning_of(answer))
             case Greeting():
-                raise _RunEnded(f"the controller was reset{self._line_text()}")
+                raise _RunEnded("the controller was reset{}", self._line_text())
             case InvalidAnswer(words):
-                raise _RunEnded(f"invalid answer: '{words}'; check the cable")
+                raise _RunEnded("invalid answer: '{}'; check the cable", words)
             case Status():
                 self._process_status(answer)
             case _:
@@ -370,11 +371,11 @@ class SendRun:
             raise _RunEnded(problem)
         self._errors.append((line.number, problem))
         if len(self._errors) >= _MAX_ERRORS:
-            raise _RunEnded(f"{problem}; {_MAX_ERRORS} errors; the rest was not checked")
+            raise _RunEnded("{}; {} errors; the rest was not checked", problem, _MAX_ERRORS)
 
     def _process_status(self, status: Status) -> None:
         if status.state in LOCKED:
-            raise _RunEnded(f"{self._place_text()}: the machine is {state_in_words(status, self.talk.family)}")
+            raise _RunEnded("{}: the machine is {}", self._place_text(), state_in_words(status, self.talk.family))
         used = None if status.free_bytes is None else self.facts.buffer - status.free_bytes
         if self.facts.buffer == GRBL_BUFFER and used is not None and used > self.counter.bytes + SPARED:
             raise _RunEnded("the controller's buffer holds more than was sent: is another program connected to it?")
@@ -491,7 +492,11 @@ class SendRun:
     def _place_text(self) -> str:
         if self.taken < self._first:
             return "before the program"
-        return f"line {self.line} '{self.job.text(self.line)}'" if self._sure else f"in or after line {self.line}"
+        return (
+            Message("line {} '{}'", self.line, self.job.text(self.line))
+            if self._sure
+            else f"in or after line {self.line}"
+        )
 
     def _line_text(self) -> str:
         return f" while it was in line {self.line}" if self.taken >= self._first else ""
@@ -553,7 +558,11 @@ class SendRun:
         self._settle_line()
         last = self.talk.status
         turns = self._spindle_turns()
-        rest = f"it runs its buffered lines, at most up to line {self.sent}, then stops" if self.sent else "unknown"
+        rest = (
+            Message("it runs its buffered lines, at most up to line {}, then stops", self.sent)
+            if self.sent
+            else "unknown"
+        )
         spindle = (
             f"; its {'laser' if self.job.laser else 'spindle'} may stay on: stop it at the machine" if turns else ""
         )

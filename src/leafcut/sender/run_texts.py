@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from leafcut.errors import count_of, shorten_message
+from leafcut.message import Message
 from leafcut.model.machine import XYZ
 from leafcut.sender.job import SendJob
 from leafcut.sender.run import RunResult, RunView
@@ -18,7 +19,7 @@ def place_in_words(place: XYZ) -> str:
 
 def progress_in_words(view: RunView, job: SendJob) -> str:
     """Return the progress of a program as one line for a terminal."""
-    position = f"hole {view.hole}/{len(job.holes)}, line {view.line}" if job.holes else f"line {view.line}"
+    position = f"hole {view.hole}/{len(job.holes)}, line {view.line}" if job.holes else Message("line {}", view.line)
     place = "" if view.place is None else f"  {place_in_words(view.place)}"
     state = {"Hold": "ON HOLD", "Door": "DOOR OPEN"}.get(view.state, "")
     rest = f"{format_time(view.done_s)} done, {format_time(view.left_s)} left"
@@ -29,8 +30,8 @@ def ending_in_words(ending: RunResult, job: SendJob) -> str:
     """Return the result of a run as one line: reason, machine state, progress, and how to resume."""
     lines = job.steps[-1].number
     if ending.complete:
-        return f"{job.file}: all {count_of(lines, 'line')} done; the machine is {ending.state}"
-    parts = [ending.reason, ending.state if ending.lost else f"the machine is {ending.state}"]
+        return Message("{}: all {} done; the machine is {}", job.file, count_of(lines, "line"), ending.state)
+    parts = [ending.reason, ending.state if ending.lost else Message("the machine is {}", ending.state)]
     if ending.place is not None:
         standing = "its position is" if ending.homed else "its last known position is"
         parts.append(f"{standing} {place_in_words(ending.place)} ({ending.coordinates})")
@@ -39,7 +40,7 @@ def ending_in_words(ending: RunResult, job: SendJob) -> str:
             f", hole {ending.hole.number}" if ending.hole else ""
         )
         parts.append(f"it was in {last_position}; lines up to {ending.taken} of {lines} were accepted")
-        advice = f"resume with {ending.go_on}" if ending.go_on else "start from the beginning"
+        advice = Message("resume with {}", ending.go_on) if ending.go_on else "start from the beginning"
         parts.append(advice + ("" if ending.homed else " after homing, or after setting the position"))
     else:
         parts.append("no line of the program was executed")

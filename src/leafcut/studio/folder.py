@@ -64,7 +64,7 @@ class Folder:
             for folder in (root, self.inputs, *(root / kind for kind in ("machines", "tools"))):
                 folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         except OSError as problem:
-            raise OutputError(f"{root}: cannot create the studio's folder ({problem.strerror})") from None
+            raise OutputError("{}: cannot create the studio's folder ({})", root, problem.strerror) from None
 
     def new_input(self, name: str) -> tuple[str, Path]:
         """Return the id and the path of a new upload, which the caller writes."""
@@ -113,7 +113,7 @@ class Folder:
     def own_path(self, kind: str, name: str) -> Path:
         """Return the path of a user's own file, whether or not it exists; raise `OptionError` for an invalid name."""
         if not _OWN.fullmatch(name):
-            raise OptionError(f"'{safe_name(name)}' is not a valid name; use lower-case letters, digits, - and _")
+            raise OptionError("'{}' is not a valid name; use lower-case letters, digits, - and _", safe_name(name))
         return self.root / kind / f"{name}.toml"
 
     def kept_own(self, kind: str, word: str, flag: str) -> Path:
@@ -121,7 +121,7 @@ class Folder:
         name = word.removeprefix(OWN)
         path = self.own_path(kind, name)
         if not path.is_file():
-            raise OptionError(f"{flag}: '{name}' is no longer in your library")
+            raise OptionError("{}: '{}' is no longer in your library", flag, name)
         return path
 
     def save_own(self, kind: str, name: str, text: str) -> None:

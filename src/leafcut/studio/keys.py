@@ -78,7 +78,7 @@ def kept_secret(root: Path) -> bytes:
             write_private(file, secrets.token_bytes(32))
         return file.read_bytes()
     except OSError as problem:
-        raise OutputError(f"{file}: cannot save the studio's key ({problem.strerror})") from None
+        raise OutputError("{}: cannot save the studio's key ({})", file, problem.strerror) from None
 
 
 def write_private(file: Path, data: bytes) -> None:

@@ -25,13 +25,13 @@ def lock_folder(root: Path, address: str) -> Iterator[None]:
         root.mkdir(mode=0o700, parents=True, exist_ok=True)
         number = os.open(file, os.O_RDWR | os.O_CREAT, 0o600)
     except OSError as problem:
-        raise OutputError(f"{root}: cannot write to the studio's folder ({problem.strerror})") from None
+        raise OutputError("{}: cannot write to the studio's folder ({})", root, problem.strerror) from None
     try:
         if not _is_locked(number):
             other_address = os.read(number, 200).decode("ascii", "ignore")
             place = f" at {other_address}" if other_address.isprintable() and other_address else ""
             raise OutputError(
-                f"a studio is already running{place}; use that one, or stop it first: both would write to {root}"
+                "a studio is already running{}; use that one, or stop it first: both would write to {}", place, root
             )
         os.ftruncate(number, 0)
         os.write(number, address.encode("ascii"))

@@ -44,11 +44,11 @@ def travel_metric(
     """
     rectangles = _rectangles(zones)
     if not (math.isfinite(lift_height_mm) and lift_height_mm >= 0):
-        raise PlanError(f"a lift of {lift_height_mm} mm is out of range; the height must be 0 or more")
+        raise PlanError("a lift of {} mm is out of range; the height must be 0 or more", lift_height_mm)
     if objective == "distance":
         return Metric("euclidean", zones=rectangles, lift=2.0 * lift_height_mm, relief=relief)
     if objective != "time":
-        raise PlanError(f"unknown objective '{objective}'; choose one of time, distance")
+        raise PlanError("unknown objective '{}'; choose one of time, distance", objective)
     (vx, vy, vz), factor = machine.rapid_velocity, machine.acceleration_factor
     ax, ay, az = (a * factor for a in machine.acceleration)
     lift = 2.0 * trapezoid_time(float(lift_height_mm), vz, az)
@@ -83,7 +83,7 @@ def travel_cost(metric: Metric, a: Point, b: Point) -> float:
     if metric.relief is not None:
         raise PlanError("this cost model covers travel at a single height only")
     if metric.name not in _MACHINES:
-        raise PlanError(f"the metric {metric.name} is for maps, not for machines")
+        raise PlanError("the metric {} is for maps, not for machines", metric.name)
     numbers = map(float, (*a, *b, *metric.velocity, *metric.acceleration, metric.per_mm))
     cost = float(distance(CODES[metric.name], *numbers))
     if len(metric.zones) and touches_any_zone([a], [b], metric.zones, dogleg=metric.name == "dogleg")[0]:

@@ -18,6 +18,7 @@ from shapely.geometry.base import BaseGeometry
 
 from leafcut.errors import OptionError
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.model.heartbeat import OnProgress, Progress, Trial
 from leafcut.model.nest import Nest, NestPart, Placement, Stock
 from leafcut.nesting.options import NestOptions
@@ -226,7 +227,7 @@ def _shape_variants(
         futures = [
             executor.submit(search_variant, *arguments) for arguments in zip(numbers, rounds, workers, strict=False)
         ]
-        message = f"nesting by shapes, {len(futures)} variants" if len(futures) > 1 else "nesting by shapes"
+        message = Message("nesting by shapes, {} variants", len(futures)) if len(futures) > 1 else "nesting by shapes"
         try:
             for number in numbers[: len(futures)]:
                 on_progress(Progress(message, trial=Trial(f"shapes {search.seed + number}")))

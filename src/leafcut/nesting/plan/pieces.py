@@ -122,21 +122,21 @@ def pieces_of(parts: Sequence[NestPart]) -> list[NestPiece]:
         raise PlanError("no parts to nest")
     if len(parts) > MAX_KINDS or sum(part.quantity for part in parts) > MAX_PARTS:
         raise PlanError(
-            f"more than {MAX_KINDS:,} kinds of part or {MAX_PARTS:,} parts in all; nest them in several runs"
+            "more than {:,} kinds of part or {:,} parts in all; nest them in several runs", MAX_KINDS, MAX_PARTS
         )
     return [_checked_piece(number, part) for number, part in enumerate(parts)]
 
 
 def _checked_piece(number: int, part: NestPart) -> NestPiece:
     if part.quantity < 1:
-        raise PlanError(f"{part.name}: the quantity is {part.quantity}; it must be 1 or more")
+        raise PlanError("{}: the quantity is {}; it must be 1 or more", part.name, part.quantity)
     if not part.contours or not part.outline.closed or len(part.outline.flattened(CHORD)) < 4:
-        raise PlanError(f"{part.name}: its outline is not closed; join its ends in the drawing")
+        raise PlanError("{}: its outline is not closed; join its ends in the drawing", part.name)
     piece = NestPiece(part.outline, (Placement(number, 0.0, 0.0, 0.0),), part.rotations)
     if not piece.polygon.is_valid or piece.area <= 0.0:
         location = explain_validity(piece.polygon).partition("[")[2].rstrip("]")
         where = f" near ({', '.join(f'{float(v):.6g}' for v in location.split())})" if location else ""
-        raise PlanError(f"{part.name}: its outline crosses or touches itself{where}; repair the drawing")
+        raise PlanError("{}: its outline crosses or touches itself{}; repair the drawing", part.name, where)
     return piece
 
 
@@ -148,8 +148,14 @@ def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Seq
             box = min(piece.boxes, key=lambda b: max(b.width - length, b.height - width))
             sheet = "a sheet" if len(inner) == 1 else "the largest sheet"
             raise PlanError(
-                f"{part.name}: the part is {box.width:.6g} × {box.height:.6g} mm, and {sheet} less its margins "
-                f"{length:.6g} × {width:.6g} mm; use a larger sheet, a smaller margin or more rotations"
+                "{}: the part is {:.6g} × {:.6g} mm, and {} less its margins "
+                "{:.6g} × {:.6g} mm; use a larger sheet, a smaller margin or more rotations",
+                part.name,
+                box.width,
+                box.height,
+                sheet,
+                length,
+                width,
             )
 
 

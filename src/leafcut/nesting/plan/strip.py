@@ -101,7 +101,7 @@ def pack_strip(
 def require(package: str) -> None:
     """Raise PlanError with the install command if a package is not installed."""
     if importlib.util.find_spec(package) is None:
-        raise PlanError(f"nesting needs the package {package}: pip install 'leafcut[nest]'")
+        raise PlanError("nesting needs the package {}: pip install 'leafcut[nest]'", package)
 
 
 def _run_nester(task: dict[str, Any], patience: float, cancelled: threading.Event) -> dict[str, Any]:
@@ -148,5 +148,5 @@ def _parse_answer(output: bytes, errors: bytes) -> dict[str, Any]:
         lines = [" ".join(line.split()) for line in errors.decode(errors="replace").splitlines() if line.strip()]
         after_panic = [b for a, b in pairwise(lines) if "panicked" in a]
         reason = (after_panic or lines[-1:] or ["no reason given"])[0]
-        raise NesterError(f"the nester returned no result ({reason[:120]})") from None
+        raise NesterError("the nester returned no result ({})", reason[:120]) from None
     return answer

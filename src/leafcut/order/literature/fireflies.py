@@ -148,8 +148,10 @@ def all_costs(instance: Instance) -> NDArray[np.float32]:
     h = instance.n
     if h > MOST_NODES:
         raise SolveError(
-            f"fireflies without local search store the costs between all nodes, up to {MOST_NODES} of them; there are "
-            f"{h}; leave out --no-local-search"
+            "fireflies without local search store the costs between all nodes, up to {} of them; there are "
+            "{}; leave out --no-local-search",
+            MOST_NODES,
+            h,
         )
     costs, there = np.zeros((h, h), dtype=np.float32), np.arange(h, dtype=np.int32)
     for here in range(h):
@@ -231,8 +233,9 @@ def check_fireflies(_: str, __: AcoOptions, firefly: FireflyOptions, choices: bo
     """Raise SolveError for the published variants on paths with choices."""
     if choices and firefly.variant != "leafcut":
         raise SolveError(
-            f"--variant {firefly.variant} supports only closed tours of points, without precedence, directions or "
-            f"alternative starts; use --variant leafcut"
+            "--variant {} supports only closed tours of points, without precedence, directions or "
+            "alternative starts; use --variant leafcut",
+            firefly.variant,
         )
 
 

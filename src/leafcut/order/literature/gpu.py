@@ -149,4 +149,4 @@ def _run_on_gpu(work: Any) -> Any:
         return work()
     except (ImportError, MemoryError, RuntimeError, OSError) as problem:
         line = (str(problem).strip().splitlines() or [type(problem).__name__])[0]
-        raise SolveError(f"--parallel gpu: the GPU rejected the job ({printable(line, 160)}); leave it out") from None
+        raise SolveError("--parallel gpu: the GPU rejected the job ({}); leave it out", printable(line, 160)) from None

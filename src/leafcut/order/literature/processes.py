@@ -160,19 +160,21 @@ class AntProcesses(AntColony):
         try:
             return self.executors[k].submit(iterate, packed, *task)
         except (OSError, AssertionError) as problem:  # a daemonic process must not have children
-            raise SolveError(f"a worker process cannot be started ({problem}); use --parallel threads") from None
+            raise SolveError("a worker process cannot be started ({}); use --parallel threads", problem) from None
 
     def _receive(self, k: int, future: Future[WorkerAnswer]) -> None:
         try:
             tours, costs, changes, seconds = future.result()
         except BrokenExecutor:
             raise SolveError(
-                f"worker process {k + 1} of {len(self.colonies)} ended; run again, or use --parallel threads; a script "
-                "must do its work under if __name__ == '__main__'"
+                "worker process {} of {} ended; run again, or use --parallel threads; a script "
+                "must do its work under if __name__ == '__main__'",
+                k + 1,
+                len(self.colonies),
             ) from None
         except Exception as problem:
             why = f"{type(problem).__name__}: {problem}"
-            raise SolveError(f"worker process {k + 1} failed ({why}); use --parallel threads") from problem
+            raise SolveError("worker process {} failed ({}); use --parallel threads", k + 1, why) from problem
         workers = len(self.colonies)
         self.tours[k::workers], self.costs[k::workers], self.changes[k] = tours, costs, changes
         self.log.add(k, int(np.isfinite(costs).sum()), seconds, float(costs.min(initial=math.inf)))

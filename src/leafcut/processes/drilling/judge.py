@@ -219,7 +219,7 @@ def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut
             elif hole.depth is None:
                 where = position_text(x, y)
                 raise PlanError(
-                    f"{part.name}: the depth of the hole at {where} is unknown; give --depth or --thickness"
+                    "{}: the depth of the hole at {} is unknown; give --depth or --thickness", part.name, where
                 )
             else:
                 below = job.break_through if hole.through else 0.0
@@ -242,7 +242,7 @@ def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Slo
         elif job.thickness is None:
             where = position_text(x0, y0)
             raise PlanError(
-                f"{request.part.name}: the depth of the slot from {where} is unknown; give --depth or --thickness"
+                "{}: the depth of the slot from {} is unknown; give --depth or --thickness", request.part.name, where
             )
         else:
             depth = job.thickness + job.break_through + _point_length(tool)

@@ -12,6 +12,7 @@ import numpy as np
 
 from leafcut.errors import OptionError, PlanError, count_of, printable
 from leafcut.geometry.arrays import Ints
+from leafcut.message import Message
 from leafcut.model.issue import Issue
 from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part, ProgramZero
@@ -54,9 +55,11 @@ def _issues_of_layers(part: Part) -> list[Issue]:
     issues = []
     for layer, number in Counter(hole.layer for hole in part.holes).items():
         if is_other(layer):
-            message = (
-                f"{count_of(number, 'hole')} on layer '{printable(layer)}', which is named for other work; if they are "
-                "not drilled, name the layers to drill with --layers"
+            message = Message(
+                "{} on layer '{}', which is named for other work; if they are "
+                "not drilled, name the layers to drill with --layers",
+                count_of(number, "hole"),
+                printable(layer),
             )
             issues.append(Issue("L418", message))
     return issues
@@ -145,7 +148,7 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
         )
     for name in ("feed", "spindle_speed"):
         if name in job.settings.asked and not any(tool.assumed for tool in plan.tools):
-            raise OptionError(f"{flag_name(name)}: every tool of {options.tools} has its own; leave it out")
+            raise OptionError("{}: every tool of {} has its own; leave it out", flag_name(name), options.tools)
     return plan, request
 
 
@@ -164,23 +167,26 @@ def nodes_to_visit_first(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
         same_number = order.drawing.holes == drawing.holes
         difference = "the same number at other positions" if same_number else f"{drawing.holes}"
         raise PlanError(
-            f"{path}: this is an order for a different drawing, with {order.drawing.holes} holes; this one has "
-            f"{difference}; create a new file for it, or remove 'drawing' from the file to use it anyway"
+            "{}: this is an order for a different drawing, with {} holes; this one has "
+            "{}; create a new file for it, or remove 'drawing' from the file to use it anyway",
+            path,
+            order.drawing.holes,
+            difference,
         )
     nodes = {}
     for number, holes in order.operations.items():
         where = f"{path}: operation {number + 1}"
         if number >= len(plan.operations):
-            raise PlanError(f"{where}: the last operation of the job is {len(plan.operations)}; create a new file")
+            raise PlanError("{}: the last operation of the job is {}; create a new file", where, len(plan.operations))
         operation = plan.operations[number]
         if operation.slots:
-            raise PlanError(f"{where} mills slots; only holes can be given an order; remove it from the file")
+            raise PlanError("{} mills slots; only holes can be given an order; remove it from the file", where)
         node_of = {int(hole): node for node, hole in enumerate(operation.targets)}
         for k, hole in enumerate(holes):
             if hole not in node_of:
-                raise PlanError(f"{where}: hole {hole + 1} is not drilled by {operation.tool.label}")
+                raise PlanError("{}: hole {} is not drilled by {}", where, hole + 1, operation.tool.label)
             if hole in holes[:k]:
-                raise PlanError(f"{where}: hole {hole + 1} is listed twice")
+                raise PlanError("{}: hole {} is listed twice", where, hole + 1)
         nodes[number] = np.array([node_of[hole] for hole in holes], dtype=np.int32)
     return nodes
 
@@ -195,10 +201,11 @@ def check_tool_changes(machine: Machine, dialect: Dialect) -> None:
     ):
         if machine.preselect_tool and not supported:
             raise OptionError(
-                f"--machine {machine.name}: {reason}; take tool_change.preselect out of the machine's profile"
+                "--machine {}: {}; take tool_change.preselect out of the machine's profile", machine.name, reason
             )
     if machine.optional_stop and "M1" not in dialect.m_words.split():
         raise OptionError(
-            f"--machine {machine.name}: {dialect.name} has no M1; take tool_change.optional_stop out of the machine's "
-            "profile"
+            "--machine {}: {} has no M1; take tool_change.optional_stop out of the machine's profile",
+            machine.name,
+            dialect.name,
         )

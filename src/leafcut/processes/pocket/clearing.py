@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError, SolveError
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.regions import as_polyline
+from leafcut.message import Message
 from leafcut.model.heartbeat import Trial
 from leafcut.model.issue import Issue
 from leafcut.model.pocket import (
@@ -221,18 +222,18 @@ def _choose_strategy(job: PocketJob, pocket: Pocket, results: list[PocketResult]
         requested = {r.strategy: (k, r) for k, r in enumerate(results)}.get(options.strategy)
         if requested is None or requested[1].path is None:
             why = "leafcut does not have it" if requested is None else requested[1].refused
-            raise PlanError(f"{name}: --strategy {options.strategy} is not possible: {why}")
+            raise PlanError("{}: --strategy {} is not possible: {}", name, options.strategy, why)
         if requested[1].measures is not None and (
             more := _limit_error(job, requested[1].strategy, requested[1].measures)
         ):
-            raise PlanError(f"{name}: {requested[1].strategy} {more}")
+            raise PlanError("{}: {} {}", name, requested[1].strategy, more)
         return requested[0]
     known = [(k, r, r.measures) for k, r in enumerate(results) if r.measures is not None]
     sound = [row for row in known if not row[2].gouge_mm2 and not _limit_error(job, row[1].strategy, row[2])]
     if not sound:
         wrong = {k: _limit_error(job, r.strategy, m) or "gouges" for k, r, m in known}
         reasons = (f"{r.strategy}: {r.refused or wrong[k]}" for k, r in enumerate(results))
-        raise PlanError(f"{name}: no strategy is possible ({'; '.join(reasons)})")
+        raise PlanError("{}: no strategy is possible ({})", name, "; ".join(reasons))
     whole = [row for row in sound if row[2].uncovered_percent <= UNCOVERED]
     if not whole:
         return min(sound, key=lambda row: row[2].uncovered_percent)[0]
@@ -261,11 +262,11 @@ def add_rejection_reasons(job: PocketJob, results: list[PocketResult], written: 
         if m is not None and result is not written and _result_cost(job, result, m) < cost:
             reason = _exceeded_limit_text(job, result.strategy, m)
             if m.gouge_mm2:
-                reason = f"gouges {m.gouge_mm2:.3g} mm² of the walls"
+                reason = Message("gouges {:.3g} mm² of the walls", m.gouge_mm2)
             elif not reason and m.uncovered_percent > UNCOVERED:
-                reason = f"leaves {m.uncovered_percent:.3g} % uncut"
+                reason = Message("leaves {:.3g} % uncut", m.uncovered_percent)
             elif not reason:
-                reason = f"costs at most {100.0 * (NEARLY - 1.0):.0f} % less, with more retracts"
+                reason = Message("costs at most {:.0f} % less, with more retracts", 100.0 * (NEARLY - 1.0))
         reasoned.append(replace(result, passed_over=reason))
     return reasoned
 
@@ -274,7 +275,9 @@ def _exceeded_limit_text(job: PocketJob, strategy: str, measures: PocketMeasures
     """Return a message about an exceeded limit of step-over or engagement; "" if both limits are kept."""
     rules, limit = job.exact, job.exact.max_engagement
     if not rules.allows_step_over(measures.max_step_over):
-        return f"has passes {measures.max_step_over:.2f} mm apart, more than the step-over of {rules.step_over:.4g} mm"
+        return Message(
+            "has passes {:.2f} mm apart, more than the step-over of {:.4g} mm", measures.max_step_over, rules.step_over
+        )
     if limit is None or measures.max_engagement <= limit:
         return ""
     stock = " with the stock on its walls" if strategy == "adaptive" and job.rules.stock > 0.0 else ""

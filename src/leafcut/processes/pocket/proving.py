@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from leafcut.errors import count_of
+from leafcut.message import Message
 from leafcut.model.cutter import bodies_of
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.pocket import UNCOVERED
@@ -115,9 +116,11 @@ def _uncut_area_issues(job: PocketJob, removed: list[tuple[int, Removal]]) -> li
         points = [piece.representative_point() for piece in left[:NAMED_PLACES]]
         at = ", ".join(f"({point.x:.2f}, {point.y:.2f})" for point in points)
         more = f" and {count_of(len(left) - NAMED_PLACES, 'more place')}" if len(left) > NAMED_PLACES else ""
-        words = f"{job.part.pockets[number].label}: {area_words(removal.uncovered.area)} remain uncut ({share:.2f} %)"
+        words = Message(
+            "{}: {} remain uncut ({:.2f} %)", job.part.pockets[number].label, area_words(removal.uncovered.area), share
+        )
         work = MissingWork("place", len(left), tuple((point.x, point.y) for point in points))
-        issues.append(Issue("L711", words, f"near {at}{more}", missing=work))
+        issues.append(Issue("L711", words, Message("near {}{}", at, more), missing=work))
     return issues
 
 
@@ -125,9 +128,11 @@ def stop_notes(job: PocketJob) -> list[Issue]:
     """Return a note if the tool stops after every move, and stock on the walls would avoid these stops."""
     if not job.words.rounding or job.rounding <= job.rules.stock:
         return []
-    words = (
-        f"{job.words.name} stops after every move (G61): with G64 it would round corners by up to {job.rounding:.2g} "
-        f"mm at this feed, into the walls; set --stock to this value to rough without stops"
+    words = Message(
+        "{} stops after every move (G61): with G64 it would round corners by up to {:.2g} "
+        "mm at this feed, into the walls; set --stock to this value to rough without stops",
+        job.words.name,
+        job.rounding,
     )
     return [Issue("L704", words, severity=Severity.NOTE)]
 
@@ -139,15 +144,21 @@ def entry_issues(descents: Sequence[Descent]) -> list[Issue]:
     for kind in dict.fromkeys(d.kind for d in changed):
         places = list(dict.fromkeys(d.place for d in changed if d.kind == kind))
         asked = next(d.asked for d in changed if d.kind == kind)
-        words = f"no room for a {asked}: entry changed to a {kind}"
+        words = Message("no room for a {}: entry changed to a {}", asked, kind)
         more = f", and at {len(places) - 1} more" if len(places) > 1 else ""
         severity = Severity.WARNING if kind == "plunge" else Severity.NOTE
-        issues.append(Issue("L702", words, f"at ({places[0][0]:.3f}, {places[0][1]:.3f}){more}", severity))
+        issues.append(
+            Issue("L702", words, Message("at ({:.3f}, {:.3f}){}", places[0][0], places[0][1], more), severity)
+        )
     if needed := required_holes(descents):
-        words = f"{len(needed)} holes" if len(needed) > 1 else "a hole"
+        words = Message("{} holes", len(needed)) if len(needed) > 1 else "a hole"
         places = list(needed)[:4]
         at = "; ".join(f"({x:.3f}, {y:.3f})" for x, y in places) + (" …" if len(needed) > 4 else "")
         issues.append(
-            Issue("L703", f"drill {words} to the depth of the pocket before you run this program", f"at {at}")
+            Issue(
+                "L703",
+                Message("drill {} to the depth of the pocket before you run this program", words),
+                Message("at {}", at),
+            )
         )
     return issues

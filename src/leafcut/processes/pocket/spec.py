@@ -13,6 +13,7 @@ from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.regions import tool_centres
 from leafcut.geometry.zones import widen_zones
+from leafcut.message import Message
 from leafcut.model.cutter import bodies_of, discs_of, widest_below
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.pocket import Pocket, PocketRules
@@ -157,9 +158,10 @@ def _lower_top_issues(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[
     if not lower:
         return []
     heights = sorted({round((pockets[k].top or 0.0) + tops[k], 3) for k in lower}, reverse=True)
-    words = (
-        f"{count_of(len(lower), 'pocket')} with material that starts below the highest point, at "
-        f"{', '.join(f'Z{z:g}' for z in heights)}: remove the material above first"
+    words = Message(
+        "{} with material that starts below the highest point, at {}: remove the material above first",
+        count_of(len(lower), "pocket"),
+        ", ".join(f"Z{z:g}" for z in heights),
     )
     return [Issue("L706", words)]
 
@@ -242,8 +244,11 @@ def refuse_clamps(
             away = float(shapely.distance(centres, zone)) + ROUNDING
             if away < rules.radius:
                 raise PlanError(
-                    f"{pocket.label} is in the keep-out zone '{text}', or closer to it than the radius of "
-                    f"{tool.label}; move the clamp, or change --keep-out"
+                    "{} is in the keep-out zone '{}', or closer to it than the radius of "
+                    "{}; move the clamp, or change --keep-out",
+                    pocket.label,
+                    text,
+                    tool.label,
                 )
             meets = [disc for disc in discs_of(tool) if disc.radius > away and floor + disc.above < height]
             if meets:
@@ -251,7 +256,14 @@ def refuse_clamps(
                 farther = math.ceil(height - floor - lowest.above)
                 apart = math.ceil(max(disc.radius for disc in meets) - away)
                 raise PlanError(
-                    f"{pocket.label}: the {lowest.body} of {tool.label} meets the keep-out zone '{text}', "
-                    f"{away:.3g} mm beside the tool's path; let the mill stick out {farther} mm farther, move the "
-                    f"clamp {apart} mm away, or use a lower one"
+                    "{}: the {} of {} meets the keep-out zone '{}', "
+                    "{:.3g} mm beside the tool's path; let the mill stick out {} mm farther, move the "
+                    "clamp {} mm away, or use a lower one",
+                    pocket.label,
+                    lowest.body,
+                    tool.label,
+                    text,
+                    away,
+                    farther,
+                    apart,
                 )

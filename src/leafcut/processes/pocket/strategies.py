@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError
+from leafcut.message import Message
 from leafcut.model.pocket import PocketPath
 from leafcut.options import Settings
 from leafcut.order.stop import Deadline
@@ -94,8 +95,10 @@ def check_algorithm(settings: Settings) -> None:
     taken = OF_GRID.get(strategy, (algorithm,))
     if "algorithm" in settings.asked and algorithm not in taken:
         raise OptionError(
-            f"--algorithm: --strategy {strategy} supports {' or '.join(', '.join(taken).rsplit(', ', 1))}, not "
-            f"{algorithm}; choose one of these, or another --strategy"
+            "--algorithm: --strategy {} supports {}, not {}; choose one of these, or another --strategy",
+            strategy,
+            " or ".join(", ".join(taken).rsplit(", ", 1)),
+            algorithm,
         )
 
 
@@ -119,7 +122,7 @@ def _grid(name: str) -> Strategy:
             replace(options, algorithm=ants if name == "ants" else name),
             settings.aco,
             firefly=settings.firefly,
-            progress=run.search_progress(f"{name}: ordering the points of a grid"),
+            progress=run.search_progress(Message("{}: ordering the points of a grid", name)),
             observe=run.observe,
             cancelled=run.cancelled,
         )

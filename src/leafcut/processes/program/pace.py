@@ -17,6 +17,7 @@ from leafcut.errors import OptionError, PostError, ReadError, VerifyError
 from leafcut.files.digests import sign_program
 from leafcut.material.cutting_force import DRIVE_EFFICIENCY, spindle_torque
 from leafcut.material.loads import MILLING, Loads, StockBefore, compute_loads
+from leafcut.message import Message
 from leafcut.model.cutter import Cutter, cutter_of
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
@@ -79,7 +80,7 @@ def check_library(run: Job, program: Program, source: str, process: str) -> list
     """
     others = [] if process in BEAMS else other_tools(program, run.settings, run.machine)
     if requests_pace(run) and others:
-        raise OptionError(f"{_requested_flags(run)[0]}: {source}: {others[0]}")
+        raise OptionError("{}: {}: {}", _requested_flags(run)[0], source, others[0])
     return others
 
 
@@ -107,14 +108,15 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     asked = _requested_flags(run)
     if plan.kind in BEAMS:
         raise OptionError(
-            f"{asked[0]}: {source} drives a laser or a torch, whose width of cut is not simulated; leave it out"
+            "{}: {} drives a laser or a torch, whose width of cut is not simulated; leave it out", asked[0], source
         )
     blind = [flag for flag in asked if flag != "--air"]
     workpiece = run.settings.stock.workpiece
     if blind and not workpiece:
         raise OptionError(
-            f"{blind[0]} needs to know where the material is: give the block with --workpiece, as x,y,z of its lower "
-            "and of its upper corner"
+            "{} needs to know where the material is: give the block with --workpiece, as x,y,z of its lower "
+            "and of its upper corner",
+            blind[0],
         )
     tools = tools_of(program, source, run.settings, run.machine)
     text = "".join(program.lines)
@@ -124,7 +126,7 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
         message = (
             "speeds and heights are unchanged: a block-delete switch (/) can skip moves, so that their material remains"
         )
-        return PacedProgram(text, program, PaceChange(), (Issue("L513", message, f"line {line}"),))
+        return PacedProgram(text, program, PaceChange(), (Issue("L513", message, Message("line {}", line)),))
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
     rules = PaceRules(options.air, feeds, spindle=_spindle(run) if feeds else None)
     if workpiece:
@@ -133,8 +135,9 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     loads = job.loads(program, "cutting the stock")
     if job.stock.known and not loads.removed.cuts.any():
         raise OptionError(
-            f"--workpiece: {source} never touches this stock, so that all its cuts would be in the air; give the "
-            "block in the program's coordinates"
+            "--workpiece: {} never touches this stock, so that all its cuts would be in the air; give the "
+            "block in the program's coordinates",
+            source,
         )
     found = PacedProgram(text, program, PaceChange(assumed=not job.stock.known), tuple(job.stock_notes()))
     if options.low_retracts:
@@ -203,7 +206,7 @@ class _PaceSteps:
         try:
             return read_new(self.run, self.plan.dialect, text)
         except ReadError as problem:
-            raise VerifyError(f"the new program cannot be read: {problem}") from None
+            raise VerifyError("the new program cannot be read: {}", problem) from None
 
     def seconds(self, program: Program) -> float:
         from leafcut.timing.toolpath import measure_toolpath
@@ -243,16 +246,18 @@ class _PaceSteps:
                     drills = program.path.kind == Kind.DRILL
                     count = int((new.path.end[drills, 2] < program.path.end[drills, 2] - _SAME).sum())
             except (PostError, VerifyError) as problem:
-                found = replace(found, issues=(*found.issues, Issue("L513", f"the heights are unchanged: {problem}")))
+                found = replace(
+                    found, issues=(*found.issues, Issue("L513", Message("the heights are unchanged: {}", problem)))
+                )
                 continue
             saved = before - self.seconds(new)
             if saved > (found.change.retracts_s or 0.0):
                 change = replace(found.change, retracts_s=saved, lowered=found.change.lowered + count)
                 found = replace(found, text=text, program=new, change=change)
         if kept:
-            message = f"{len(kept)} rapids over --keep-out zones keep their heights"
+            message = Message("{} rapids over --keep-out zones keep their heights", len(kept))
             message = message if len(kept) > 1 else "a rapid over a --keep-out zone keeps its height"
-            found = replace(found, issues=(*found.issues, Issue("L513", message, f"line {min(kept)}")))
+            found = replace(found, issues=(*found.issues, Issue("L513", message, Message("line {}", min(kept)))))
         return found
 
     def check_heights(self, program: Program, new: Program) -> None:
@@ -285,7 +290,7 @@ class _PaceSteps:
             pace, text, new = self.undo_losses(program, pace)
             speed, stretches, nearest = self.prove_speeds(program, new, loads, pace)
         except (PostError, VerifyError) as problem:
-            said = Issue("L513", f"the speeds are unchanged: {problem}")
+            said = Issue("L513", Message("the speeds are unchanged: {}", problem))
             return replace(none, issues=(*issues, said, *_exceeded_limit_issues(none.change)))
         before, after = self.seconds(program), self.seconds(new)
         # A feed above the limit of its tool is reduced even if that costs time.
@@ -309,7 +314,7 @@ class _PaceSteps:
             message = "the program lets the controller round corners without a limit (G64 without P)"
             issues = (
                 *issues,
-                Issue("L511", f"{message}: higher feeds round them more; give a tolerance such as G64 P0.01"),
+                Issue("L511", Message("{}: higher feeds round them more; give a tolerance such as G64 P0.01", message)),
             )
         kept = self.unchanged_feed_notes(program, loads, pace, change, speed)
         return PacedProgram(text, new, change, (*issues, *kept, *_exceeded_limit_issues(change)))
@@ -409,7 +414,7 @@ class _PaceSteps:
         near = mine & (again.removed.cuts | (again.removed.over > -keeps * self.rules.clearance))
         if near.any():
             line = int(new.path.line[again.source[int(np.flatnonzero(near)[0])]])
-            raise VerifyError(f"line {line} of the new program: a rapid comes too close to the material")
+            raise VerifyError("line {} of the new program: a rapid comes too close to the material", line)
         self.check_stock_and_obstacles(new)
         return speed, found, -float(again.removed.over[mine].max(initial=-math.inf))
 
@@ -487,7 +492,7 @@ class _PaceSteps:
             mine = loads.cuts_of(number)
             turns = tool.kind not in MILLING or not mine.any() or bool((loads.rpm[mine] > 0).all())
             why = "it does not mill" if turns else "the program does not state the spindle speed of its cuts"
-            yield Issue("L512", f"{tool.label} keeps its feed: {why}", severity=Severity.NOTE)
+            yield Issue("L512", Message("{} keeps its feed: {}", tool.label, why), severity=Severity.NOTE)
         if self.rules.feeds and pace.limits:
             for message in self.unlimited(pace):
                 yield Issue("L514", message, severity=Severity.NOTE)
@@ -506,7 +511,7 @@ class _PaceSteps:
             tool, diameter = self.tools[number], 2.0 * self.cutters[number].radius
             why = why_kept(program, loads, number, limit, diameter, self.rules, self.run.machine)
             words = "it only plunges" if why is None else _kept_feed_text(why, limit, diameter)
-            issues.append(Issue("L512", f"{tool.label} keeps its feed: {words}", severity=Severity.NOTE))
+            issues.append(Issue("L512", Message("{} keeps its feed: {}", tool.label, words), severity=Severity.NOTE))
         return issues
 
     def unlimited(self, pace: Pace) -> Iterator[str]:
@@ -527,10 +532,12 @@ class _PaceSteps:
                 "profile"
             )
         elif toothless:
-            yield f"power and torque do not limit feeds of {named(toothless)}: give the number of teeth with --tools"
+            yield Message(
+                "power and torque do not limit feeds of {}: give the number of teeth with --tools", named(toothless)
+            )
         yield "slots have the same limits as other cuts"
         if unknown := [number for number in numbers if math.isinf(pace.limits[number].plunge)]:
-            yield f"plunges and ramps of {named(unknown)} keep their feeds: give a plunge feed with --tools"
+            yield Message("plunges and ramps of {} keep their feeds: give a plunge feed with --tools", named(unknown))
 
 
 #: Messages by `KeptFeed.reason`; reason "chip" becomes "stated" for a feed of the library, and "slot" for a full slot.
@@ -594,7 +601,9 @@ def _exceeded_limit_issues(change: PaceChange) -> Iterator[Issue]:
     """Yield an issue for each tool that still exceeds a limit."""
     for tool in change.tools:
         if over := _exceeded_limits(tool):
-            message = f"{tool.label} stays above its limit ({', '.join(over)}) in cuts whose lines cannot be changed"
+            message = Message(
+                "{} stays above its limit ({}) in cuts whose lines cannot be changed", tool.label, ", ".join(over)
+            )
             yield Issue("L512", message)
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError, VerifyError
 from leafcut.files.whole_files import decode_text
 from leafcut.geometry.arrays import Point
+from leafcut.message import Message
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.model.obstacles import Obstacles
@@ -104,7 +105,7 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
     if words.one_command or words.language != "g-code":
         reason = "has one command per line" if words.language == "g-code" else "is not G-code"
         raise OptionError(
-            f"{words.name} {reason}: leafcut writes and verifies such programs, but does not reorder them"
+            "{} {}: leafcut writes and verifies such programs, but does not reorder them", words.name, reason
         )
     text, encoding = decode_text(data)
     read = read_foreign(
@@ -154,8 +155,8 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
 def _refuse_dangers(job: Job, source: str, dangers: tuple[Issue, ...]) -> None:
     worst = [issue for issue in dangers if issue.severity is Severity.DANGER]
     if job.settings.read.strict and worst:
-        more = f" (and {len(worst) - 1} more)" if len(worst) > 1 else ""
-        raise VerifyError(f"{source}: {worst[0]}{more}; --strict refuses dangerous programs")
+        more = Message(" (and {} more)", len(worst) - 1) if len(worst) > 1 else ""
+        raise VerifyError("{}: {}{}; --strict refuses dangerous programs", source, worst[0], more)
 
 
 def _unknown_materials(job: Job, read: ProgramRead) -> list[Issue]:
@@ -225,7 +226,7 @@ def _stages(job: Job, sequence: Sequence, obstacles: Obstacles | None, start: Po
         starts = None if follows else start if section.start is None else section.start
         problem = build_problem(section, _metric(job, section, obstacles), starts, section.end)
         given = np.arange(len(section.pieces), dtype=np.int32)
-        stages.append(Stage(problem, follows, given, f"ordering section {number}"))
+        stages.append(Stage(problem, follows, given, Message("ordering section {}", number)))
         moves = section.end is not None
     return tuple(stages)
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from leafcut._version import __version__
 from leafcut.errors import PostError, ReadError, VerifyError
 from leafcut.files.digests import DIGEST_LINE, sign_program
+from leafcut.message import Message
 from leafcut.model.issue import Issue
 from leafcut.model.measure import Measure
 from leafcut.model.plan import Candidate, Order
@@ -131,7 +132,7 @@ def keep_tasks_in_place(plan: Plan, order: Order, refused: OrderRefused, trial: 
     from leafcut.processes.program.plan.resequencing import nodes_in_order, piece_order
 
     if order.unchanged:
-        raise VerifyError(f"the program was not written: {refused}") from None
+        raise VerifyError("the program was not written: {}", refused) from None
     sections = plan.work.sequence.sections if plan.stages else ()
     free = {(n, k) for n, section in enumerate(sections) for k in range(len(section.pieces))} - order.kept.keys()
     if not free:
@@ -155,13 +156,14 @@ def kept_issues(work: ForeignWork, order: Order) -> Iterator[Issue]:
     for reason, places in by_reason.items():
         number, piece = places[0]
         line = work.sequence.sections[number].pieces[piece].line
-        said = f"1 task keeps its original position, because verification rejected a new order: {reason}"
+        said = Message("1 task keeps its original position, because verification rejected a new order: {}", reason)
         if len(places) > 1:
-            said = (
-                f"{len(places):,} tasks keep their original positions, because verification rejected a new order: "
-                f"{reason}"
+            said = Message(
+                "{:,} tasks keep their original positions, because verification rejected a new order: {}",
+                len(places),
+                reason,
             )
-        yield Issue("L505", said, f"line {line}")
+        yield Issue("L505", said, Message("line {}", line))
 
 
 def _text_in_order(plan: Plan, order: Order) -> str:

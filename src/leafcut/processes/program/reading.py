@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, ReadError
+from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import Head, ProgramKind
@@ -106,7 +107,9 @@ def controller_motion(program: Program, words: Dialect, clearance: float) -> tup
     if words.torch is None or not words.torch.material_comment:
         return program.path, []
     path, unknown = with_controller_moves(program.path, program.lines, clearance)
-    message = f"{unknown} cuts use a material that the program does not define, (o=0, …): their pierces are not timed"
+    message = Message(
+        "{} cuts use a material that the program does not define, (o=0, …): their pierces are not timed", unknown
+    )
     if unknown == 1:
         message = "1 cut uses a material that the program does not define, (o=0, …): its pierce is not timed"
     return path, [Issue("L413", message)] if unknown else []
@@ -126,7 +129,7 @@ def refuse_other_languages(text: str, source: str) -> None:
     from leafcut.read.registry import format_name
 
     if Path(source).suffix.lower() in DRAWINGS and (kind := format_name(source)) not in ("", "gcode"):
-        raise OptionError(f"{source}: a drawing ({kind}), not a program; make its program first: leafcut {source}")
+        raise OptionError("{}: a drawing ({}), not a program; make its program first: leafcut {}", source, kind, source)
     if what := other_language(text):
         raise ReadError(source, what)
 
@@ -182,7 +185,9 @@ def read_foreign(
         return replace(again, process="laser", issues=(_assumed_machine_note(again.machine, "laser"), *again.issues))
     if machine.head is Head.SPINDLE and read.process in _BEAMS:
         head, what = _BEAMS[read.process]
-        message = f"the program drives {what}: S is its power, and {machine.name} is timed without spindle start-up"
+        message = Message(
+            "the program drives {}: S is its power, and {} is timed without spindle start-up", what, machine.name
+        )
         note = Issue("L807", message, severity=Severity.NOTE)
         machine = replace(machine, head=head, spindle_start_s=0.0)
         return replace(read, machine=machine, issues=(note, *read.issues) if choose else read.issues)
@@ -229,9 +234,11 @@ def _timed_on_router(read: ProgramRead) -> ProgramRead:
     if (found := router_for(read.program)) is None:
         return read
     name, word = found
-    message = (
-        f"{word} indicates a router: timed on {name}, checked against the limits of {read.machine.name}; name your "
-        "machine with --machine"
+    message = Message(
+        "{} indicates a router: timed on {}, checked against the limits of {}; name your machine with --machine",
+        word,
+        name,
+        read.machine.name,
     )
     note = Issue("L807", message, severity=Severity.NOTE)
     machine = timed_as(read.machine, load_machine(name))
@@ -253,8 +260,8 @@ def _other_machine(settings: Settings, name: str) -> tuple[Machine, Dialect]:
 
 def _assumed_machine_note(machine: Machine, what: str) -> Issue:
     what = {"laser": "a laser", "plasma": "a plasma table"}[what]
-    message = (
-        f"this program is for {what}; it was read as a program for {machine.name}: name your machine with --machine"
+    message = Message(
+        "this program is for {}; it was read as a program for {}: name your machine with --machine", what, machine.name
     )
     return Issue("L807", message, severity=Severity.NOTE)
 
@@ -311,12 +318,12 @@ def _read(
 
     units = settings.read.units or machine.units
     if units not in ("mm", "in"):
-        raise OptionError(f"--units {units}: a program is in mm or in inches; use mm or in")
+        raise OptionError("--units {}: a program is in mm or in inches; use mm or in", units)
     feed, issues = _material_feed(text, settings, words)
     program = interpret_program(text, words, source, units=units, on_progress=check_cancelled, material_feed=feed)
     if program.title_lines:
         what = "line 1 is" if program.title_lines == 1 else f"lines 1 to {program.title_lines} are"
-        issues.append(Issue("L101", f"{what} not G-code: ignored as a title above the percent sign"))
+        issues.append(Issue("L101", Message("{} not G-code: ignored as a title above the percent sign", what)))
     if not program.assumed_units and "units" in settings.asked:
         raise OptionError("--units: the program states its own units (G20 or G21); leave it out")
     if program.assumed_units:
@@ -324,14 +331,17 @@ def _read(
         name = _UNIT_WORDS[units]
         line, size = sizes_in_other_unit(program.lines, units)
         if line:
-            message = (
-                f"the program does not state its units (G20 or G21): read as {name}, the units of {whose}, but a "
-                f"comment gives the size {size}; check it, and set --units to change that"
+            message = Message(
+                "the program does not state its units (G20 or G21): read as {}, the units of {}, but a "
+                "comment gives the size {}; check it, and set --units to change that",
+                name,
+                whose,
+                size,
             )
-            issues.append(Issue("L102", message, f"line {line}"))
+            issues.append(Issue("L102", message, Message("line {}", line)))
         else:
             message = f"the program does not state its units (G20 or G21): read as {name}, the units of {whose}"
-            issues.append(Issue("L102", f"{message}; set --units to change that", severity=Severity.NOTE))
+            issues.append(Issue("L102", Message("{}; set --units to change that", message), severity=Severity.NOTE))
     return ProgramRead(program, words, machine, tuple(issues))
 
 
@@ -347,14 +357,14 @@ def _material_feed(text: str, settings: Settings, words: Dialect) -> tuple[float
         for name in _OF_MATERIALS:
             # The material of `reorder --feeds` is that of the milled part.
             if name in settings.asked and not (name == "material" and settings.of(FeedOptions).feeds):
-                raise OptionError(f"{flag_name(name)}: not used, the program states its own feeds; leave it out")
+                raise OptionError("{}: not used, the program states its own feeds; leave it out", flag_name(name))
         return None, []
     issues: list[Issue] = []
     feed = settings.cut_data.cut_speed
     if feed is None:
         feed, whose = _chart_feed(settings)
         said = f"{word}: the feed of the controller's material is assumed to be {feed * SECONDS_PER_MINUTE:,.0f} mm/min"
-        issues.append(Issue("L413", f"{said}, {whose}; set it with --cut-speed", severity=Severity.NOTE))
+        issues.append(Issue("L413", Message("{}, {}; set it with --cut-speed", said, whose), severity=Severity.NOTE))
     return feed, issues
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.errors import OptionError
+from leafcut.message import Message
 from leafcut.model.heartbeat import OnProgress, heartbeat_for_step
 from leafcut.model.issue import Issue
 from leafcut.model.simulation import Simulation
@@ -65,12 +66,17 @@ def _starvation_issue(path: Toolpath, machine: Machine, lines: SentLines, second
         return []
     whole = float(lost.sum())
     first, last, most = _worst_stretch(path.line[rows], lost)
-    message = (
-        f"the board receives and plans lines more slowly than it runs their short moves: {whole:.1f} s of "
-        f"{seconds:.1f} s are lost, {most:.1f} s of it in lines {first} to {last}; join short moves (arcs, a wider "
-        "tolerance in the CAM) or lower the feed"
+    message = Message(
+        "the board receives and plans lines more slowly than it runs their short moves: {:.1f} s of "
+        "{:.1f} s are lost, {:.1f} s of it in lines {} to {}; join short moves (arcs, a wider "
+        "tolerance in the CAM) or lower the feed",
+        whole,
+        seconds,
+        most,
+        first,
+        last,
     )
-    return [Issue("L415", message, f"line {first}")]
+    return [Issue("L415", message, Message("line {}", first))]
 
 
 def _worst_stretch(line: NDArray[np.int32], lost: NDArray[np.float64]) -> tuple[int, int, float]:
@@ -86,4 +92,4 @@ def _worst_stretch(line: NDArray[np.int32], lost: NDArray[np.float64]) -> tuple[
 def _check_lifts(settings: Settings, words: Dialect) -> None:
     """Raise OptionError for a clearance height if the controller adds no moves of its own."""
     if "clearance_height" in settings.asked and (words.torch is None or not words.torch.material_comment):
-        raise OptionError(f"--clearance-height: a program for {words.name} sets its own heights; leave it out")
+        raise OptionError("--clearance-height: a program for {} sets its own heights; leave it out", words.name)

@@ -14,6 +14,7 @@ from leafcut.material.height_field import COARSEST, HeightField, StockBlock, usu
 from leafcut.material.same_stock import stock_differences
 from leafcut.material.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
 from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, undivided_moves
+from leafcut.message import Message
 from leafcut.model.cutter import Body, BodyPart, Cutter, body_of, cutter_of
 from leafcut.model.heartbeat import OnProgress, heartbeat_for_step
 from leafcut.model.issue import Issue, Severity
@@ -109,8 +110,10 @@ def cut_stock(
         sides = ", ".join(f"{a} {block.low[k]:g} to {block.high[k]:g}" for k, a in enumerate("XYZ"))
         unit = in_other_unit(given or "", mine.read.program, mine.cutters, block)
         raise PlanError(
-            f"{mine.source}: the program never touches the stock, {sides} mm; give --workpiece in its coordinates"
-            f"{in_unit_words(unit)}"
+            "{}: the program never touches the stock, {} mm; give --workpiece in its coordinates{}",
+            mine.source,
+            sides,
+            in_unit_words(unit),
         )
     rapids, collisions = _rapids(moves, removed), _collisions(moves, removed)
     assumed = _assumed_block(stated) if part is None and not given else []
@@ -168,10 +171,10 @@ def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issu
 def _read(program: Input, settings: Settings, dialect: str | None, check_cancelled: Heartbeat) -> _Cuts:
     source, read = str(program), read_file(program, settings, dialect, check_cancelled)
     if read.process in BEAMS:
-        raise PlanError(f"{source}: this program drives a laser or a torch; only milled and drilled stock has heights")
+        raise PlanError("{}: this program drives a laser or a torch; only milled and drilled stock has heights", source)
     tools = tools_of(read.program, source, settings, read.machine)
     if not tools:
-        raise PlanError(f"{source}: the program cuts nothing, so the stock stays whole")
+        raise PlanError("{}: the program cuts nothing, so the stock stays whole", source)
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
     bodies = {number: body_of(tool) for number, tool in tools.items()}
     return _Cuts(source, read, tools, cutters, bodies, undivided_moves(read.program.path, cutters))
@@ -193,10 +196,13 @@ def _divided_moves(one: _Cuts, cell: float) -> StraightMoves:
 def _assumed_block(stated: StatedPart | None) -> list[Issue]:
     words = "the stock was assumed: a full block around the cuts, with its top at Z0"
     if stated is None:
-        return [Issue("L510", f"{words}; give it with --workpiece", severity=Severity.NOTE)]
+        return [Issue("L510", Message("{}; give it with --workpiece", words), severity=Severity.NOTE)]
     return [
         Issue(
-            "L510", f"{words}, but the program was made for {stated.name}: give that file with --part to check rapids"
+            "L510",
+            Message(
+                "{}, but the program was made for {}: give that file with --part to check rapids", words, stated.name
+            ),
         )
     ]
 
@@ -210,7 +216,8 @@ def _common_block(programs: Sequence[_Cuts]) -> StockBlock:
         block = block_around(one.whole, one.cutters)
         if block is None:
             raise PlanError(
-                f"{one.source}: the program cuts nothing below Z0, so the top of the stock is unknown; give --workpiece"
+                "{}: the program cuts nothing below Z0, so the top of the stock is unknown; give --workpiece",
+                one.source,
             )
         blocks.append(block)
     low, high = zip(*(one.low for one in blocks), strict=True), zip(*(one.high for one in blocks), strict=True)
@@ -229,7 +236,9 @@ def _rapids(moves: StraightMoves, removed: Removed) -> tuple[RapidCut, ...]:
 def _stock_issues(one: _Cuts, settings: Settings, block: StockBlock, cell: float) -> list[Issue]:
     found = stock_issues(settings.stock, one.read.program, one.cutters, block, ChosenSolid.of(settings.read))
     if cell > COARSEST * one.smallest * (1.0 + 1e-9):
-        message = f"cells of {cell:g} mm are coarse for a tool of {one.smallest:g} mm; give a smaller stock or --cell"
+        message = Message(
+            "cells of {:g} mm are coarse for a tool of {:g} mm; give a smaller stock or --cell", cell, one.smallest
+        )
         found.append(Issue("L812", message))
     return found
 
@@ -253,9 +262,9 @@ def _body_issues(collisions: tuple[BodyCut, ...]) -> list[Issue]:
     return [
         Issue(
             "L809",
-            f"the {body} of T{tool} is in the stock, {max(one.depth_mm for one in found):.2f} mm deep"
+            Message("the {} of T{} is in the stock, {:.2f} mm deep", body, tool, max(one.depth_mm for one in found))
             + (f" at most, in {len(found)} lines starting here" if len(found) > 1 else ""),
-            f"line {found[0].line}",
+            Message("line {}", found[0].line),
             Severity.DANGER,
         )
         for (tool, body), found in groups.items()
@@ -268,13 +277,15 @@ def _rapid_issues(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
     """
     severity = Severity.WARNING if doubtful else Severity.DANGER
     issues = [
-        Issue("L802", f"rapid in the stock, {one.depth_mm:.2f} mm deep", f"line {one.line}", severity)
+        Issue(
+            "L802", Message("rapid in the stock, {:.2f} mm deep", one.depth_mm), Message("line {}", one.line), severity
+        )
         for one in rapids[:_MOST_TOLD]
     ]
     if len(rapids) > _MOST_TOLD:
         more = len(rapids) - _MOST_TOLD
-        message = f"{more} more rapids in the stock" if more > 1 else "1 more rapid in the stock"
-        issues.append(Issue("L802", message, f"line {rapids[_MOST_TOLD].line}", severity))
+        message = Message("{} more rapids in the stock", more) if more > 1 else "1 more rapid in the stock"
+        issues.append(Issue("L802", message, Message("line {}", rapids[_MOST_TOLD].line), severity))
     return issues
 
 
@@ -285,7 +296,11 @@ def _unknown_move_issues(moves: StraightMoves) -> list[Issue]:
         return []
     line = int(moves.path.line[fed[0]])
     return [
-        Issue("L808", f"the start of {count_of(len(fed), 'cut')} is unknown: only its end is cut here", f"line {line}")
+        Issue(
+            "L808",
+            Message("the start of {} is unknown: only its end is cut here", count_of(len(fed), "cut")),
+            Message("line {}", line),
+        )
     ]
 
 

@@ -88,7 +88,7 @@ def stock_judge(run: Job, program: Program, source: str, process: str) -> Judgin
         return Judging(proof=StockProof(unknown=left_out, reason=str(problem)))
     if options.workpiece and not judge.touched:
         raise OptionError(
-            f"--workpiece: {source} never touches this stock; give the material in the program's coordinates"
+            "--workpiece: {} never touches this stock; give the material in the program's coordinates", source
         )
     flat = tuple(number for number, tool in tools.items() if tool.assumed)
     issues = (*judge.issues(), *stock_issues(options, program, cutters, block, which))

@@ -15,6 +15,7 @@ from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError, coun
 from leafcut.material.height_field import HeightField, StockBlock, usual_cell
 from leafcut.material.loads import StockBefore, largest_stock
 from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, undivided_moves
+from leafcut.message import Message
 from leafcut.model.heartbeat import ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
@@ -69,18 +70,19 @@ def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
     parts = text.replace(";", ",").split(",")
     if len(parts) != 6:
         raise OptionError(
-            f"--workpiece: '{printable(text, 60)}' has {count_of(len(parts), 'number')}; give six: "
-            "x,y,z of the lower and of the upper corner, or an STL or STEP file"
+            "--workpiece: '{}' has {}; give six: x,y,z of the lower and of the upper corner, or an STL or STEP file",
+            printable(text, 60),
+            count_of(len(parts), "number"),
         )
     try:
         lengths = [parse_quantity(part.strip(), "mm") for part in parts]
         block = StockBlock((lengths[0], lengths[1], lengths[2]), (lengths[3], lengths[4], lengths[5]))
     except (OptionError, PlanError) as problem:
-        raise OptionError(f"--workpiece {text}: {problem}") from None
+        raise OptionError("--workpiece {}: {}", text, problem) from None
     longest = max(high - low for low, high in zip(block.low, block.high, strict=True))
     if longest > LONGEST:
         raise OptionError(
-            f"--workpiece {text}: is {longest / 1000.0:.4g} m long, too long for a stock; check its coordinates"
+            "--workpiece {}: is {:.4g} m long, too long for a stock; check its coordinates", text, longest / 1000.0
         )
     return block
 
@@ -111,7 +113,9 @@ def stock_issues(
 
         area = overhang(solid_file(options.workpiece, which))
         if area > _SMALL_AREA:
-            message = f"the stock has undercuts, {area:.1f} mm² seen from below: they are treated as solid material"
+            message = Message(
+                "the stock has undercuts, {:.1f} mm² seen from below: they are treated as solid material", area
+            )
             found.append(Issue("L811", message))
     return found
 
@@ -159,7 +163,7 @@ def tools_of(
         how = "describe it in a comment, such as (T1 D=8. CR=0. - flat end mill)"
         if by_options:
             how = "give a library that has it with --tools, or --tool-diameter for a flat mill"
-        raise OptionError(f"{source}:{line}: the shape of tool T{number} is unknown; {how}")
+        raise OptionError("{}:{}: the shape of tool T{} is unknown; {}", source, line, number, how)
     return found
 
 
@@ -173,11 +177,14 @@ def other_tools(program: Program, settings: Settings, machine: Machine) -> list[
     for number, block, tool in _tools_in_use(program, settings, machine):
         named = tool_width(program, block)
         if tool is not None and named and abs(named - tool.diameter) > max(_OTHER_TOOL, _OTHER_SHARE * named):
-            message = (
-                f"T{number} has Ø{tool.diameter:.4g} mm in the library, but in the program's comment "
-                f"Ø{named:.4g} mm; name the library of this program with --tools"
+            message = Message(
+                "T{} has Ø{:.4g} mm in the library, but in the program's comment "
+                "Ø{:.4g} mm; name the library of this program with --tools",
+                number,
+                tool.diameter,
+                named,
             )
-            found.append(Issue("L813", message, f"line {int(program.text_line[block])}", Severity.WARNING))
+            found.append(Issue("L813", message, Message("line {}", int(program.text_line[block])), Severity.WARNING))
     return found
 
 
@@ -297,8 +304,14 @@ def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBloc
         line, axis, place, edge = found
         more = in_unit_words(in_other_unit(text, program, cutters, block))
         raise OptionError(
-            f"--workpiece: {source}:{line}: a cut reaches {axis}{place:.2f}, but this stock ends at {axis}{edge:g}; "
-            f"give the whole stock{more}"
+            "--workpiece: {}:{}: a cut reaches {}{:.2f}, but this stock ends at {}{:g}; give the whole stock{}",
+            source,
+            line,
+            axis,
+            place,
+            axis,
+            edge,
+            more,
         )
 
 
@@ -315,7 +328,7 @@ class CutBeyondStock(NamedTuple):
         more = in_unit_words(unit)
         place, edge = f"{self.axis}{self.place:.2f}", f"{self.axis}{self.edge:g}"
         message = f"a cut reaches {place}, but the given stock ends at {edge}{more}"
-        return Issue("L810", message, f"line {self.line}")
+        return Issue("L810", message, Message("line {}", self.line))
 
 
 def in_unit_words(unit: str) -> str:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from leafcut.message import Message
 from leafcut.model.cutting import CutPlan
 from leafcut.model.issue import Issue
 from leafcut.model.plan import Candidate, Order, Stage
@@ -301,6 +302,6 @@ def order_issues(plan: Plan, best: Candidate) -> list[Issue]:
             f"{many} beyond the sheet's edge, where the controller probes beside the sheet: lay a piece of the same "
             "thickness there, or use --dialect plasma with a profile without [probe]"
         )
-        issues.append(Issue("L619", words, f"the first at ({beyond[0][0]:.4g}, {beyond[0][1]:.4g})"))
+        issues.append(Issue("L619", words, Message("the first at ({:.4g}, {:.4g})", beyond[0][0], beyond[0][1])))
     detached = None if routes is None else routes.issue(cut_plan.cuts)
     return issues if detached is None else [*issues, detached]

@@ -43,17 +43,18 @@ def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensa
     torch, name = dialect.torch, dialect.name
     if marks and (torch is None or not torch.mark_on):
         raise PostError(
-            f"{name} has no command for marking; leave the marks out (--ignore-layers), or choose another dialect"
+            "{} has no command for marking; leave the marks out (--ignore-layers), or choose another dialect", name
         )
     if marks and torch is not None and torch.power and options.mark_power >= options.beam_power:
         raise PostError(
-            f"--mark-power {options.mark_power} is not below --beam-power {options.beam_power}: marks would be cut "
-            "through; give a lower --mark-power"
+            "--mark-power {} is not below --beam-power {}: marks would be cut through; give a lower --mark-power",
+            options.mark_power,
+            options.beam_power,
         )
     if compensates and (torch is None or not torch.compensation):
-        raise PostError(f"{name} does not compensate the kerf (G41, G42); use --compensation geometry")
+        raise PostError("{} does not compensate the kerf (G41, G42); use --compensation geometry", name)
     if options.material_number is not None and (torch is None or not torch.material):
-        raise PostError(f"{name} has no table of materials; leave out --material-number")
+        raise PostError("{} has no table of materials; leave out --material-number", name)
 
 
 class _TorchWriter(Writer):
@@ -157,8 +158,9 @@ class _TorchWriter(Writer):
         if self.options.material_number is not None and not marks:
             if abs(feed / self.plan.data.feed - 1.0) > _SAME_FEED:
                 raise PostError(
-                    f"a feed of {feed * SECONDS_PER_MINUTE:.6g} mm/min cannot be set if the controller takes the feed "
-                    "from its material table; leave out --material-number"
+                    "a feed of {:.6g} mm/min cannot be set if the controller takes the feed "
+                    "from its material table; leave out --material-number",
+                    feed * SECONDS_PER_MINUTE,
                 )
             return self.out.modal("F", self.torch.material_feed)
         return self.out.modal("F", "F" + self.numbers.feed(feed))
@@ -214,7 +216,7 @@ class _TorchWriter(Writer):
 
     def _probe(self, row: Motion) -> None:
         if not self.torch.probe:
-            raise PostError(f"{self.dialect.name} has no probing command")
+            raise PostError("{} has no probing command", self.dialect.name)
         self._check_cutting(row)
         self.out.forget(["motion", "Z"])
         feed = self.out.modal("F", "F" + self.numbers.feed(row.value))

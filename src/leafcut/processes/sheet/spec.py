@@ -11,6 +11,7 @@ import numpy as np
 from leafcut.errors import OptionError, PlanError, printable
 from leafcut.gcode.dialects import dialect
 from leafcut.geometry.arrays import Point
+from leafcut.message import Message
 from leafcut.model.cutting import CutData, PlanFile
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod, Head, method_of
@@ -89,7 +90,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     probe = probe_for(job.machine, words)
     if words.torch is not None and not words.torch.waits and not words.moves_z:
         if options.pierce_delay:
-            raise OptionError(f"{words.name} has no pierce delay; leave out --pierce-delay")
+            raise OptionError("{} has no pierce delay; leave out --pierce-delay", words.name)
         data = replace(data, pierce_delay=0.0)  # a beam that is off at standstill can only pierce in motion
     torch = _torch_setup(job, words, data, probe)
     planned = settings.job.plan is not None
@@ -282,12 +283,16 @@ def check_thickness(part: Part, thickness: float | None) -> list[Issue]:
         return []
     if apart > max(_SUBSTITUTE, _SUBSTITUTE_SHARE * part.height) + _SAME_THICKNESS:
         raise OptionError(
-            f"--thickness {thickness:g} mm: the solid is {part.height:.4g} mm high; give --thickness "
-            f"{part.height:.4g}mm, or turn the solid (--up)"
+            "--thickness {:g} mm: the solid is {:.4g} mm high; give --thickness {:.4g}mm, or turn the solid (--up)",
+            thickness,
+            part.height,
+            part.height,
         )
-    words = (
-        f"the solid is {part.height:.4g} mm high, but the sheet is {thickness:.4g} mm thick (--thickness); its cutting "
-        "data are used: check that slots, tabs and bends fit this sheet"
+    words = Message(
+        "the solid is {:.4g} mm high, but the sheet is {:.4g} mm thick (--thickness); its cutting "
+        "data are used: check that slots, tabs and bends fit this sheet",
+        part.height,
+        thickness,
     )
     return [Issue("L413", words)]
 
@@ -299,8 +304,10 @@ def _cut_data(run: Job) -> tuple[CutData, list[Issue]]:
     machine_kind = run.machine.head.method
     if machine_kind is None:
         raise OptionError(
-            f"{run.machine.name} has a spindle and cannot cut a sheet by heat or water; choose --machine "
-            f'{", ".join(CUTTING_MACHINES.values())} or a profile of your own with process = "torch"'
+            "{} has a spindle and cannot cut a sheet by heat or water; choose --machine "
+            '{} or a profile of your own with process = "torch"',
+            run.machine.name,
+            ", ".join(CUTTING_MACHINES.values()),
         )
     _check_process(data.cut_process or machine_kind, machine_kind, run.machine.name)
     if thickness is None:
@@ -338,10 +345,15 @@ def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue
     kind, kind_asked = (name.split("_")[:2] for name in (own, asked))
     if kind != kind_asked:
         raise OptionError(
-            f"--cut-process {printable(asked)}: {machine.name} has {own}; choose another --machine, "
-            f'or a profile of your own with cut_process = "{printable(asked)}"'
+            '--cut-process {}: {} has {}; choose another --machine, or a profile of your own with cut_process = "{}"',
+            printable(asked),
+            machine.name,
+            own,
+            printable(asked),
         )
-    words = f"the cutting data are for {asked} (--cut-process), but {machine.name} has {own}: check the power"
+    words = Message(
+        "the cutting data are for {} (--cut-process), but {} has {}: check the power", asked, machine.name, own
+    )
     return asked, [Issue("L413", words)]
 
 
@@ -350,8 +362,12 @@ def _check_process(asked: str, kind: str, machine: str) -> None:
     if how == kind or how not in tuple(CutMethod):
         return
     raise OptionError(
-        f"{machine} cuts by {kind}, not by {how}; choose --machine {CUTTING_MACHINES[how]}, or a profile of your own "
-        f'with process = "{Head.that_cuts(CutMethod(how))}"'
+        '{} cuts by {}, not by {}; choose --machine {}, or a profile of your own with process = "{}"',
+        machine,
+        kind,
+        how,
+        CUTTING_MACHINES[how],
+        Head.that_cuts(CutMethod(how)),
     )
 
 
@@ -362,8 +378,11 @@ def _check_dialect(words: Dialect, process: str) -> None:
     if words.torch is not None and how in tuple(CutMethod) and how not in words.torch.cuts:
         able = [name for name in dialects(torch=True) if how in (dialect(name).torch or words.torch).cuts]
         raise OptionError(
-            f"programs for {words.name} cut by {' or '.join(words.torch.cuts)}, not by {how}; choose --dialect "
-            f"{' or '.join(able)}"
+            "programs for {} cut by {}, not by {}; choose --dialect {}",
+            words.name,
+            " or ".join(words.torch.cuts),
+            how,
+            " or ".join(able),
         )
 
 
@@ -388,16 +407,17 @@ def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
     """Return a warning about a plan file for other cutting data, because its leads and starts suit another kerf."""
     differs = []
     if plan.thickness and abs(plan.thickness - data.thickness) > _SAME_THICKNESS:
-        differs.append(f"{plan.thickness:g} mm, not {data.thickness:g} mm")
+        differs.append(Message("{:g} mm, not {:g} mm", plan.thickness, data.thickness))
     if plan.material and plan.material != data.material:
-        differs.append(f"{plan.material}, not {data.material}")
+        differs.append(Message("{}, not {}", plan.material, data.material))
     if plan.process and plan.process != data.process:
-        differs.append(f"{plan.process}, not {data.process}")
+        differs.append(Message("{}, not {}", plan.process, data.process))
     if not differs:
         return []
-    words = (
-        f"the plan was made for {' and '.join(differs)}: this sheet is cut with its own data and the fixed values of "
-        "the plan; check its leads and starts, or make a new plan"
+    words = Message(
+        "the plan was made for {}: this sheet is cut with its own data and the fixed values of "
+        "the plan; check its leads and starts, or make a new plan",
+        " and ".join(differs),
     )
     return [Issue("L621", words, plan.source)]
 
@@ -408,9 +428,11 @@ def _register_issues(words: Dialect, data: CutData, options: CutOptions) -> list
 
     if options.compensation != "controller" or words.torch is None or words.torch.compensation != "G41":
         return []
-    text = (
-        f"the controller takes half of the kerf from register D{KERF_REGISTER}: set it to {0.5 * data.kerf:.4g} mm, "
-        "as a radius, or every part has the wrong size"
+    text = Message(
+        "the controller takes half of the kerf from register D{}: set it to {:.4g} mm, "
+        "as a radius, or every part has the wrong size",
+        KERF_REGISTER,
+        0.5 * data.kerf,
     )
     return [Issue("L622", text)]
 
@@ -418,9 +440,10 @@ def _register_issues(words: Dialect, data: CutData, options: CutOptions) -> list
 def _probe_issues(probe: Probe | None) -> list[Issue]:
     if probe is None:
         return []
-    words = (
-        f"the torch probes the sheet before each pierce; its switch is assumed to trip {probe.switch_offset:g} mm "
-        "after contact: measure it (probe.switch_offset of the machine profile)"
+    words = Message(
+        "the torch probes the sheet before each pierce; its switch is assumed to trip {:g} mm "
+        "after contact: measure it (probe.switch_offset of the machine profile)",
+        probe.switch_offset,
     )
     return [Issue("L618", words, "", Severity.NOTE)]
 

@@ -15,6 +15,7 @@ from typing import Any
 from leafcut.errors import OptionError, ReadError, name_suggestion, printable
 from leafcut.files.schemas import MACHINE
 from leafcut.files.whole_files import decode_text
+from leafcut.message import Message
 from leafcut.model.machine import Machine
 from leafcut.read.controllers import fluidnc, grbl, linuxcnc, mach, reprap
 from leafcut.read.controllers.values import Value, ValueOrigin, Values
@@ -94,7 +95,7 @@ def read_settings(path: str | Path) -> str:
     except ValueError:
         raise ReadError(printable(str(path)), "not a valid file name") from None
     except OSError as problem:
-        raise ReadError(path, f"cannot be read ({problem.strerror})") from None
+        raise ReadError(path, Message("cannot be read ({})", problem.strerror)) from None
     return settings_text(data, str(path))
 
 

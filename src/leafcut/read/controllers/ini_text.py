@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from leafcut.errors import ReadError, printable
+from leafcut.message import Message
 
 #: Limits of included files: depth of nesting, and total size, bytes (a real one has a few kB).
 DEEPEST, MOST_INCLUDED = 8, 4 * 1024 * 1024
@@ -56,7 +57,7 @@ class _Reading:
     def lines(self, text: str, file: Path, depth: int, section: str) -> str:
         for count, line in enumerate(text.splitlines(), 1):
             stripped = line.strip()
-            place = f"line {count}" if depth == 0 else f"{printable(file.name, 40)}, line {count}"
+            place = Message("line {}", count) if depth == 0 else f"{printable(file.name, 40)}, line {count}"
             if stripped.startswith("#INCLUDE ") and self.include:
                 section = self._read_include(stripped.removeprefix("#INCLUDE ").strip(), file, depth, section, count)
             elif stripped.startswith("[") and "]" in stripped:

@@ -11,6 +11,7 @@ from typing import Any
 
 from leafcut.errors import ReadError, printable
 from leafcut.gcode.dialects import dialects
+from leafcut.message import Message
 from leafcut.model.kinds import Head
 from leafcut.units import FACTORS
 
@@ -219,7 +220,7 @@ def in_lines(lines: Iterable[int]) -> str:
     """Return ``line 3`` or ``lines 3, 5 and 7``."""
     sorted_lines = sorted(set(lines))
     if len(sorted_lines) == 1:
-        return f"line {sorted_lines[0]}"
+        return Message("line {}", sorted_lines[0])
     if len(sorted_lines) > 2 and sorted_lines[-1] - sorted_lines[0] == len(sorted_lines) - 1:
         return f"lines {sorted_lines[0]} to {sorted_lines[-1]}"
     return f"lines {', '.join(map(str, sorted_lines[:-1]))} and {sorted_lines[-1]}"

@@ -78,7 +78,7 @@ class Canvas(DataServer, component="../static/canvas_element.js"):
         A function is called in a thread. Raise `OptionError` for an unknown layer.
         """
         if layer not in LAYERS:
-            raise OptionError(f"the drawing has no layer '{layer}'; its layers are: {', '.join(LAYERS)}")
+            raise OptionError("the drawing has no layer '{}'; its layers are: {}", layer, ", ".join(LAYERS))
         if layer not in self._addresses:
             self._addresses[layer] = self.serve(layer, lambda: self._bytes(layer))
         self._scenes[layer] = scene

@@ -127,7 +127,7 @@ class History:
             self._connection = self._open()
         except sqlite3.DatabaseError as problem:
             if isinstance(problem, sqlite3.OperationalError):
-                raise OutputError(f"{path}: cannot open the history ({problem})") from None
+                raise OutputError("{}: cannot open the history ({})", path, problem) from None
             self._set_aside()
             self._connection = self._open()
 
@@ -164,7 +164,7 @@ class History:
                 if file.exists():
                     file.chmod(0o600)
         except OSError as problem:
-            raise OutputError(f"{self._path}: cannot open the history ({problem.strerror})") from None
+            raise OutputError("{}: cannot open the history ({})", self._path, problem.strerror) from None
 
     def _set_aside(self) -> None:
         """Rename a damaged file and its companion files, which must not be used with the new file."""
@@ -185,7 +185,7 @@ class History:
                 if self._connection.in_transaction:
                     self._connection.execute("ROLLBACK")
                 if isinstance(problem, sqlite3.Error):
-                    raise OutputError(f"cannot write the history ({problem})") from None
+                    raise OutputError("cannot write the history ({})", problem) from None
                 raise
 
     def _read(self, query: str, values: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:

@@ -44,7 +44,7 @@ def quantity_of(typed: str) -> int:
     """Return a typed quantity as int; raise `OptionError` if it is not a whole number or out of range."""
     text = typed.strip()
     if not text.isdecimal() or not 1 <= int(text[:9]) <= MAX_PIECES or len(text) > 9:
-        raise OptionError(f"quantity: '{text[:40]}' is not a whole number from 1 to {MAX_PIECES:,}")
+        raise OptionError("quantity: '{}' is not a whole number from 1 to {:,}", text[:40], MAX_PIECES)
     return int(text)
 
 

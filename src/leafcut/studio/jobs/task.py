@@ -12,6 +12,7 @@ from typing import Any
 from leafcut.errors import OptionError, name_suggestion, printable
 from leafcut.files.user_files import has_defaults
 from leafcut.lab.experiment import check_experiment
+from leafcut.message import Message
 from leafcut.options import LITERATURE
 from leafcut.options.option_spec import flag_name, split_names
 from leafcut.options.sheet_word import OFFERED, SheetWord, parse_sheet
@@ -92,7 +93,7 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
     Raise `OptionError` for invalid options and for files outside the studio.
     """
     if task.command not in COMMANDS:
-        raise OptionError(f"unknown command '{task.command}'{name_suggestion(task.command, COMMANDS)}")
+        raise OptionError("unknown command '{}'{}", task.command, name_suggestion(task.command, COMMANDS))
     if has_half_letter([task.inputs, task.options]):
         raise OptionError("the text contains an invalid character (\\ud800 to \\udfff)")
     parts, drawn = parts_of(task), _drawn_sheets(task, folder)
@@ -100,8 +101,8 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
     if task.command == "nest" and not parts:
         raise OptionError("no parts to nest; open their drawings")
     if task.command != "nest" and len(task.inputs) != COMMANDS[task.command]:
-        files = "one file" if COMMANDS[task.command] == 1 else f"{COMMANDS[task.command]} files"
-        raise OptionError(f"{task.command} needs {files}")
+        files = "one file" if COMMANDS[task.command] == 1 else Message("{} files", COMMANDS[task.command])
+        raise OptionError("{} needs {}", task.command, files)
     if task.command == "study":
         check_experiment(task.algorithms, task.runs)
     registry.check_asked(task.process)
@@ -136,7 +137,7 @@ def _drawn_sheets(task: Task, folder: Folder) -> dict[str, str]:
     names = [word.name for word in map(parse_sheet, split_names(sheet)) if word.size is None]
     for name in names:
         if name not in open_:
-            raise OptionError(f"--sheet: drawing '{printable(name)}' is not open; open it, or give a size")
+            raise OptionError("--sheet: drawing '{}' is not open; open it, or give a size", printable(name))
     return {name: open_[name] for name in names}
 
 
@@ -154,11 +155,11 @@ def _resolved(name: str, value: Any, folder: Folder) -> Any:
     spec = group_of(name).specs()[name]
     flag = flag_name(name)
     if spec.is_output:
-        raise OptionError(f"{flag}: the studio sets this file itself; leave it out")
+        raise OptionError("{}: the studio sets this file itself; leave it out", flag)
     if spec.kind != "path" and not spec.may_be_path:
         return value
     if not isinstance(value, str):
-        raise OptionError(f"{flag}: unknown file id '{value}'")
+        raise OptionError("{}: unknown file id '{}'", flag, value)
     if value.startswith(OWN) and name in OWN_KINDS:
         return str(folder.kept_own(OWN_KINDS[name], value, flag))
     if spec.may_be_path and not spec.names_file(value) and "/" not in value and "\\" not in value:
@@ -166,7 +167,7 @@ def _resolved(name: str, value: Any, folder: Folder) -> Any:
     try:
         return str(folder.input_path(value))
     except OptionError:
-        raise OptionError(f"{flag}: choose a file opened in the studio, not a path") from None
+        raise OptionError("{}: choose a file opened in the studio, not a path", flag) from None
 
 
 def names_of(task: Task, folder: Folder) -> tuple[str, ...]:

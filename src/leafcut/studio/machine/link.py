@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from leafcut.errors import LeafcutError, OptionError, SendError
+from leafcut.message import Message
 from leafcut.model.machine import XYZ
 from leafcut.sender.answers import Alarm, ControllerAnswer, Greeting, InvalidAnswer, Status
 from leafcut.sender.controller_facts import Facts
@@ -158,7 +159,7 @@ class MachineLink:
         future: Future[Any] = Future()
         with self._lock:
             if self.state.connection is not Connection.CLOSED:
-                raise SendError(f"the machine on {self.state.port} is connected; disconnect it first")
+                raise SendError("the machine on {} is connected; disconnect it first", self.state.port)
             if self._thread is not None:
                 self._thread.join()
             self._leaving, self._alive_at = False, self._clock()
@@ -209,7 +210,7 @@ class MachineLink:
         """Set the zero of G54 to the current position in some axes, such as ``XY``."""
         named = "".join(axis for axis in "XYZ" if axis in axes.upper())
         if not named or len(named) != len(axes):
-            raise OptionError(f"'{axes}' are not axes; use X, Y and Z")
+            raise OptionError("'{}' are not axes; use X, Y and Z", axes)
         return self._submit_task(holder, MachineTask.ASKING, lambda _: self._zero(named), by_hand=True)
 
     def probe(self, holder: str, plate: float, feed: float, travel: float) -> Future[Any]:
@@ -339,8 +340,8 @@ class MachineLink:
         except LeafcutError as problem:
             message = str(problem)
         except Exception as fault:  # after an internal error, no page must show a connected machine
-            message = (
-                f"an internal error in leafcut ({fault}): the connection is closed; stop the machine at its own switch"
+            message = Message(
+                "an internal error in leafcut ({}): the connection is closed; stop the machine at its own switch", fault
             )
         finally:
             if port is not None:
@@ -402,7 +403,7 @@ class MachineLink:
             raise
         except Exception as fault:
             if not future.done():
-                future.set_exception(SendError(f"an internal error in leafcut ({fault})"))
+                future.set_exception(SendError("an internal error in leafcut ({})", fault))
             raise
         finally:
             self._heard_at = self._clock()
@@ -416,7 +417,7 @@ class MachineLink:
         for answer in talk.listen():
             (handle or self._process_answer)(answer)
         if now - self._heard_at > SILENCE_SECONDS * talk.patience:
-            raise PortLost(f"{talk.port.name} no longer responds")
+            raise PortLost("{} no longer responds", talk.port.name)
         if self._cancel or (self._is_abandoned() and self.state.status == "Jog"):
             self._cancel, self._jog_until = False, 0.0
             cancel_jog(talk)
@@ -436,7 +437,7 @@ class MachineLink:
                 self._publish(unsure=self.state.unsure or moving)
                 self._show_message("the controller was reset", bad=True)
             case InvalidAnswer(words):
-                self._show_message(f"invalid answer: '{words}'; check the cable", bad=True)
+                self._show_message(Message("invalid answer: '{}'; check the cable", words), bad=True)
             case _:
                 pass
 
@@ -470,7 +471,7 @@ class MachineLink:
         assert self._talk is not None
         status = self._talk.fresh_status()
         if status.state != "Idle":
-            raise SendError(f"the machine is {state_in_words(status, self._talk.family)}; bring it to rest first")
+            raise SendError("the machine is {}; bring it to rest first", state_in_words(status, self._talk.family))
         return self._read_facts()
 
     def _stop_now(self, talk: GrblConversation) -> None:
@@ -562,10 +563,10 @@ class MachineLink:
         if facts.soft_limits_off:
             notes.append(facts.soft_limits_off)
         if wishes.by_hole and not job.holes:
-            raise SendError(f"{job.file} has no holes to drill one at a time")
+            raise SendError("{} has no holes to drill one at a time", job.file)
         line, steps, tool = steps_from_resume(job, facts, wishes.from_hole, wishes.from_line)
         if tool is not None:
-            notes.append(f"tool T{tool} must be in the spindle")
+            notes.append(Message("tool T{} must be in the spindle", tool))
         return ReadyProgram(job.for_machine(facts.machine_with_settings(job.machine)), facts, steps, line, tuple(notes))
 
     def _send(self, on_start: Callable[..., None], job: SendJob, wishes: RunWishes) -> None:

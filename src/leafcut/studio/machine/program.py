@@ -32,7 +32,7 @@ def machine_of(word: str, folder: Folder) -> Machine:
         raise OptionError("choose a machine of the library")
     if conversation_class(machine, machine.name) is not GrblConversation:
         raise OptionError(
-            f"{machine.name}: this page supports only GRBL boards; send to {machine.control} with leafcut send"
+            "{}: this page supports only GRBL boards; send to {} with leafcut send", machine.name, machine.control
         )
     return machine
 
@@ -57,12 +57,14 @@ def program_of_job(history: History, folder: Folder, job: str, machine: str, acc
     if answer is None or program is None:
         raise OptionError("there is no program yet; run one first, or open one")
     if not answer.get("verified"):
-        raise OptionError(f"{program.file_name} was not verified; run it again")
+        raise OptionError("{} was not verified; run it again", program.file_name)
     profile = machine_of(machine, folder)
     if answer["machine"] != profile.name:
         raise OptionError(
-            f"{program.file_name} was made and verified for {answer['machine']}, not for {profile.name}; run it again "
-            "for this machine"
+            "{} was made and verified for {}, not for {}; run it again for this machine",
+            program.file_name,
+            answer["machine"],
+            profile.name,
         )
     return job_of(program.text, program.file_name, profile, dialect(profile.controller), None, accept)
 

@@ -149,7 +149,7 @@ def _write_keys(studio: Studio) -> None:
         write_private(studio.token_file, studio.keys.token.encode())
         write_private(studio.entrance, redirect_page(studio.address(studio.keys.new_entry())))
     except OSError as problem:
-        raise OutputError(f"{studio.folder.root}: cannot be written ({problem.strerror})") from None
+        raise OutputError("{}: cannot be written ({})", studio.folder.root, problem.strerror) from None
 
 
 def _server(config: Any, studio: Studio) -> Any:

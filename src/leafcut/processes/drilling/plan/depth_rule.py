@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from leafcut.errors import OptionError, PlanError
+from leafcut.message import Message
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
 from leafcut.model.tool import Tool, ToolKind
@@ -49,15 +50,21 @@ class DepthRule:
             return self.depth + self.break_through + tool.point_length
         if tool.kind in (ToolKind.TAP, ToolKind.REAMER) and not self.to_shoulder:
             raise PlanError(
-                f"{tool.label} would break at the bottom: the drill before it reaches {self.depth:g} mm with its tip "
-                "only; give --thickness, or --depth with --depth-to shoulder"
+                "{} would break at the bottom: the drill before it reaches {:g} mm with its tip "
+                "only; give --thickness, or --depth with --depth-to shoulder",
+                tool.label,
+                self.depth,
             )
         tip = self.depth + (tool.point_length if self.to_shoulder else 0.0)
         if self.thickness is not None and self.depth < self.thickness < tip:
             raise PlanError(
-                f"a hole of --depth {self.depth:g} mm in a plate of {self.thickness:g} mm is blind, but the tip of "
-                f"{tool.label} would go {tip:.3g} mm deep; use a smaller --depth or --depth-to tip, or leave --depth "
-                "out for through holes"
+                "a hole of --depth {:g} mm in a plate of {:g} mm is blind, but the tip of "
+                "{} would go {:.3g} mm deep; use a smaller --depth or --depth-to tip, or leave --depth "
+                "out for through holes",
+                self.depth,
+                self.thickness,
+                tool.label,
+                tip,
             )
         return tip
 
@@ -77,9 +84,14 @@ def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
         return None
     return Issue(
         "L402",
-        f"{tool.label} ends {rule.break_through:g} mm below the plate, but its tapered lead may be {lead:g} mm long: "
-        f"for a "
-        "full thread at the exit, set a larger --break-through if there is room below the plate",
+        Message(
+            "{} ends {:g} mm below the plate, but its tapered lead may be {:g} mm long: "
+            "for a "
+            "full thread at the exit, set a larger --break-through if there is room below the plate",
+            tool.label,
+            rule.break_through,
+            lead,
+        ),
         severity=Severity.NOTE,
     )
 
@@ -88,8 +100,9 @@ def refuse_unknown_depth(part: Part, job: JobOptions) -> None:
     """Refuse a part if neither the options nor its drawing give the depth of the holes (`OptionError`)."""
     if job.depth is None and job.thickness is None and not part.has_hole_depths:
         raise OptionError(
-            f"{part.name}: drilling needs a depth; give --thickness 6mm (through holes), --depth 5mm (blind holes), or "
-            "--depth 1mm --depth-to tip (spots only)"
+            "{}: drilling needs a depth; give --thickness 6mm (through holes), --depth 5mm (blind holes), or "
+            "--depth 1mm --depth-to tip (spots only)",
+            part.name,
         )
 
 
@@ -102,6 +115,8 @@ def depth_rule(job: JobOptions, options: DrillOptions) -> DepthRule:
         return DepthRule(job.thickness, True, to_shoulder, job.break_through)
     if job.thickness is not None and depth > job.thickness:
         raise PlanError(
-            f"--depth {depth:g} mm is more than --thickness {job.thickness:g} mm; leave --depth out for through holes"
+            "--depth {:g} mm is more than --thickness {:g} mm; leave --depth out for through holes",
+            depth,
+            job.thickness,
         )
     return DepthRule(depth, False, to_shoulder, 0.0, job.thickness)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.zones import touches_any_zone, widen_zones
+from leafcut.message import Message
 from leafcut.model.cutter import bodies_of, cutter_of, flutes_of, widest_below
 from leafcut.model.cycles import PECKING
 from leafcut.model.heights import SAME_HEIGHT, HeightCount
@@ -159,13 +160,15 @@ def plan_drilling(
     """
     if not part.holes and not part.slots:
         reasons = "; ".join(issue.message for issue in part.issues)
-        raise PlanError(f"{part.name}: no holes to drill{': ' if reasons else ''}{reasons}")
+        raise PlanError("{}: no holes to drill{}{}", part.name, ": " if reasons else "", reasons)
     refuse_unknown_depth(part, job)
     work_surface = _work_surface(part, mesh, job, options, fixture)
     if work_surface is not None and work_surface.clearance > job.clearance_height:
         raise PlanError(
-            f"--clearance-height {job.clearance_height:g} mm is less than the {work_surface.clearance:g} mm that moves "
-            "keep from the surface; give a larger --clearance-height"
+            "--clearance-height {:g} mm is less than the {:g} mm that moves "
+            "keep from the surface; give a larger --clearance-height",
+            job.clearance_height,
+            work_surface.clearance,
         )
     chooser = ToolChooser(library, machine, job, options, board=part.format == "excellon")
     deeper = np.zeros(len(part.holes))
@@ -267,8 +270,11 @@ def _depths_of_solid(
     if least <= 0.0:
         hole = part.holes[shallow]
         raise PlanError(
-            f"the hole at {hole.x:g}, {hole.y:g} is {hole.depth:.3g} mm deep with a flat floor, and the point of its "
-            f"drill is longer; set --depth, or leave the hole out (--max-diameter, --min-diameter)"
+            "the hole at {:g}, {:g} is {:.3g} mm deep with a flat floor, and the point of its "
+            "drill is longer; set --depth, or leave the hole out (--max-diameter, --min-diameter)",
+            hole.x,
+            hole.y,
+            hole.depth,
         )
     return replace(job, thickness=least), deeper - least
 
@@ -283,7 +289,9 @@ def _work_surface(
             raise OptionError("--depth through: needs --surface; for a plate give --thickness")
         return None
     if part.slots:
-        raise PlanError(f"{part.name}: slots are not routed on a surface; leave --surface out, or the slots (--layers)")
+        raise PlanError(
+            "{}: slots are not routed on a surface; leave --surface out, or the slots (--layers)", part.name
+        )
     boxes, issues = boxes_of(job.keep_out, float(mesh.low[2])), list[Issue]()
     if fixture is not None:
         fixture, issues = checked_fixture(fixture, mesh)
@@ -387,10 +395,17 @@ def _add_wide_tools(
     holes = len({id(hole) for hole, _ in unmade})
     issue = Issue(
         "L217",
-        f"{count_of(holes, 'hole')} with a counterbore, countersink or undercut, as at {hole.x:g}, {hole.y:g} "
-        f"(\u00d8 {wide_part.diameter:g}, {wide_part.depth:.3f} mm deep): the narrow part is drilled, the wide part "
-        f"is not machined; "
-        "add an end mill of its diameter or a chamfer mill of its angle to --tools",
+        Message(
+            "{} with a counterbore, countersink or undercut, as at {:g}, {:g} "
+            "(\u00d8 {:g}, {:.3f} mm deep): the narrow part is drilled, the wide part "
+            "is not machined; "
+            "add an end mill of its diameter or a chamfer mill of its angle to --tools",
+            count_of(holes, "hole"),
+            hole.x,
+            hole.y,
+            wide_part.diameter,
+            wide_part.depth,
+        ),
         missing=MissingWork("wide part", len(unmade), tuple((hole.x, hole.y) for hole, _ in unmade)),
     )
     return wide, [issue]
@@ -414,8 +429,10 @@ def _check_flutes(
         deepest = float((tops[operation.targets] - operation.bottoms(tops, deeper)).max(initial=0.0))
         if operation.tool.flute_length is not None and deepest > operation.tool.flute_length + 1e-9:
             raise PlanError(
-                f"{operation.tool.label} cuts {operation.tool.flute_length:g} mm deep at most, but the part is "
-                f"{deepest:.3g} mm thick at its thickest hole; use a longer tool"
+                "{} cuts {:g} mm deep at most, but the part is {:.3g} mm thick at its thickest hole; use a longer tool",
+                operation.tool.label,
+                operation.tool.flute_length,
+                deepest,
             )
 
 
@@ -432,15 +449,22 @@ def _hole_tops(part: Part, drawn: bool) -> tuple[NDArray[np.float64], list[Issue
             height = heights_seen.setdefault((round(hole.x, 2), round(hole.y, 2)), hole.z)
             if abs(height - hole.z) > SAME_HEIGHT:
                 raise PlanError(
-                    f"{part.name}: --z-zero drawn: at {hole.x:g}, {hole.y:g} one hole is drawn at Z{height:g} "
-                    f"and one at Z{hole.z:g}; choose one of them (--layers, --max-diameter)"
+                    "{}: --z-zero drawn: at {:g}, {:g} one hole is drawn at Z{:g} "
+                    "and one at Z{:g}; choose one of them (--layers, --max-diameter)",
+                    part.name,
+                    hole.x,
+                    hole.y,
+                    height,
+                    hole.z,
                 )
         return tops, []
     heights = HeightCount.of((hole.x, hole.y, hole.z) for hole in part.holes)
     if heights.differ:
         raise PlanError(
-            f"{part.name}: the holes are drawn at different heights: {heights}; all are drilled from the same "
-            f"surface, Z0: use --z-zero drawn, select a single height (--layers), or draw them at the same height"
+            "{}: the holes are drawn at different heights: {}; all are drilled from the same "
+            "surface, Z0: use --z-zero drawn, select a single height (--layers), or draw them at the same height",
+            part.name,
+            heights,
         )
     return np.zeros(len(part.holes)), heights.notes("holes")
 
@@ -472,12 +496,18 @@ def _exit_issues(
     if not label:
         return []
     if not count:
-        message = f"{label} exits up to {farthest:.2f} mm below the board: use a thicker backing board"
+        message = Message("{} exits up to {:.2f} mm below the board: use a thicker backing board", label, farthest)
         return [Issue("L402", message, severity=Severity.NOTE)]
-    message = (
-        f"{label} at {point[0]:g}, {point[1]:g} exits {farthest:.2f} mm below the part "
-        f"({count_of(count, 'place')} with more than {FAR_BELOW:g} mm): leave room below it for the tip, or use a "
-        f"smaller --break-through"
+    message = Message(
+        "{} at {:g}, {:g} exits {:.2f} mm below the part "
+        "({} with more than {:g} mm): leave room below it for the tip, or use a "
+        "smaller --break-through",
+        label,
+        point[0],
+        point[1],
+        farthest,
+        count_of(count, "place"),
+        FAR_BELOW,
     )
     return [Issue("L404", message)]
 
@@ -534,8 +564,13 @@ def _check_zones(plan: DrillPlan) -> None:
         if len(inside):
             x, y = starts[inside[0]]
             raise PlanError(
-                f"the {kind} at {x:g}, {y:g} is in a keep-out zone, or closer to it than the radius of "
-                f"{tool.label} ({count_of(len(inside), kind)} in all); change --keep-out, or leave them out"
+                "the {} at {:g}, {:g} is in a keep-out zone, or closer to it than the radius of "
+                "{} ({} in all); change --keep-out, or leave them out",
+                kind,
+                x,
+                y,
+                tool.label,
+                count_of(len(inside), kind),
             )
         if not bodies_of(tool) or not len(plan.zones):
             continue
@@ -544,8 +579,12 @@ def _check_zones(plan: DrillPlan) -> None:
         if hits:
             x, y = starts[hits[0]]
             raise PlanError(
-                f"{tool.label}: at {x:g}, {y:g} its shank or holder enters a keep-out zone below its height "
-                f"({count_of(len(hits), kind)} in all); use a longer tool, change --keep-out, or leave them out"
+                "{}: at {:g}, {:g} its shank or holder enters a keep-out zone below its height "
+                "({} in all); use a longer tool, change --keep-out, or leave them out",
+                tool.label,
+                x,
+                y,
+                count_of(len(hits), kind),
             )
 
 
@@ -593,8 +632,9 @@ def _order_tools(steps: list[Step], sequences: Sequence[Sequence[Step]]) -> list
         if ready is None:
             names = ", ".join(s.tool.label for s in remaining)
             raise PlanError(
-                f"the recipes contradict each other: each of {names} would have to come before another one of them; "
-                f"change a recipe"
+                "the recipes contradict each other: each of {} would have to come before another one of them; "
+                "change a recipe",
+                names,
             )
         order.append(ready)
         remaining.remove(ready)
@@ -608,8 +648,11 @@ def _operation(
     bottom = -rule.tip_depth(tool)
     if tool.flute_length is not None and -bottom > tool.flute_length + 1e-9:
         raise PlanError(
-            f"{tool.label} cuts {tool.flute_length:g} mm deep at most, but the hole needs {-bottom:.3g} mm"
-            f"{'' if tool.kind is ToolKind.CENTRE_DRILL else rule.given}; use a longer tool"
+            "{} cuts {:g} mm deep at most, but the hole needs {:.3g} mm{}; use a longer tool",
+            tool.label,
+            tool.flute_length,
+            -bottom,
+            "" if tool.kind is ToolKind.CENTRE_DRILL else rule.given,
         )
     cycle = DrillCycle(
         name=_cycle_name(tool, options),
@@ -648,11 +691,11 @@ def _checked_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:
     Raises PlanError if a parameter is missing or the tool cannot run the cycle.
     """
     if cycle.name in ("G83", "G73") and not cycle.peck:
-        raise PlanError(f"{tool.label}: {cycle.name} needs a peck depth; set --peck, or peck in the library")
+        raise PlanError("{}: {} needs a peck depth; set --peck, or peck in the library", tool.label, cycle.name)
     if cycle.name == "G82" and not cycle.dwell:
-        raise PlanError(f"{tool.label}: G82 needs a dwell; set --dwell, or dwell in the library")
+        raise PlanError("{}: G82 needs a dwell; set --dwell, or dwell in the library", tool.label)
     if cycle.name == "G84" and tool.kind is not ToolKind.TAP:
-        raise PlanError(f"{tool.label}: G84 taps a thread, and this tool is not a tap; choose another --cycle")
+        raise PlanError("{}: G84 taps a thread, and this tool is not a tap; choose another --cycle", tool.label)
     return DrillCycle(
         name=cycle.name,
         r_plane=cycle.r_plane,
@@ -667,21 +710,24 @@ def _check_speeds(operations: tuple[DrillOperation, ...], machine: Machine, job:
     for tool in (o.tool for o in operations):
         if not (tool.spindle_rpm > 0 and tool.feed > 0):
             missing = "feed" if tool.spindle_rpm > 0 else "spindle_speed"
-            raise PlanError(f"{tool.label} has no {missing}; give it in the tool library")
+            raise PlanError("{} has no {}; give it in the tool library", tool.label, missing)
         if not machine.spindle_min_rpm <= tool.spindle_rpm <= machine.spindle_max_rpm:
             limits = (
                 f"the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to {machine.spindle_max_rpm:g} rpm"
             )
             if tool.assumed and tool.spindle_rpm == job.spindle_speed:
-                raise PlanError(f"--spindle-speed {tool.spindle_rpm:g}: {limits}; choose a speed in this range")
+                raise PlanError("--spindle-speed {:g}: {}; choose a speed in this range", tool.spindle_rpm, limits)
             demand = f"{tool.label} requires {tool.spindle_rpm:g} rpm, but {limits}"
             if tool.spindle_rpm < machine.spindle_min_rpm:
-                raise PlanError(f"{demand}: mill the hole, or change the speed in the tool library")
-            raise PlanError(f"{demand}: change the speed in the tool library, or use a faster spindle")
+                raise PlanError("{}: mill the hole, or change the speed in the tool library", demand)
+            raise PlanError("{}: change the speed in the tool library, or use a faster spindle", demand)
         if tool.feed > machine.max_feed * (1 + 1e-9):
             raise PlanError(
-                f"{tool.label} requires {tool.feed * 60:g} mm/min, but {machine.name} feeds at most "
-                f"{machine.max_feed * 60:g} mm/min"
+                "{} requires {:g} mm/min, but {} feeds at most {:g} mm/min",
+                tool.label,
+                tool.feed * 60,
+                machine.name,
+                machine.max_feed * 60,
             )
 
 
@@ -689,5 +735,5 @@ def _checked_point(point: tuple[float, ...] | None, flag: str) -> tuple[float, f
     if point is None:
         return None
     if len(point) != 2:
-        raise OptionError(f"{flag}: needs two numbers, x,y")
+        raise OptionError("{}: needs two numbers, x,y", flag)
     return point[0], point[1]

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from leafcut.errors import PlanError, count_of
+from leafcut.message import Message
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.part import Hole, HoleStep, Slot
@@ -156,8 +157,11 @@ class ToolChooser:
         tool = self._nearest_tool(slot.width, ToolKind.SLOT_MILL)
         if tool is None:
             raise PlanError(
-                f"{self.library.source}: no slot mill of {slot.width:g} mm for the slot at "
-                f"{slot.start[0]:g}, {slot.start[1]:g}; add one to the library"
+                "{}: no slot mill of {:g} mm for the slot at {:g}, {:g}; add one to the library",
+                self.library.source,
+                slot.width,
+                slot.start[0],
+                slot.start[1],
             )
         return Step(tool, slots=True)
 
@@ -166,35 +170,53 @@ class ToolChooser:
         for tool in self._assumed.values():
             yield Issue(
                 "L401",
-                f"{tool.label} is assumed, with {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm"
-                f"{self._material_note()}: load it under this number, and check these values, or give --tools"
-                f"{self._speed_advice(tool)}",
+                Message(
+                    "{} is assumed, with {:.6g} mm/min at {:.0f} rpm{}: load it under this number, and check these values, "
+                    "or give --tools{}",
+                    tool.label,
+                    tool.feed * 60,
+                    tool.spindle_rpm,
+                    self._material_note(),
+                    self._speed_advice(tool),
+                ),
                 severity=Severity.WARNING if self._speed_advice(tool) else Severity.NOTE,
             )
             if tool.kind is ToolKind.DRILL and tool.diameter > LARGEST_COMMON_DRILL:
                 yield Issue(
                     "L401",
-                    f"{tool.label}: unusually large for a drill; leave out circles that are not drilled "
-                    "with --max-diameter",
+                    Message(
+                        "{}: unusually large for a drill; leave out circles that are not drilled with --max-diameter",
+                        tool.label,
+                    ),
                 )
             if tool in self._approximated:
                 yield self._size_issue(tool, self._approximated[tool])
         for tool in self._with_assumed_feeds.values():
             yield Issue(
                 "L401",
-                f"{tool.label}: no feeds in the tool library. Assumed {tool.feed * 60:.6g} mm/min at "
-                f"{tool.spindle_rpm:.0f} rpm{self._material_note()}; check both values{self._speed_advice(tool)}",
+                Message(
+                    "{}: no feeds in the tool library. Assumed {:.6g} mm/min at {:.0f} rpm{}; check both values{}",
+                    tool.label,
+                    tool.feed * 60,
+                    tool.spindle_rpm,
+                    self._material_note(),
+                    self._speed_advice(tool),
+                ),
                 severity=Severity.WARNING if self._speed_advice(tool) else Severity.NOTE,
             )
         if self.library is not None and self.library.left_out:
             unused = self.library.left_out
-            more = f"; and {len(unused) - 1} more" if len(unused) > 1 else ""
+            more = Message("; and {} more", len(unused) - 1) if len(unused) > 1 else ""
             message = f"a tool of the library is not used: {unused[0]}{more}"
             yield Issue("L407", message, severity=Severity.NOTE)
         if self._bare_points:
             yield Issue(
                 "L401",
-                f"{self._bare_points} points have no diameter and are drilled as {self.point_diameter:g} mm holes",
+                Message(
+                    "{} points have no diameter and are drilled as {:g} mm holes",
+                    self._bare_points,
+                    self.point_diameter,
+                ),
             )
 
     def _tools_for(self, diameter: float, hole: Hole) -> list[Tool]:
@@ -228,7 +250,7 @@ class ToolChooser:
         assert self.library is not None
         centre_drills = [t for t in self.library.tools if t.kind is ToolKind.CENTRE_DRILL]
         if not centre_drills:
-            raise PlanError(f"{self.library.source}: --centre-drill needs a centre drill; add one to the library")
+            raise PlanError("{}: --centre-drill needs a centre drill; add one to the library", self.library.source)
         return self._with_cutting_data(centre_drills[0])
 
     def _with_cutting_data(self, tool: Tool) -> Tool:
@@ -252,10 +274,16 @@ class ToolChooser:
         assert self.library is not None
         drills = [t.diameter for t in self.library.tools if t.kind is ToolKind.DRILL]
         near = min(drills, key=lambda d: abs(d - diameter), default=None)
-        advice = f"the nearest is {near:g} mm" if near is not None else "it has no drill"
-        return (
-            f"{self.library.source}: no drill of {diameter:g} mm for the hole at {hole.x:g}, {hole.y:g}"
-            f" (layer '{hole.layer}'); {advice}; add a tool or a recipe, or raise --diameter-tolerance"
+        advice = Message("the nearest is {:g} mm", near) if near is not None else "it has no drill"
+        return Message(
+            "{}: no drill of {:g} mm for the hole at {:g}, {:g}"
+            " (layer '{}'); {}; add a tool or a recipe, or raise --diameter-tolerance",
+            self.library.source,
+            diameter,
+            hole.x,
+            hole.y,
+            hole.layer,
+            advice,
         )
 
     def _assumed_tool(self, kind: ToolKind, diameter: float) -> Tool:
@@ -284,8 +312,14 @@ class ToolChooser:
         targets = count_of(len(diameters), "slot" if tool.kind is ToolKind.SLOT_MILL else "hole")
         return Issue(
             "L401",
-            f"{tool.label} makes {targets} of Ø{low}{'' if low == high else f' to {high}'}: within "
-            f"--diameter-tolerance {self.job.diameter_tolerance:g} mm the nearest catalogue size is used",
+            Message(
+                "{} makes {} of Ø{}{}: within --diameter-tolerance {:g} mm the nearest catalogue size is used",
+                tool.label,
+                targets,
+                low,
+                "" if low == high else Message(" to {}", high),
+                self.job.diameter_tolerance,
+            ),
             severity=Severity.NOTE,
         )
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import PlanError, count_of
 from leafcut.material.surface import TILES, TILES_DOGLEG, HoleRims, hole_rims, safe_tiles
+from leafcut.message import Message
 from leafcut.model.cutter import cutter_of, discs_of
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import Issue, Severity
@@ -143,27 +144,39 @@ def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
             f"{length:.4g} mm long"
         )
         if other_unit:
-            raise PlanError(f"{message}; in {other_unit} it would be next to it: save it in the unit of the surface")
-        raise PlanError(f"{message}: check its unit (--surface-unit) and its origin")
+            raise PlanError("{}; in {} it would be next to it: save it in the unit of the surface", message, other_unit)
+        raise PlanError("{}: check its unit (--surface-unit) and its origin", message)
     issues = [
         Issue(
             "L444",
-            f"{fixture.name}: {size[0]:.4g} × {size[1]:.4g} × {size[2]:.4g} mm, its lower corner at {corner[0]:.4g}, "
-            f"{corner[1]:.4g}, Z{corner[2]:.4g}",
+            Message(
+                "{}: {:.4g} × {:.4g} × {:.4g} mm, its lower corner at {:.4g}, {:.4g}, Z{:.4g}",
+                fixture.name,
+                size[0],
+                size[1],
+                size[2],
+                corner[0],
+                corner[1],
+                corner[2],
+            ),
             severity=Severity.NOTE,
         )
     ]
     if other_unit:
-        message = (
-            f"{fixture.name} is {fixture_length:.4g} mm long and the surface {length:.4g} mm; in {other_unit} it "
-            "would also fit the surface: check whether both files have the same unit (--surface-unit)"
+        message = Message(
+            "{} is {:.4g} mm long and the surface {:.4g} mm; in {} it "
+            "would also fit the surface: check whether both files have the same unit (--surface-unit)",
+            fixture.name,
+            fixture_length,
+            length,
+            other_unit,
         )
         issues.append(Issue("L445", message))
     if not fixture.closed:
         issues.append(
             Issue(
                 "L443",
-                f"{fixture.name} is not closed, so its whole bounding box is used",
+                Message("{} is not closed, so its whole bounding box is used", fixture.name),
                 severity=Severity.WARNING,
             )
         )
@@ -190,8 +203,12 @@ def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: fl
     if hits:
         x, y = xy[min(hits)]
         raise PlanError(
-            f"the hole at {x:g}, {y:g} is under the fixture {surface.fixture.name}, or closer to it than the radius of "
-            f"its tool ({count_of(len(hits), 'hole')} in all); move the fixture, or leave the holes out"
+            "the hole at {:g}, {:g} is under the fixture {}, or closer to it than the radius of "
+            "its tool ({} in all); move the fixture, or leave the holes out",
+            x,
+            y,
+            surface.fixture.name,
+            count_of(len(hits), "hole"),
         )
 
 
@@ -214,9 +231,17 @@ def check_bodies(
         x, y = xy[index]
         obstacle = "the rim of the hole" if low[index] < tops[index] else "the surface beside the hole"
         raise PlanError(
-            f"{tool.label}: at {x:g}, {y:g} its {disc.body}, \u00d8 {2.0 * disc.radius:g} mm, comes down to "
-            f"Z{tips[index] + disc.above:.3f} and meets {obstacle} ({count_of(len(hits), 'hole')} in all); use a "
-            "longer tool, or leave the holes out"
+            "{}: at {:g}, {:g} its {}, \u00d8 {:g} mm, comes down to "
+            "Z{:.3f} and meets {} ({} in all); use a "
+            "longer tool, or leave the holes out",
+            tool.label,
+            x,
+            y,
+            disc.body,
+            2.0 * disc.radius,
+            tips[index] + disc.above,
+            obstacle,
+            count_of(len(hits), "hole"),
         )
 
 
@@ -254,8 +279,12 @@ def check_wide_tool(
         index = min(hits)
         x, y = xy[index]
         raise PlanError(
-            f"{tool.label}: at {x:g}, {y:g} it is wider than the hole and would cut its wall "
-            f"({count_of(len(hits), 'hole')} in all); use a narrower tool, or leave the holes out"
+            "{}: at {:g}, {:g} it is wider than the hole and would cut its wall "
+            "({} in all); use a narrower tool, or leave the holes out",
+            tool.label,
+            x,
+            y,
+            count_of(len(hits), "hole"),
         )
 
 
@@ -318,14 +347,26 @@ def measure_hole_tops(
         (x0, y0, _), (x1, y1, _) = surface.mesh.low.tolist(), surface.mesh.high.tolist()
         if not surface.mesh.closed and x0 < x < x1 and y0 < y < y1:
             raise PlanError(
-                f"{surface.mesh.name} is not closed, and has no surface at the hole at {x:g}, {y:g}, or beside it "
-                f"({count_of(len(outside), 'hole')} in all); repair the mesh in CAD"
+                "{} is not closed, and has no surface at the hole at {:g}, {:g}, or beside it "
+                "({} in all); repair the mesh in CAD",
+                surface.mesh.name,
+                x,
+                y,
+                count_of(len(outside), "hole"),
             )
         _refuse_other_unit(part, surface.mesh)
         raise PlanError(
-            f"the hole at {x:g}, {y:g} is beside the surface {surface.mesh.name}, or on its edge "
-            f"({count_of(len(outside), 'hole')} in all); it goes from {x0:g}, {y0:g} to {x1:g}, {y1:g}: "
-            "both must have the same origin"
+            "the hole at {:g}, {:g} is beside the surface {}, or on its edge "
+            "({} in all); it goes from {:g}, {:g} to {:g}, {:g}: "
+            "both must have the same origin",
+            x,
+            y,
+            surface.mesh.name,
+            count_of(len(outside), "hole"),
+            x0,
+            y0,
+            x1,
+            y1,
         )
     issues = [*surface.issues, *_unit_issues(part, surface.mesh, rims.top - rims.under, radius)]
     tops = rims.top
@@ -341,8 +382,15 @@ def measure_hole_tops(
         issues.append(
             Issue(
                 "L441",
-                f"{count_of(len(uneven), 'hole')} on an uneven surface: at {x:g}, {y:g} the rim is between Z"
-                f"{rims.lowest[worst]:.3f} and Z{rims.top[worst]:.3f}; {counts}",
+                Message(
+                    "{} on an uneven surface: at {:g}, {:g} the rim is between Z{:.3f} and Z{:.3f}; {}",
+                    count_of(len(uneven), "hole"),
+                    x,
+                    y,
+                    rims.lowest[worst],
+                    rims.top[worst],
+                    counts,
+                ),
             )
         )
     # Holes drawn at equal heights contain no information about the surface.
@@ -371,7 +419,7 @@ def measure_hole_tops(
         issues.append(
             Issue(
                 "L443",
-                f"{surface.mesh.name} is not closed; missing parts are treated as air",
+                Message("{} is not closed; missing parts are treated as air", surface.mesh.name),
                 severity=Severity.WARNING,
             )
         )
@@ -406,10 +454,10 @@ def _refuse_other_unit(part: Part, mesh: Mesh) -> None:
     for name, factor in OTHER_UNITS.items():
         if factor > 1.0 and (_contains_holes(part, mesh, factor) or _similar_length(part, mesh, factor)):
             raise PlanError(
-                f"{message}: in {name} it would hold them; give --surface-unit, or the --units of the drawing"
+                "{}: in {} it would hold them; give --surface-unit, or the --units of the drawing", message, name
             )
     if any(factor < 1.0 and _similar_length(part, mesh, factor) for factor in OTHER_UNITS.values()):
-        raise PlanError(f"{message}: its unit differs; give --surface-unit, or the --units of the drawing")
+        raise PlanError("{}: its unit differs; give --surface-unit, or the --units of the drawing", message)
 
 
 def _unit_issues(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius: NDArray[np.float64]) -> list[Issue]:

@@ -177,8 +177,10 @@ class _AdaptivePath:
                 if self.fronts.contains_disc(x, y, self._radius(end), FILM * self.rules.tolerance):
                     return cleared  # the wall pass cuts the film in the tip of a corner
                 raise PlanError(
-                    f"the engagement cannot be kept near ({x:.2f}, {y:.2f}), where the tool hardly has room to turn; "
-                    "choose a larger --max-engagement or a smaller --tool-diameter"
+                    "the engagement cannot be kept near ({:.2f}, {:.2f}), where the tool hardly has room to turn; "
+                    "choose a larger --max-engagement or a smaller --tool-diameter",
+                    x,
+                    y,
                 )
             spot, good = cleared, on
         return self._clear_disc(end, spot) if to_end else spot

@@ -64,8 +64,9 @@ def connected_path(
     cut = rings(region)
     if max((ring.level for ring in cut), default=0) >= MOST_LEVELS:
         raise PlanError(
-            f"the connected path would need {MOST_LEVELS} nested rings or more; use --strategy contour or "
-            "zigzag, or a larger tool or step-over"
+            "the connected path would need {} nested rings or more; use --strategy contour or "
+            "zigzag, or a larger tool or step-over",
+            MOST_LEVELS,
         )
     layout = RingLinks(region, cut, stopped)
     candidates: list[tuple[int, PocketPath]] = []

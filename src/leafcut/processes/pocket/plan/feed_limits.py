@@ -9,6 +9,7 @@ from dataclasses import replace
 from leafcut.errors import OptionError, PlanError
 from leafcut.material.chip_feeds import allowed_feed, cutting_power
 from leafcut.material.cutting_force import DRIVE_EFFICIENCY
+from leafcut.message import Message
 from leafcut.model.feed_limits import FEED_INCREASE, FeedLimits
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
@@ -61,8 +62,8 @@ def _unlimited_feed_note(settings: Settings, tool: Tool, material: WorkMaterial 
     if material is None:
         name = settings.job.material
         words = f"power and torque do not limit feeds: the cutting force of '{name}' is unknown"
-        return Issue("L705", f"{words}; name a material of `leafcut list materials`", severity=Severity.NOTE)
-    words = f"power and torque do not limit feeds of {tool.label}: give the number of teeth with --tools"
+        return Issue("L705", Message("{}; name a material of `leafcut list materials`", words), severity=Severity.NOTE)
+    words = Message("power and torque do not limit feeds of {}: give the number of teeth with --tools", tool.label)
     return Issue("L705", words, severity=Severity.NOTE)
 
 
@@ -74,8 +75,12 @@ def _check_slot(limits: FeedLimits, tool: Tool) -> None:
     if slowest < SLOWEST * tool.feed:
         needed = float(cutting_power(slot(tool.diameter), tool.feed, limits)[0])
         raise PlanError(
-            f"--feeds: a first cut {limits.depth:.4g} mm deep needs {needed / 1000.0:.3g} kW at the feed of "
-            f"{tool.label}, but the spindle provides only {limits.power / 1000.0:.3g} kW; give a smaller --step-down"
+            "--feeds: a first cut {:.4g} mm deep needs {:.3g} kW at the feed of "
+            "{}, but the spindle provides only {:.3g} kW; give a smaller --step-down",
+            limits.depth,
+            needed / 1000.0,
+            tool.label,
+            limits.power / 1000.0,
         )
 
 
@@ -85,18 +90,21 @@ def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
     speed = settings.job.spindle_speed or (mill.spindle_rpm if mill else 0.0)
     if not feed and not speed:
         raise OptionError(
-            f"--feeds: feed and spindle speed of {tool.label} are not stated, so its chip load is unknown; give "
-            "--feed and --spindle-speed, or a library that states both with --tools"
+            "--feeds: feed and spindle speed of {} are not stated, so its chip load is unknown; give "
+            "--feed and --spindle-speed, or a library that states both with --tools",
+            tool.label,
         )
     if not feed:
         raise OptionError(
-            f"--feeds: the feed of {tool.label} is not stated, so its chip load is unknown; give --feed, "
-            "or a library that states it with --tools"
+            "--feeds: the feed of {} is not stated, so its chip load is unknown; give --feed, "
+            "or a library that states it with --tools",
+            tool.label,
         )
     if not speed:
         raise OptionError(
-            f"--feeds: the spindle speed of {tool.label} is not stated, so its chip load is unknown; give "
-            "--spindle-speed, or a library that states it with --tools"
+            "--feeds: the spindle speed of {} is not stated, so its chip load is unknown; give "
+            "--spindle-speed, or a library that states it with --tools",
+            tool.label,
         )
 
 

@@ -97,8 +97,10 @@ def checked_pitch(rules: PocketRules) -> float:
     pitch = min(rules.step_over, USUAL * rules.tool_diameter)
     if pitch <= NEAREST * rules.tool_diameter:
         raise PlanError(
-            f"its grid needs points more than {NEAREST:g} diameters apart, which is more than the step-over of "
-            f"{rules.step_over:.4g} mm; use another strategy"
+            "its grid needs points more than {:g} diameters apart, which is more than the step-over of "
+            "{:.4g} mm; use another strategy",
+            NEAREST,
+            rules.step_over,
         )
     return pitch
 
@@ -151,8 +153,11 @@ def _count_spurs(columns: NDArray[np.int64], rows: NDArray[np.int64]) -> int:
 
 def _refuse_grid(count: float, rules: PocketRules) -> None:
     raise PlanError(
-        f"a grid for a tool of {rules.tool_diameter:g} mm has about {count:.0f} points here; at most {MOST_POINTS} are "
-        "ordered; use another --strategy or a larger tool"
+        "a grid for a tool of {:g} mm has about {:.0f} points here; at most {} are "
+        "ordered; use another --strategy or a larger tool",
+        rules.tool_diameter,
+        count,
+        MOST_POINTS,
     )
 
 

@@ -12,6 +12,7 @@ import shapely
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.regions import polygons, swept, tool_centres
+from leafcut.message import Message
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.pocket import Pocket, PocketRules
 
@@ -82,9 +83,16 @@ def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegio
         left = f" and {rules.stock:g} mm of stock" if rules.stock else ""
         x0, y0, x1, y1 = shape.bounds
         raise PlanError(
-            f"{pocket.label}, {x1 - x0:.4g} × {y1 - y0:.4g} mm at ({(x0 + x1) / 2:.4g}, {(y0 + y1) / 2:.4g}): a tool "
-            f"of {rules.tool_diameter:g} mm{left} does not fit anywhere in it; choose a smaller --tool-diameter, or "
-            "name the layers of the pockets with --pocket-layers"
+            "{}, {:.4g} × {:.4g} mm at ({:.4g}, {:.4g}): a tool "
+            "of {:g} mm{} does not fit anywhere in it; choose a smaller --tool-diameter, or "
+            "name the layers of the pockets with --pocket-layers",
+            pocket.label,
+            x1 - x0,
+            y1 - y0,
+            (x0 + x1) / 2,
+            (y0 + y1) / 2,
+            rules.tool_diameter,
+            left,
         )
     issues = _unreached_issues(pocket.label, unreachable_areas(shape, rules), rules)
     return [CentreRegion(piece, rules) for piece in pieces], issues
@@ -128,7 +136,7 @@ def _unreached_issues(name: str, places: list[UnreachableArea], rules: PocketRul
     issues = [
         Issue(
             "L701",
-            f"{name}: {_area_and_place(place)} remains uncut: {tool} cannot enter it",
+            Message("{}: {} remains uncut: {} cannot enter it", name, _area_and_place(place), tool),
             missing=MissingWork("place", 1, (place.place,)),
         )
         for place in off[:NAMED_PLACES]
@@ -138,7 +146,7 @@ def _unreached_issues(name: str, places: list[UnreachableArea], rules: PocketRul
         issues.append(
             Issue(
                 "L701",
-                f"{name}: {_count_and_area(rest, 'more place')} remain uncut: {tool} cannot enter them",
+                Message("{}: {} remain uncut: {} cannot enter them", name, _count_and_area(rest, "more place"), tool),
                 missing=work,
             )
         )
@@ -147,7 +155,7 @@ def _unreached_issues(name: str, places: list[UnreachableArea], rules: PocketRul
         words = f"{_count_and_area(corners, 'corner')}, cannot be reached by {tool}; the largest, {largest}"
         if len(corners) == 1:
             words = f"a corner, {largest}, cannot be reached by {tool}"
-        issues.append(Issue("L701", f"{name}: {words}", severity=Severity.NOTE))
+        issues.append(Issue("L701", Message("{}: {}", name, words), severity=Severity.NOTE))
     return issues
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.material.chip_feeds import plunge_feed, ramp_feed
+from leafcut.message import Message
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import Issue, MissingWork, Severity
@@ -79,8 +80,10 @@ def rules_of(
     widest = (step_over or STEP_OVER) * diameter
     if options.stock > widest:
         raise OptionError(
-            f"--stock {options.stock:g} mm is more than the step-over of {widest:.4g} mm: the finishing pass would "
-            f"cut wider than any other; use less stock or a larger --step-over"
+            "--stock {:g} mm is more than the step-over of {:.4g} mm: the finishing pass would "
+            "cut wider than any other; use less stock or a larger --step-over",
+            options.stock,
+            widest,
         )
     if options.strategy == "adaptive" and options.max_engagement is None:
         raise OptionError("--strategy adaptive needs an engagement limit; give --max-engagement")
@@ -110,13 +113,16 @@ def levels_of(
     """
     if thickness is not None and depth > thickness + beyond + 1e-9:
         raise OptionError(
-            f"a pocket of {depth:g} mm is below the plate of --thickness {thickness:g} mm by more than "
-            f"--break-through {beyond:g} mm: the tool would mill the table"
+            "a pocket of {:g} mm is below the plate of --thickness {:g} mm by more than "
+            "--break-through {:g} mm: the tool would mill the table",
+            depth,
+            thickness,
+            beyond,
         )
     step, high = step_down or 0.5 * diameter, depth + begin
     count = max(math.ceil(high / step - 1e-9), 1)
     if count > MOST_LEVELS:
-        raise OptionError(f"--step-down {step:g} mm gives {count:,} levels; the maximum is {MOST_LEVELS:,}")
+        raise OptionError("--step-down {:g} mm gives {:,} levels; the maximum is {:,}", step, count, MOST_LEVELS)
     return PocketLevels(begin, tuple(begin - high * level / count for level in range(1, count + 1)))
 
 
@@ -134,21 +140,25 @@ def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> t
     issues = _opening_issues(part, diameter)
     wide = [pocket for pocket in part.pockets if not _is_hole(pocket, diameter)]
     if holes := len(part.pockets) - len(wide):
-        words = f"{count_of(holes, 'round pocket')} no wider than the tool, not milled: drill them"
+        words = Message("{} no wider than the tool, not milled: drill them", count_of(holes, "round pocket"))
         issues.append(Issue("L219", words, severity=Severity.NOTE))
     if not wide:
-        raise PlanError(f"{part.name}: no pocket is wider than the tool; choose a smaller --tool-diameter")
+        raise PlanError("{}: no pocket is wider than the tool; choose a smaller --tool-diameter", part.name)
     chosen = wide if depth is None else [pocket for pocket in wide if abs((pocket.depth or 0.0) - depth) <= SAME_HEIGHT]
     there = _depth_summary(wide)
     if not chosen:
         raise PlanError(
-            f"{part.name}: no pocket is --depth {depth:g} mm deep; there are {there}; leave --depth out to mill "
-            "each to its own floor"
+            "{}: no pocket is --depth {:g} mm deep; there are {}; leave --depth out to mill each to its own floor",
+            part.name,
+            depth,
+            there,
         )
     if left := len(wide) - len(chosen):
-        words = (
-            f"{count_of(left, 'pocket')} of other depths left out because of --depth {depth:g} mm: the solid has "
-            f"{there}"
+        words = Message(
+            "{} of other depths left out because of --depth {:g} mm: the solid has {}",
+            count_of(left, "pocket"),
+            depth,
+            there,
         )
         issues.append(Issue("L219", words, severity=Severity.NOTE))
     return replace(part, pockets=tuple(chosen)), issues
@@ -165,11 +175,13 @@ def _opening_issues(part: Part, diameter: float | None) -> list[Issue]:
             (round(0.5 * (x0 + x1), 2), round(0.5 * (y0 + y1), 2))
             for x0, y0, x1, y1 in (opening.extents for opening in wide)
         )
-        words = f"{count_of(len(wide), 'round opening')} through the part, not milled: a pocket has a floor"
+        words = Message("{} through the part, not milled: a pocket has a floor", count_of(len(wide), "round opening"))
         at = ", ".join(f"({x:g}, {y:g})" for x, y in places[:3]) + (" …" if len(places) > 3 else "")
-        issues.append(Issue("L219", words, f"at {at}", missing=MissingWork("opening", len(wide), places, wide)))
+        issues.append(
+            Issue("L219", words, Message("at {}", at), missing=MissingWork("opening", len(wide), places, wide))
+        )
     if narrow:
-        words = f"{count_of(len(narrow), 'round opening')} no wider than the tool, not milled: drill them"
+        words = Message("{} no wider than the tool, not milled: drill them", count_of(len(narrow), "round opening"))
         issues.append(Issue("L219", words, severity=Severity.NOTE))
     return issues
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 from leafcut.errors import OptionError, PlanError
+from leafcut.message import Message
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import PocketRules
@@ -49,12 +50,18 @@ def library_mill(
     tool = _mill_by_number(library, number) if number is not None else _mill_by_diameter(library, asked)
     if asked is not None and abs(tool.diameter - asked) > tolerance + 1e-9:
         raise PlanError(
-            f"{library.source}: {tool.label} differs from --tool-diameter {asked:g} mm; {_mill_list_text(library)}"
+            "{}: {} differs from --tool-diameter {:g} mm; {}",
+            library.source,
+            tool.label,
+            asked,
+            _mill_list_text(library),
         )
     if depth is not None and tool.flute_length is not None and depth > tool.flute_length + 1e-9:
         raise PlanError(
-            f"{tool.label} cuts {tool.flute_length:g} mm deep at most, but the deepest pocket has {depth:g} mm; "
-            "use a longer tool"
+            "{} cuts {:g} mm deep at most, but the deepest pocket has {:g} mm; use a longer tool",
+            tool.label,
+            tool.flute_length,
+            depth,
         )
     return tool
 
@@ -62,11 +69,14 @@ def library_mill(
 def _mill_by_number(library: ToolLibrary, number: int) -> Tool:
     tool = library.by_number.get(number)
     if tool is None:
-        raise OptionError(f"--tool-number {number}: {library.source} has no such tool; {_mill_list_text(library)}")
+        raise OptionError("--tool-number {}: {} has no such tool; {}", number, library.source, _mill_list_text(library))
     if tool.kind is not ToolKind.END_MILL:
         raise PlanError(
-            f"--tool-number {number}: {tool.label} is a {tool.kind.value}, and a pocket needs an end mill; "
-            f"{_mill_list_text(library)}"
+            "--tool-number {}: {} is a {}, and a pocket needs an end mill; {}",
+            number,
+            tool.label,
+            tool.kind.value,
+            _mill_list_text(library),
         )
     return tool
 
@@ -74,9 +84,9 @@ def _mill_by_number(library: ToolLibrary, number: int) -> Tool:
 def _mill_by_diameter(library: ToolLibrary, asked: float | None) -> Tool:
     mills = _end_mills(library)
     if not mills:
-        raise PlanError(f'{library.source}: no end mill for a pocket; add a [[tool]] of kind = "end-mill"')
+        raise PlanError('{}: no end mill for a pocket; add a [[tool]] of kind = "end-mill"', library.source)
     if asked is None and len(mills) > 1:
-        raise OptionError(f"{_mill_list_text(library)}; choose one with --tool-number or --tool-diameter")
+        raise OptionError("{}; choose one with --tool-number or --tool-diameter", _mill_list_text(library))
     return mills[0] if asked is None else min(mills, key=lambda tool: abs(tool.diameter - asked))
 
 
@@ -86,7 +96,11 @@ def _end_mills(library: ToolLibrary) -> list[Tool]:
 
 def _mill_list_text(library: ToolLibrary) -> str:
     names = ", ".join(tool.label for tool in _end_mills(library))
-    return f"{library.source} has these end mills: {names}" if names else f"{library.source} has no end mill"
+    return (
+        Message("{} has these end mills: {}", library.source, names)
+        if names
+        else Message("{} has no end mill", library.source)
+    )
 
 
 def add_cutting_data(
@@ -112,26 +126,38 @@ def add_cutting_data(
     if not asked_rpm and not machine.spindle_min_rpm / MOST_OFF <= careful <= machine.spindle_max_rpm * MOST_OFF:
         size = "smaller" if careful < machine.spindle_min_rpm else "larger"
         raise PlanError(
-            f"{tool.label} needs {careful:.0f} rpm in {known.replace('_', ' ')}, but {has}: use a {size} mill, or "
-            "give --material or the --spindle-speed that your mill and material need"
+            "{} needs {:.0f} rpm in {}, but {}: use a {} mill, or "
+            "give --material or the --spindle-speed that your mill and material need",
+            tool.label,
+            careful,
+            known.replace("_", " "),
+            has,
+            size,
         )
     rpm = asked_rpm or float(round(min(max(careful, machine.spindle_min_rpm), machine.spindle_max_rpm)))
     if not machine.spindle_min_rpm <= rpm <= machine.spindle_max_rpm:
         whose = "--spindle-speed" if job.spindle_speed else f"{tool.label}, speed"
-        raise PlanError(f"{whose} {rpm:g}: {has}; choose a speed in this range")
+        raise PlanError("{} {:g}: {}; choose a speed in this range", whose, rpm, has)
     per_tooth = min(FEED_PER_TOOTH * tool.diameter, MOST_PER_TOOTH)
     feed = asked_feed or min(per_tooth * (tool.teeth or TEETH) * rpm / 60.0, machine.max_feed)
     if feed > machine.max_feed * (1 + 1e-9):
         whose = "--feed" if job.feed else f"{tool.label}, feed"
-        raise PlanError(f"{whose} {feed * 60:g} mm/min: {machine.name} feeds at most {machine.max_feed * 60:g} mm/min")
+        raise PlanError(
+            "{} {:g} mm/min: {} feeds at most {:g} mm/min", whose, feed * 60, machine.name, machine.max_feed * 60
+        )
     tool = replace(tool, feed=feed, spindle_rpm=rpm)
     if asked_rpm and asked_feed:
         return replace(tool, assumed=False), []
     too_fast = rpm > (MOST_OFF if asked_rpm else FAST) * careful
-    words = (
-        f"{tool.label}: assumed {feed * 60:.6g} mm/min at {rpm:.0f} rpm (for high-speed steel in "
-        f"{known.replace('_', ' ')}, {per_tooth:.3g} mm per tooth); check both values, or give --material, --feed and "
-        "--spindle-speed"
+    words = Message(
+        "{}: assumed {:.6g} mm/min at {:.0f} rpm (for high-speed steel in "
+        "{}, {:.3g} mm per tooth); check both values, or give --material, --feed and "
+        "--spindle-speed",
+        tool.label,
+        feed * 60,
+        rpm,
+        known.replace("_", " "),
+        per_tooth,
     )
     if too_fast:
         # The requested speed is too high for the material for which the feed was assumed.

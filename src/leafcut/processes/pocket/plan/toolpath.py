@@ -106,7 +106,7 @@ def pocket_motion(
     moves = sum(p.path.n_segments * len(c.levels.levels) for c in clearings for p in c.path.pieces)
     if moves > MOST_MOVES:
         raise PlanError(
-            f"the toolpath has too many moves ({moves:,}); raise --step-down or the tolerance of the drawing"
+            "the toolpath has too many moves ({:,}); raise --step-down or the tolerance of the drawing", moves
         )
     builder = ToolpathBuilder()
     if corner_tolerance > 0.0:

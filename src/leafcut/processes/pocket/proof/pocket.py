@@ -19,6 +19,7 @@ from leafcut.material.removal import Removal, cleared_area, removal, steps_near
 from leafcut.material.step_over import widest_gaps
 from leafcut.material.straight_moves import straight_moves
 from leafcut.material.tool_steps import ToolSteps, steps_along_path
+from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath
@@ -160,9 +161,13 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
                 "feed",
                 0,
                 cut.line,
-                f"a move at {60.0 * speed[cut.row]:g} mm/min {what} near "
-                f"{position_text(*cut.path[-1])}; the mill cuts at "
-                f"{60.0 * feed:g} mm/min at most",
+                Message(
+                    "a move at {:g} mm/min {} near {}; the mill cuts at {:g} mm/min at most",
+                    60.0 * speed[cut.row],
+                    what,
+                    position_text(*cut.path[-1]),
+                    60.0 * feed,
+                ),
             )
             for cut, what in sorted(wrong, key=lambda one: one[0].row)
         ]
@@ -224,7 +229,7 @@ def gouge_differences(simulated: Sequence[SimulatedLevel], pockets: Sequence[Poc
         if gouges.area > 0.0:
             point, name = gouges.representative_point(), pockets[level.number].label
             words = f"{name} at Z{level.z:.3f}: {gouges.area:.3g} mm² are cut beyond the wall"
-            wrong.append(Difference("gouge", 0, 0, f"{words} near {position_text(point.x, point.y)}"))
+            wrong.append(Difference("gouge", 0, 0, Message("{} near {}", words, position_text(point.x, point.y))))
     return wrong
 
 
@@ -237,8 +242,13 @@ def step_over_differences(
             "step-over",
             0,
             0,
-            f"{pockets[level.number].label} at Z{level.z:.3f}: passes are {level.step_over:.3f} mm apart, "
-            f"{rules.step_over:.4g} mm are allowed",
+            Message(
+                "{} at Z{:.3f}: passes are {:.3f} mm apart, {:.4g} mm are allowed",
+                pockets[level.number].label,
+                level.z,
+                level.step_over,
+                rules.step_over,
+            ),
         )
         for level in simulated
         if not rules.allows_step_over(level.step_over)
@@ -275,7 +285,7 @@ def depth_differences(
         if not wide.is_empty:
             point = wide.representative_point()
             where = position_text(point.x, point.y, level.z)
-            words = f"more than the step-down of {step:.3f} mm would be cut at once near {where}"
+            words = Message("more than the step-down of {:.3f} mm would be cut at once near {}", step, where)
             wrong.append(Difference("too deep", 0, level.line, words))
     return limit_differences(wrong)
 
@@ -394,17 +404,19 @@ def _rapids(
     low = np.fmin(before[:, 2], path.end[:, 2]) < retract - HEIGHT_TOLERANCE
     down = low & ~sideways & ~(path.end[:, 2] >= before[:, 2])
     wrong = [
-        (row, f"a rapid may move sideways only at Z{retract:.3f} or above")
+        (row, Message("a rapid may move sideways only at Z{:.3f} or above", retract))
         for row in np.flatnonzero(rapid & low & sideways).tolist()
     ]
     blind = _rapids_into_material(path, np.flatnonzero(rapid & down).tolist(), cuts, rules, lower)
-    wrong += [(row, f"a rapid may go below Z{retract:.3f} only over cleared area") for row in blind]
+    wrong += [(row, Message("a rapid may go below Z{:.3f} only over cleared area", retract)) for row in blind]
     return [
         Difference(
             "rapid in material",
             0,
             int(path.line[row]),
-            f"{text}; this move goes from {position_text(*before[row])} to {position_text(*path.end[row])}",
+            Message(
+                "{}; this move goes from {} to {}", text, position_text(*before[row]), position_text(*path.end[row])
+            ),
         )
         for row, text in sorted(wrong)
     ]
@@ -481,12 +493,14 @@ def _cuts_beyond_walls(
         for k in rows[~shapely.covers(room, lines[rows])].tolist():
             if everywhere.covers(lines[k]):
                 deepest = max(d for d, one in zip(depths, rooms, strict=True) if one.intersects(lines[k]))
-                words = f"the tool goes to Z{low[k]:.3f}; the pocket is {deepest:.3f} mm deep"
+                words = Message("the tool goes to Z{:.3f}; the pocket is {:.3f} mm deep", low[k], deepest)
                 wrong.append(Difference("too deep", 0, cuts[k].line, words))
                 continue
             outside = lines[k].difference(room)
             point = outside.representative_point() if not outside.is_empty else lines[k].centroid
-            words = f"the tool of {rules.tool_diameter:g} mm cuts into a wall near {position_text(point.x, point.y)}"
+            words = Message(
+                "the tool of {:g} mm cuts into a wall near {}", rules.tool_diameter, position_text(point.x, point.y)
+            )
             wrong.append(Difference("gouge", 0, cuts[k].line, words))
     return wrong
 
@@ -514,6 +528,8 @@ def stock_top_differences(
         area = shapely.union_all([own, *(other for other in around if other.distance(own) <= 0.0)])
         height = (pocket.top or 0.0) + top
         if surface_meets_area(triangles, area, radius - _CHORD_TOLERANCE, height + _CHORD_TOLERANCE):
-            words = f"{pocket.label}: the solid is higher than Z{height:.3f}, the assumed top of its material"
+            words = Message(
+                "{}: the solid is higher than Z{:.3f}, the assumed top of its material", pocket.label, height
+            )
             wrong.append(Difference("rapid in material", 0, 0, words))
     return wrong

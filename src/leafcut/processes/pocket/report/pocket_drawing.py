@@ -13,6 +13,7 @@ from leafcut.geometry.arrays import segments
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import polygons, shrink, swept
 from leafcut.material.removal import swept_area
+from leafcut.message import Message
 from leafcut.model.issue import Issue
 from leafcut.model.pocket import Pocket, PocketPath, PocketPlan, PocketRules
 from leafcut.report.frame import Frame
@@ -111,7 +112,7 @@ def small_drawing(scene: PocketScene, paths: Sequence[PocketPath], words: str) -
 
 def _pocket(frame: Frame, pocket: Pocket) -> str:
     walls = "".join(f"{_line(frame, path)}z" for path in (pocket.outline, *pocket.islands))
-    named = title(f"pocket {pocket.name}") if pocket.name else ""
+    named = title(Message("pocket {}", pocket.name)) if pocket.name else ""
     return scaled_group(element("path", named, d=walls, class_="floor"))
 
 

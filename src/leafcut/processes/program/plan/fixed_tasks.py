@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.gcode.words import split_line
+from leafcut.message import Message
 from leafcut.model.sequence import Section, Sequence, StayGroup, StayReason
 from leafcut.processes.program.plan.precedence import ties_at_edges
 
@@ -131,5 +132,5 @@ def group_stay_reasons(
 
 def _group_text(reason: str, cause: str, number: int, first: StayReason) -> str:
     said = " and ".join(PHRASES[name].format(cause=cause) for name in reason.split("+")).replace(" and because", " and")
-    where = f"{first.word} at line {first.line}" if first.word else f"line {first.line}"
+    where = f"{first.word} at line {first.line}" if first.word else Message("line {}", first.line)
     return f"{said}: {'first ' if number > 1 else ''}{where}"

@@ -8,6 +8,7 @@ import numpy as np
 
 from leafcut.gcode.modal_dependencies import BlockReader
 from leafcut.gcode.program import Program
+from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.sequence import FixedBlocks, Section, Sequence
@@ -45,7 +46,9 @@ def merge_sections(
     if not merger.dropped:
         return sequence
     saved = merger.saved
-    issue = Issue("L503", f"{saved} tool change{'s'[: saved > 1]} saved by joining sections", severity=Severity.NOTE)
+    issue = Issue(
+        "L503", Message("{} tool change{} saved by joining sections", saved, "s"[: saved > 1]), severity=Severity.NOTE
+    )
     return replace(
         sequence,
         items=tuple(merger.items),

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.program_interpreter import CALLED
 from leafcut.gcode.words import plain_block
+from leafcut.message import Message
 from leafcut.model.kinds import BEAMS, ProgramKind
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, Toolpath, last_rows
 from leafcut.processes.program.proof.features import Features, States, features_of
@@ -249,7 +250,7 @@ def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, en
         if inner and block == begin:
             return inner
         if inner:
-            return f"the subprogram has a block that stays at line {line}: {inner}"
+            return Message("the subprogram has a block that stays at line {}: {}", line, inner)
     before, after = program.modal(begin), program.modal(end)
     same = (before.spindle, before.rpm) == (after.spindle, after.rpm)
     return "" if same else "the subprogram changes the spindle state"

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError, name_suggestion
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Point
+from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import ProgramKind
@@ -52,7 +53,7 @@ def find_sequence(
         Diameter of the mills that no comment describes, mm; 0 if unknown.
     """
     if process != "auto" and process not in tuple(ProgramKind):
-        raise PlanError(f"unknown process '{process}'{name_suggestion(process, ['auto', *ProgramKind])}")
+        raise PlanError("unknown process '{}'{}", process, name_suggestion(process, ["auto", *ProgramKind]))
     found = known_process(program) if process == "auto" else process
     finder = SectionFinder(program, found, check_cancelled, tool_diameter=tool_diameter)
     items = finder.items()
@@ -150,12 +151,16 @@ def _issues(finder: SectionFinder, items: list[FixedBlocks | Section]) -> list[I
         # Work that stays because of its travel move is reported separately (`SectionFinder.stays`).
         told = where or any(isinstance(item, FixedBlocks) and item.reasons for item in items)
         why = "" if told else ": " + next(iter(finder.program.fixed.values()), "it contains no work")
-        issues.append(Issue("L502", f"nothing in the program can be reordered{why}", severity=Severity.NOTE))
+        issues.append(Issue("L502", Message("nothing in the program can be reordered{}", why), severity=Severity.NOTE))
     for reason, lines in where.items():
         times = (
             ("", ", here and once more")[len(lines) - 1]
             if len(lines) < 3
-            else f", here and {len(lines) - 1} times more"
+            else Message(", here and {} times more", len(lines) - 1)
         )
-        issues.append(Issue("L501", f"stays in its place: {reason}{times}", f"line {lines[0]}", Severity.NOTE))
+        issues.append(
+            Issue(
+                "L501", Message("stays in its place: {}{}", reason, times), Message("line {}", lines[0]), Severity.NOTE
+            )
+        )
     return issues

@@ -71,7 +71,7 @@ def insert_words_within(line: str, front: Sequence[str], back: Sequence[str], lo
     rest = insert_words(line, *([w for w in words if w not in alone] for words in (front, back)))
     if len(rest.rstrip("\r\n")) > most:
         raise PostError(
-            f"'{line.strip()[:40]}' would be longer than the {longest} characters that the controller accepts"
+            "'{}' would be longer than the {} characters that the controller accepts", line.strip()[:40], longest
         )
     end = line[len(line.rstrip("\r\n")) :] or "\n"
     return [" ".join(alone) + end, rest]
@@ -135,14 +135,14 @@ def renumbered(lines: Sequence[tuple[str, bool]], longest: int) -> list[str]:
         return [text for text, _ in lines]
     for text, _ in lines:
         if _JUMP.search(code_without_comments(text)):
-            raise PostError(f"'{text.strip()[:40]}' jumps to a line by its number; leave out --line-numbers")
+            raise PostError("'{}' jumps to a line by its number; leave out --line-numbers", text.strip()[:40])
     numbers = sorted(int(m.group(2)) for m in found[:2])
     step = max(numbers[-1] - numbers[0], 1) if len(numbers) > 1 else 10
     count = sum(1 for text, new in lines if new or _NUMBER.match(text))
     first, step = (numbers[0], step) if numbers[0] + step * count <= _LAST_NUMBER else (1, 1)
     if count > _LAST_NUMBER:
         raise PostError(
-            f"the program has {count} numbered lines, more than there are N-numbers; leave out --line-numbers"
+            "the program has {} numbered lines, more than there are N-numbers; leave out --line-numbers", count
         )
     width = len(found[0].group(2)) if found[0].group(2).startswith("0") else 0
     result = []
@@ -156,7 +156,7 @@ def renumbered(lines: Sequence[tuple[str, bool]], longest: int) -> list[str]:
             result.append(f"N{said} {text}" if new else text)
         if len(result[-1].rstrip("\r\n")) > max(longest, len(text.rstrip("\r\n"))):
             raise PostError(
-                f"with its number, line {len(result)} is longer than {longest} characters; leave out --line-numbers"
+                "with its number, line {} is longer than {} characters; leave out --line-numbers", len(result), longest
             )
         number += step if match or new else 0
     return result

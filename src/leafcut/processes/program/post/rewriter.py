@@ -251,7 +251,7 @@ class _Rewriter:
             return max(floor, over)
         turns = obstacles.route_around(here, to, tool)
         if turns is None:
-            raise PostError(f"there is no path to X{to[0]:.3f} Y{to[1]:.3f} around the --keep-out zones")
+            raise PostError("there is no path to X{:.3f} Y{:.3f} around the --keep-out zones", to[0], to[1])
         for x, y in turns:
             self._write_rapid(x, y)
         return floor
@@ -259,7 +259,7 @@ class _Rewriter:
     def _reversed_lines(self, piece: ProgramTask, lines: list[str]) -> tuple[list[str], Modal]:
         stroke = find_reversible_cut(self.program, piece.begin, piece.end)
         if stroke is None:
-            raise PostError(f"line {piece.line}: the cut there cannot be reversed")
+            raise PostError("line {}: the cut there cannot be reversed", piece.line)
         offset = int(self.program.line[piece.begin]) - 1 - self.task_lines.first_block_in(piece.begin, piece.begin)
         return write_reversed_cut(self.program, self.reader, stroke, lines, offset, self._word_text)
 
@@ -454,7 +454,7 @@ class _Rewriter:
         need = program.modal(kept.begin)
         if "motion" in modal_use.inherited and need.cycle is not None and not self._same_series(need, kept.begin):
             raise PostError(
-                f"line {program.line[kept.begin]}: the block there continues a drilling cycle, which has changed"
+                "line {}: the block there continues a drilling cycle, which has changed", program.line[kept.begin]
             )
         if self.have.cycle is not None and need.cycle is None and self._ends_cycle(modal_use, need, kept):
             self._write_block("G80")
@@ -462,7 +462,7 @@ class _Rewriter:
         words = [w for part in self._missing_words(modal_use, need, kept.begin) for w in part]
         if not _ARCS.isdisjoint(words):
             line = program.line[kept.begin]
-            raise PostError(f"line {line}: the block there continues an arc, and G2 or G3 cannot stand alone")
+            raise PostError("line {}: the block there continues an arc, and G2 or G3 cannot stand alone", line)
         if words:
             self._write_block(*words)
         self._take_modal_groups(modal_use.inherited, need)
@@ -585,15 +585,15 @@ def checked_order(section: Section, order: ArrayLike) -> NDArray[np.int64]:
     chosen = np.where(given < 0, ~given, given)
     if chosen.shape != (len(section.pieces),) or not np.array_equal(np.sort(chosen), np.arange(len(chosen))):
         raise PostError(
-            f"line {section.pieces[0].line}: the order does not contain each of the {len(section.pieces)} tasks once"
+            "line {}: the order does not contain each of the {} tasks once", section.pieces[0].line, len(section.pieces)
         )
     fixed = [section.pieces[k].line for k in chosen[given < 0].tolist() if not section.pieces[k].reversible]
     if fixed:
-        raise PostError(f"line {fixed[0]}: the cut there cannot be reversed")
+        raise PostError("line {}: the cut there cannot be reversed", fixed[0])
     place = np.empty_like(chosen)
     place[chosen] = np.arange(len(chosen))
     for before, after in section.precedence.tolist():
         if place[before] > place[after]:
             one, other = section.pieces[before].line, section.pieces[after].line
-            raise PostError(f"the task at line {other} would come before line {one}, which must come first")
+            raise PostError("the task at line {} would come before line {}, which must come first", other, one)
     return given

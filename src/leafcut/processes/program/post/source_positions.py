@@ -89,7 +89,7 @@ class OriginalPositions:
                 x, y = path.end[row, :2].tolist()
                 if path.kind[row] in MOTIONS and (x, y) == piece.entry and not self.is_without_xy(row):
                     return block, row
-        raise PostError(f"line {piece.line}: the move to the start of this task is missing")
+        raise PostError("line {}: the move to the start of this task is missing", piece.line)
 
     def is_without_xy(self, row: int) -> bool:
         """Return whether a row does not move X and Y."""

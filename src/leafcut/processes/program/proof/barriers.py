@@ -14,6 +14,7 @@ import numpy as np
 from leafcut.gcode.block_description import changed_inputs, normalized, without_digests
 from leafcut.gcode.program import Modal, Program
 from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
+from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN, Features, States
@@ -314,8 +315,10 @@ def _other_tool_change(wall: BarrierGroup, others: list[BarrierGroup]) -> Differ
     for other in others:
         was = ", ".join(mark.said for mark in other.marks)
         if _tools(other) == tools and was != said:
-            return Difference("tool change", other.marks[0].line, wall.marks[0].line, f"'{was}' became '{said}'")
-    return Difference("tool change", 0, wall.marks[0].line, f"'{said}' is not in the original")
+            return Difference(
+                "tool change", other.marks[0].line, wall.marks[0].line, Message("'{}' became '{}'", was, said)
+            )
+    return Difference("tool change", 0, wall.marks[0].line, Message("'{}' is not in the original", said))
 
 
 def _tools(wall: BarrierGroup) -> list[object]:
@@ -367,27 +370,31 @@ def _unmatched_differences(
             if others[mark.what] < 0:
                 kept.append(mark)
     if not gone and not new and before:
-        text = f"'{before[0].said}' has moved in the order"
+        text = Message("'{}' has moved in the order", before[0].said)
         found.append(Difference("order of barriers", before[0].line, after[0].line, text))
     for one, other in zip(gone, new, strict=False):
         if state := _state_changes(one, other):
             told = Difference(
-                f"changed {_barrier_noun(one)}", one.line, other.line, f"at '{one.said}': {'; '.join(state)}"
+                Message("changed {}", _barrier_noun(one)),
+                one.line,
+                other.line,
+                Message("at '{}': {}", one.said, "; ".join(state)),
             )
             states.append((told, frozenset(state)))
             continue
-        text = f"'{one.said}' became '{other.said}'"
+        text = Message("'{}' became '{}'", one.said, other.said)
         if one.said == other.said:
             reads = changed_inputs(*("".join(w for w in mark.what if isinstance(w, str)) for mark in (one, other)))
             around = "now runs with a different state of the spindle, the coolant or the tasks around it"
             text = f"'{one.said}' differs: {'; '.join(reads)}" if reads else f"'{one.said}' {around}"
-        found.append(Difference(f"changed {_barrier_noun(one)}", one.line, other.line, text))
+        found.append(Difference(Message("changed {}", _barrier_noun(one)), one.line, other.line, text))
     found += (
-        Difference(f"missing {_barrier_noun(mark)}", mark.line, 0, f"'{mark.said}' is gone")
+        Difference(Message("missing {}", _barrier_noun(mark)), mark.line, 0, Message("'{}' is gone", mark.said))
         for mark in gone[len(new) :]
     )
     found += (
-        Difference(f"extra {_barrier_noun(mark)}", 0, mark.line, f"'{mark.said}' is new") for mark in new[len(gone) :]
+        Difference(Message("extra {}", _barrier_noun(mark)), 0, mark.line, Message("'{}' is new", mark.said))
+        for mark in new[len(gone) :]
     )
     return found, states, [*_implied_changes(gone, "gone"), *_implied_changes(new, "new")]
 
@@ -449,11 +456,13 @@ def find_misplaced_barriers(
         apart = ~(np.abs(here - there) <= tolerance + 1e-9) & ~(np.isnan(here) & np.isnan(there))
         if mark.exactly and apart.any():
             was, now = position_text(*mark.place), position_text(*new.place)
-            text = f"'{mark.said}' may start at the current position of the tool, which changed: {was} became {now}"
+            text = Message(
+                "'{}' may start at the current position of the tool, which changed: {} became {}", mark.said, was, now
+            )
             yield Difference("barrier at another place", mark.line, new.line, text)
         elif new.unsure and not mark.unsure:
-            text = f"at '{mark.said}' the height of the tool is no longer known"
+            text = Message("at '{}' the height of the tool is no longer known", mark.said)
             yield Difference("unknown height", mark.line, new.line, text)
         elif new.place[2] < mark.place[2] - tolerance - 1e-9:
-            text = f"at '{mark.said}' the tool was at Z{mark.place[2]:.3f}, now at Z{new.place[2]:.3f}"
+            text = Message("at '{}' the tool was at Z{:.3f}, now at Z{:.3f}", mark.said, mark.place[2], new.place[2])
             yield Difference("lower retract", mark.line, new.line, text)

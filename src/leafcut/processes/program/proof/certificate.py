@@ -15,6 +15,7 @@ import numpy as np
 
 from leafcut.gcode.program import Program
 from leafcut.gcode.tool_comments import narrowest_tool
+from leafcut.message import Message
 from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.difference import Difference
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
@@ -249,7 +250,7 @@ def _other_units(programs: tuple[Program, Program]) -> Iterator[Difference]:
     if written and all(len(side) == 1 for side in units) and units[0] != units[1]:
         was, now = ("inches" if side == {MM_PER_INCH} else "mm" for side in units)
         old, new = (int(program.line[block]) for program, block in zip(programs, stated, strict=True))
-        yield Difference("units", old, new, f"{was} became {now}, and the lengths did not change with them")
+        yield Difference("units", old, new, Message("{} became {}, and the lengths did not change with them", was, now))
 
 
 def _known_bounds(features: list[Feature]) -> Bounds | None:

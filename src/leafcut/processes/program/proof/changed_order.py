@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from leafcut.geometry.arrays import Indices, Mask
+from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.toolpath import Kind
@@ -197,8 +198,14 @@ class ChangedOrder:
             for k in last[[one, other]].tolist()
         ]
         return [
-            f"parts detach in a different order: {len(moved)} of {len(parts)} outlines are cut earlier than before. "
-            f"Example: the outline that ends at {said[0]} is now cut before the path that ends at {said[1]}"
+            Message(
+                "parts detach in a different order: {} of {} outlines are cut earlier than before. "
+                "Example: the outline that ends at {} is now cut before the path that ends at {}",
+                len(moved),
+                len(parts),
+                said[0],
+                said[1],
+            )
         ]
 
     def _part_outlines(self) -> Indices:

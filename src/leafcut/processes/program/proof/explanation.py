@@ -12,6 +12,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple, TypeVar
 
+from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.processes.program.proof.features import EXACT, FIRST_CYCLE, Features, name_of
 from leafcut.processes.program.proof.matching import (
@@ -175,7 +176,7 @@ def _grouped_changes(pairs: list[_ChangedFeature], gone: list[Feature], new: lis
                 groups[tuple(pair.start)].append(pair)
     for phrases, group in groups.items():
         ones = [pair.one for pair in group]
-        where = f"at {position_text(*ones[0].place[:2])}"
+        where = Message("at {}", position_text(*ones[0].place[:2]))
         said = where if len(ones) == 1 else f"{_count_text(ones)}, the first {where}"
         yield _difference("changed", [(p.one, p.other) for p in group], f"{said}: {'; '.join(phrases)}")
 
@@ -247,7 +248,7 @@ def _hole(stretch: Stretch, side: Features) -> str:
         return ""
     if after < n and side.kind[after] < FIRST_CYCLE and _same_point(tuple(side.start[after]), last.place[:3]):
         return ""
-    return f"hole at {position_text(first.place[0], first.place[1], bottom)}"
+    return Message("hole at {}", position_text(first.place[0], first.place[1], bottom))
 
 
 def _moved(
@@ -324,7 +325,9 @@ def _same_point(a: tuple[float, ...] | None, b: tuple[float, ...]) -> bool:
 
 
 def _feature_text(feature: Feature) -> str:
-    return f"{name_of(feature.exact[0])} at {position_text(*feature.place[:3])} with tool {_tool_of(feature)}"
+    return Message(
+        "{} at {} with tool {}", name_of(feature.exact[0]), position_text(*feature.place[:3]), _tool_of(feature)
+    )
 
 
 def _count_text(features: list[Feature]) -> str:

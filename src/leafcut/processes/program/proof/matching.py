@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Indices
+from leafcut.message import Message
 from leafcut.processes.program.proof.features import AMOUNT, EXACT, HEIGHT, PLACE, TAKEN, Features, name_of
 from leafcut.proof.difference import position_text
 from leafcut.units import SECONDS_PER_MINUTE
@@ -245,7 +246,7 @@ def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[str]:
     near = room.place + 1e-9
     found = []
     if a.exact[0] != b.exact[0]:
-        found.append(f"{name_of(a.exact[0])} became {name_of(b.exact[0])}")
+        found.append(Message("{} became {}", name_of(a.exact[0]), name_of(b.exact[0])))
     if a.exact != b.exact:
         for name in _EXACT_WORDS:
             was, now = a.exact[EXACT.index(name)], b.exact[EXACT.index(name)]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from leafcut.errors import VerifyError
 from leafcut.geometry.arrays import Floats
 from leafcut.material.loads import Loads
+from leafcut.message import Message
 from leafcut.model.cutter import Cutter
 from leafcut.model.feed_limits import FEED_INCREASE
 from leafcut.model.pace import PaceRules, PaceStretch, ToolLimits
@@ -53,7 +54,9 @@ def changed_stretches(before: Toolpath, after: Toolpath) -> dict[int, tuple[Pace
             found[row] = (PaceStretch(1.0, float(after.value[at])),)
         at += 1
     if at != count:
-        raise VerifyError(f"line {after.line[at]}: the program with new speeds continues after the end of the original")
+        raise VerifyError(
+            "line {}: the program with new speeds continues after the end of the original", after.line[at]
+        )
     return found
 
 
@@ -105,10 +108,11 @@ def _has_same_end(before: Toolpath, after: Toolpath, row: int, at: int) -> bool:
 
 
 def _path_error(before: Toolpath, after: Toolpath, row: int, at: int) -> VerifyError:
-    line = f"line {after.line[at]}" if at < len(after) else "the end"
+    line = Message("line {}", after.line[at]) if at < len(after) else "the end"
     return VerifyError(
-        f"{line}: the program with new speeds differs from line {before.line[row]} of the original in more "
-        "than its speed"
+        "{}: the program with new speeds differs from line {} of the original in more than its speed",
+        line,
+        before.line[row],
     )
 
 
@@ -168,7 +172,7 @@ def check_limits(
         at = int(np.flatnonzero(wrong)[0])
         x, y, z = loads.moves.ends[at, :3].tolist()
         raise VerifyError(
-            f"T{loads.moves.tool[at]} at X{x:.3f} Y{y:.3f} Z{z:.3f}: a new speed is higher than is allowed there"
+            "T{} at X{:.3f} Y{:.3f} Z{:.3f}: a new speed is higher than is allowed there", loads.moves.tool[at], x, y, z
         )
     return speed
 
@@ -242,7 +246,7 @@ def check_lowered(
     near |= mine & ~unchanged & bent & (np.minimum(ends[:, 2], ends[:, 5]) < bent_above + rules.clearance - _OFF)
     if near.any():
         line = int(after.line[loads.source[int(np.flatnonzero(near)[0])]])
-        raise VerifyError(f"line {line}: a lowered move comes too close to the material")
+        raise VerifyError("line {}: a lowered move comes too close to the material", line)
 
 
 def _lowered_rows(before: Toolpath, after: Toolpath) -> list[int] | None:

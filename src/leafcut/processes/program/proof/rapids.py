@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import count_of
 from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
+from leafcut.message import Message
 from leafcut.model.cycles import approach_of
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind
@@ -554,8 +555,10 @@ def _after_length_change(original: ProgramWork, new: ProgramWork, room: float) -
     for length, (height, line) in _lowest_by_length(new).items():
         limit, was = limits.get(length, (height, 0))
         if height < limit - room:
-            text = (
-                f"a rapid goes to Z{height:.3f} right after the length offset changed, never below Z{limit:.3f} before"
+            text = Message(
+                "a rapid goes to Z{:.3f} right after the length offset changed, never below Z{:.3f} before",
+                height,
+                limit,
             )
             yield Difference("deeper rapid", was, line, text)
 

@@ -14,6 +14,7 @@ import numpy as np
 from leafcut.gcode.block_description import normalized
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Indices, Mask
+from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.barriers import Barrier
@@ -77,10 +78,12 @@ def find_lost_modes(
     for mode, pattern in zip(_MODES, _PATTERNS, strict=True):
         was, now = (_first_use(*side, mode, pattern) for side in zip(programs, works, words, counted, strict=True))
         if (now.first and not was.first) or now.cuts > was.cuts:
-            text = f"{mode.said}: the original states it before line {now.line or was.line} relies on it"
+            text = Message("{}: the original states it before line {} relies on it", mode.said, now.line or was.line)
             yield Difference("not stated", was.line, now.line, text)
         elif mode.rare and was.first and not now.first:
-            text = f"{mode.said}: the original does not state it before line {was.line} relies on it, the new one does"
+            text = Message(
+                "{}: the original does not state it before line {} relies on it, the new one does", mode.said, was.line
+            )
             yield Difference("newly stated", was.line, now.line, text)
 
 

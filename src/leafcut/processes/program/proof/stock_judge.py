@@ -17,6 +17,7 @@ from leafcut.material.cutting import Removed, collision_depths, cut
 from leafcut.material.height_field import HeightField
 from leafcut.material.same_stock import stock_differences
 from leafcut.material.straight_moves import StraightMoves, moves_in_cells
+from leafcut.message import Message
 from leafcut.model.cutter import BodyPart, Cutter
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
@@ -87,15 +88,22 @@ class StockJudge:
             one = differences[0]
             more = f" (and {count_of(len(differences) - 1, 'more place')})" if len(differences) > 1 else ""
             raise VerifyError(
-                f"at X{to_fixed(one.x, 3)} Y{to_fixed(one.y, 3)} the new program leaves the stock at "
-                f"Z{to_fixed(one.after, 3)}, not at Z{to_fixed(one.before, 3)}{more}"
+                "at X{} Y{} the new program leaves the stock at Z{}, not at Z{}{}",
+                to_fixed(one.x, 3),
+                to_fixed(one.y, 3),
+                to_fixed(one.after, 3),
+                to_fixed(one.before, 3),
+                more,
             )
         for (tool, kind), found in met.items():
             before = self.met.get((tool, kind))
             if found.deepest > (before.deepest if before else 0.0) + TOLERANCE:
                 what = f"a rapid of T{tool} goes" if kind == "rapid" else f"the {kind} of T{tool} gets"
                 raise VerifyError(
-                    f"{what} {found.deepest:.2f} mm deep into the stock, first in line {found.line} of the new program"
+                    "{} {:.2f} mm deep into the stock, first in line {} of the new program",
+                    what,
+                    found.deepest,
+                    found.line,
                 )
 
     def issues(self) -> Iterator[Issue]:
@@ -109,7 +117,7 @@ class StockJudge:
             if not self.given:
                 message = f"{message}, if that is a block around the cuts; give --workpiece"
             severity = Severity.DANGER if self.given else Severity.WARNING
-            yield Issue(_KINDS[kind], message, f"line {found.line}", severity)
+            yield Issue(_KINDS[kind], message, Message("line {}", found.line), severity)
 
 
 def _simulate(

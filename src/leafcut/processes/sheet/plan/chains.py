@@ -434,7 +434,7 @@ def planned_chains(cutting: Cutting, plan: PlanFile, *, everything: bool = False
     position = {c.index: k for k, c in enumerate(cutting.contours)}
     chains: list[list[CutStart]] = []
     if plan.cuts and plan.cuts[0].bridge and (everything or "bridge" in plan.cuts[0].fixed):
-        raise PlanError(f"{plan.source}: cut 1: no cut precedes it, so it cannot have a bridge")
+        raise PlanError("{}: cut 1: no cut precedes it, so it cannot have a bridge", plan.source)
     for number, (before, choice) in enumerate(itertools.pairwise(plan.cuts), 2):
         if not choice.bridge or not (everything or "bridge" in choice.fixed):
             continue
@@ -445,7 +445,7 @@ def planned_chains(cutting: Cutting, plan: PlanFile, *, everything: bool = False
             or not bridge_fits(cutting.contours, (a.contour, b.contour), (a.exit, b.entry), cutting.scrap)
         ):
             raise PlanError(
-                f"{plan.source}: cut {number}: no bridge through the scrap fits between it and the previous cut"
+                "{}: cut {}: no bridge through the scrap fits between it and the previous cut", plan.source, number
             )
         if chains and chains[-1][-1].contour == a.contour:
             chains[-1].append(b)

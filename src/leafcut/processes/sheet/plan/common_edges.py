@@ -15,6 +15,7 @@ from shapely.ops import substring
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point
+from leafcut.message import Message
 from leafcut.model.issue import Issue
 from leafcut.processes.sheet.plan.contours import CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
@@ -190,11 +191,12 @@ def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue
         places.append(f"({x:.5g}, {y:.5g})")
     if not lengths or rules.half > 0.0:
         return []
-    words = (
-        f"{math.fsum(lengths):.6g} mm of edges that coincide are cut twice: only edges whose line can start in the "
-        "scrap are cut once, without options that rule out common lines"
+    words = Message(
+        "{:.6g} mm of edges that coincide are cut twice: only edges whose line can start in the "
+        "scrap are cut once, without options that rule out common lines",
+        math.fsum(lengths),
     )
-    return [Issue("L617", words, f"at {', '.join(places[:3])}" + (" …" if len(places) > 3 else ""))]
+    return [Issue("L617", words, Message("at {}", ", ".join(places[:3])) + (" …" if len(places) > 3 else ""))]
 
 
 def pierced_first(
@@ -242,12 +244,18 @@ def has_order(pairs: Iterable[tuple[int, int]]) -> bool:
 
 def _refusal(one: str, other: str, length: float, rules: CutRules) -> str:
     if rules.half > 0.0:
-        return (
-            f"{one} is one kerf away from {other} over {length:.4g} mm, more than half of its length, and would be cut "
-            "twice: move the parts apart; --common-lines cuts such edges once if their line can start in the scrap"
+        return Message(
+            "{} is one kerf away from {} over {:.4g} mm, more than half of its length, and would be cut "
+            "twice: move the parts apart; --common-lines cuts such edges once if their line can start in the scrap",
+            one,
+            other,
+            length,
         )
-    return (
-        f"{one} coincides with {other} over {length:.4g} mm, more than half of its length, and would be cut twice: "
+    return Message(
+        "{} coincides with {} over {:.4g} mm, more than half of its length, and would be cut twice: "
         "move the parts apart; only edges whose line can start in the scrap are cut once, without options that rule "
-        "out common lines"
+        "out common lines",
+        one,
+        other,
+        length,
     )

@@ -21,6 +21,7 @@ from leafcut.geometry.arrays import Point
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.model.cutting import Lead
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod
@@ -200,12 +201,15 @@ def _no_line_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
 
 def _no_common_lines(least: float, rules: CutRules) -> str:
     if rules.half <= 0.0:
-        return (
-            f"no common lines: without compensation, parts share only edges that coincide over {least:.3g} mm or more"
+        return Message(
+            "no common lines: without compensation, parts share only edges that coincide over {:.3g} mm or more", least
         )
-    return (
-        f"no common lines: no two parts have straight edges one kerf of {rules.kerf:.4g} mm apart, within {GAP:g} mm, "
-        f"that face each other over {least:.3g} mm or more"
+    return Message(
+        "no common lines: no two parts have straight edges one kerf of {:.4g} mm apart, within {:g} mm, "
+        "that face each other over {:.3g} mm or more",
+        rules.kerf,
+        GAP,
+        least,
     )
 
 
@@ -216,14 +220,16 @@ def _separate_edge_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Iss
     (x, y), (u, v) = slots[0].begin, slots[0].end
     words = f"{math.fsum(s.length for s in slots):.6g} mm of edges one kerf apart are cut separately: no line "
     words += "between them can start in the scrap and cut without crossing another"
-    return [Issue("L617", words, f"at ({(x + u) / 2:.5g}, {(y + v) / 2:.5g})", Severity.NOTE)]
+    return [Issue("L617", words, Message("at ({:.5g}, {:.5g})", (x + u) / 2, (y + v) / 2), Severity.NOTE)]
 
 
 def _line_issues(slots: Sequence[EdgeGap], groups: Sequence[CommonCutGroup], rules: CutRules) -> list[Issue]:
     lines = [line for g in groups for line in g.lines]
     length = math.fsum(line.shared for line in lines)
     parts = sum(len(g.members) for g in groups)
-    words = f"{length:.6g} mm of edges shared by {parts} parts are cut only once, in {count_of(len(lines), 'line')}"
+    words = Message(
+        "{:.6g} mm of edges shared by {} parts are cut only once, in {}", length, parts, count_of(len(lines), "line")
+    )
     found = [Issue("L616", words, "", Severity.NOTE)]
     of = {k: n for n, g in enumerate(groups) for k in g.members}
     left = [s for s in slots if of.get(s.parts[0], -1) != of.get(s.parts[1], -2)]

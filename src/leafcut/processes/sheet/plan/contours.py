@@ -14,6 +14,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point, Points
 from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Lead
 from leafcut.model.issue import Issue, MissingWork
@@ -420,7 +421,9 @@ def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str
             found.append(_contour_issue("L612", words, several, _contour_place(contour.index, source, px, py), work))
     narrowest = NARROWEST_HOLE * rules.data.thickness
     if rules.kind == CutMethod.PLASMA and contour.hole and contour.diameter < narrowest:
-        words = f"a hole of {contour.diameter:.3g} mm, below {NARROWEST_HOLE:g} times the thickness, will be tapered"
+        words = Message(
+            "a hole of {:.3g} mm, below {:g} times the thickness, will be tapered", contour.diameter, NARROWEST_HOLE
+        )
         several = f"{{n}} holes below {narrowest:g} mm, {NARROWEST_HOLE:g} times the thickness, will be tapered"
         found.append(_contour_issue("L615", words, several, _contour_place(contour.index, source, *source.path.start)))
     return found

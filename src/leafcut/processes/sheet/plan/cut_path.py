@@ -280,7 +280,9 @@ def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, flo
     drawn = _drawn_path(contour)
     line, point = flat_line(drawn), shapely.Point(*on)
     if shapely.distance(point, line) > ROUNDING + FLATNESS:
-        raise PlanError(f"{contour.name()}: the controller's compensation cannot start at ({on[0]:.5g}, {on[1]:.5g})")
+        raise PlanError(
+            "{}: the controller's compensation cannot start at ({:.5g}, {:.5g})", contour.name(), on[0], on[1]
+        )
     at = float(shapely.line_locate_point(line, point, normalized=True)) * drawn.length
     body = _path_from(drawn, at, drawn.length + contour.overcut, start.clockwise)
     wanted = contour.lead_at(start.lead_in, start.at, start.clockwise)

@@ -154,8 +154,10 @@ def _lead_out(style: str, length: float) -> Lead:
 def _check_options(kind: str, options: CutOptions, data: CutData, planned: bool) -> None:
     if options.micro_joints > 1 and kind != CutMethod.LASER:
         raise OptionError(
-            f"--micro-joints {options.micro_joints}: only a laser can be switched off and on in motion; a {kind} cut "
-            "can have one joint, at its end: use --micro-joints 1"
+            "--micro-joints {}: only a laser can be switched off and on in motion; a {} cut "
+            "can have one joint, at its end: use --micro-joints 1",
+            options.micro_joints,
+            kind,
         )
     if options.chains and options.heat_distance > 0.0:
         raise OptionError(
@@ -199,4 +201,4 @@ def options_against_common_lines(options: CutOptions, data: CutData, planned: bo
 def _check_common_lines(options: CutOptions, data: CutData, planned: bool) -> None:
     wrong = options_against_common_lines(options, data, planned)
     if wrong:
-        raise OptionError(f"--common-lines cannot be combined with {' and '.join(wrong)}; leave out one of them")
+        raise OptionError("--common-lines cannot be combined with {}; leave out one of them", " and ".join(wrong))

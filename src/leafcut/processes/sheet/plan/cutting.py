@@ -156,8 +156,9 @@ class CutSequence:
         for a, b in self.cutting.pairs:
             if at[a] > at[b]:
                 raise PlanError(
-                    f"{contours[b].name()} would be cut before {contours[a].name()}; remove 'order' from the plan "
-                    "file, or leave out --sweep"
+                    "{} would be cut before {}; remove 'order' from the plan file, or leave out --sweep",
+                    contours[b].name(),
+                    contours[a].name(),
                 )
 
 

@@ -16,6 +16,7 @@ import shapely
 from leafcut.errors import count_of
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.obstacles import ObstacleMap
+from leafcut.message import Message
 from leafcut.model.cutting import Cut
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.sheet import Sheet
@@ -51,7 +52,7 @@ class HeadRoutes:
         """Return a warning about moves that cross or approach detached parts, a note about detours, or None."""
         if not (self.crossing or self.close or self.corners):
             return None
-        detours = f"{len(self.corners)} of {self.moves} travel moves go around detached parts"
+        detours = Message("{} of {} travel moves go around detached parts", len(self.corners), self.moves)
         unknown = "; the nozzle diameter is unknown (nozzle_diameter in the machine's profile), so only the head's "
         unknown = "" if self.radius > 0.0 else f"{unknown}centre is checked"
         if not (self.crossing or self.close):
@@ -60,7 +61,7 @@ class HeadRoutes:
         first = min((*self.crossing, *self.close))
         x, y = cuts[min(first, len(cuts) - 1)].path.start
         crossing, close = len(self.crossing), len(self.close)
-        over = [f"{crossing} of {self.moves} travel moves cross detached parts"] if crossing else []
+        over = [Message("{} of {} travel moves cross detached parts", crossing, self.moves)] if crossing else []
         if close:
             more = count_of(close, "more travel move") if crossing else f"{close} of {self.moves} travel moves"
             over.append(f"a nozzle of {2.0 * self.radius:g} mm passes over detached parts on {more}")
@@ -69,7 +70,7 @@ class HeadRoutes:
             f"({detours}){unknown}: "
             "hold them with --micro-joints, or watch them"
         )
-        return Issue("L623", words, f"the first on the move to ({x:.4g}, {y:.4g})")
+        return Issue("L623", words, Message("the first on the move to ({:.4g}, {:.4g})", x, y))
 
 
 class DetachableParts:

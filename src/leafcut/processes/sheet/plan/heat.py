@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
+from leafcut.message import Message
 from leafcut.model.issue import Issue, Severity
 from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTravel
 from leafcut.processes.sheet.plan.starts import CutStart
@@ -26,12 +27,14 @@ def heat_issue(order: Sequence[CutStart], apart: float) -> Issue:
     """Return a warning about starts within `apart` mm of the previous start, or a note if all are farther away."""
     left = close_starts(order, apart)
     if not left:
-        words = f"no cut starts within {apart:g} mm of the previous start; the nearest-neighbour order ignores heat"
+        words = Message(
+            "no cut starts within {:g} mm of the previous start; the nearest-neighbour order ignores heat", apart
+        )
         return Issue("L614", words, "", Severity.NOTE)
     x, y = order[left[0][1]].entry
     starts = "1 cut starts" if len(left) == 1 else f"{len(left)} cuts start"
     words = f"{starts} within {apart:g} mm of the previous start: no small change of the order avoids that"
-    return Issue("L614", words, f"the first at ({x:.4g}, {y:.4g})")
+    return Issue("L614", words, Message("the first at ({:.4g}, {:.4g})", x, y))
 
 
 def _starts_in_hot_metal(order: Sequence[CutStart], j: int, apart: float) -> bool:

@@ -16,6 +16,7 @@ import shapely
 
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.sheet import Sheet
@@ -70,7 +71,7 @@ def with_slot_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
     words = (
         f"{many} narrower than two kerfs and cut once along the centreline: {kerf:.4g} mm wide, not as wide as drawn"
     )
-    return replace(sheet, contours=tuple(contours)), [Issue("L627", words, f"at {places}")] if wider else []
+    return replace(sheet, contours=tuple(contours)), [Issue("L627", words, Message("at {}", places))] if wider else []
 
 
 def _slot_centreline(slot: Polyline, kerf: float) -> tuple[Polyline, float] | None:
@@ -220,4 +221,6 @@ def _uncut_issue(one: Contour, hole: Any, pieces: list[Polyline], rules: CutRule
     )
     outlines = tuple(Polyline.of_points(list(rest.exterior.coords)[:-1], closed=True) for rest in left)
     where = tuple((float(rest.centroid.x), float(rest.centroid.y)) for rest in left) or ((x, y),)
-    return Issue("L612", words, f"at ({x:.6g}, {y:.6g})", missing=MissingWork("place", len(where), where, outlines))
+    return Issue(
+        "L612", words, Message("at ({:.6g}, {:.6g})", x, y), missing=MissingWork("place", len(where), where, outlines)
+    )

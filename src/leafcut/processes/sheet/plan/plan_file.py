@@ -10,6 +10,7 @@ from graphlib import CycleError, TopologicalSorter
 import shapely
 
 from leafcut.errors import PlanError, count_of
+from leafcut.message import Message
 from leafcut.model.cutting import ContourPrint, CutChoice, Lead, PlanFile
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.plan.contours import CutContour
@@ -36,22 +37,22 @@ def check_fit(sheet: Sheet, plan: PlanFile) -> None:
     """Raise PlanError with the first difference if a plan file does not fit the drawing."""
 
     def refuse(reason: str) -> PlanError:
-        return PlanError(f"{plan.source}: the plan no longer fits the drawing: {reason}; make a new plan")
+        return PlanError("{}: the plan no longer fits the drawing: {}; make a new plan", plan.source, reason)
 
     for number, (there, was) in enumerate(zip(sheet.contours, plan.contours, strict=False), 1):
         now = ContourPrint.of(there)
         x, y = now.start
-        place = f"contour {number} at ({x:.6g}, {y:.6g})"
+        place = Message("contour {} at ({:.6g}, {:.6g})", number, x, y)
         if now.kind != was.kind:
-            raise refuse(f"{place} is of kind {now.kind}, in the plan {was.kind}")
+            raise refuse(Message("{} is of kind {}, in the plan {}", place, now.kind, was.kind))
         if abs(now.length - was.length) > SAME:
-            raise refuse(f"{place} is {now.length:.3f} mm long, in the plan {was.length:.3f} mm")
+            raise refuse(Message("{} is {:.3f} mm long, in the plan {:.3f} mm", place, now.length, was.length))
         if abs(now.area - was.area) > SAME * max(now.length, 1.0):
-            raise refuse(f"{place} encloses {now.area:.2f} mm², in the plan {was.area:.2f} mm²")
+            raise refuse(Message("{} encloses {:.2f} mm², in the plan {:.2f} mm²", place, now.area, was.area))
         if max(abs(a - b) for a, b in zip(now.start, was.start, strict=True)) > SAME:
-            raise refuse(f"{place} started at ({was.start[0]:.6g}, {was.start[1]:.6g}) in the plan")
+            raise refuse(Message("{} started at ({:.6g}, {:.6g}) in the plan", place, was.start[0], was.start[1]))
     if len(sheet.contours) != len(plan.contours):
-        raise refuse(f"it has {count_of(len(sheet.contours), 'contour')}, the plan {len(plan.contours)}")
+        raise refuse(Message("it has {}, the plan {}", count_of(len(sheet.contours), "contour"), len(plan.contours)))
 
 
 def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> Cutting:
@@ -115,8 +116,11 @@ def _check_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:
     )
     names = cutting.contours[early].name(), cutting.contours[late].name()
     raise PlanError(
-        f"{plan.source}: the fixed order has {names[0]} before {names[1]}, which must be cut first; move it there, "
-        "or remove 'order' or 'ahead' from 'fixed'"
+        "{}: the fixed order has {} before {}, which must be cut first; move it there, "
+        "or remove 'order' or 'ahead' from 'fixed'",
+        plan.source,
+        names[0],
+        names[1],
     )
 
 
@@ -124,12 +128,12 @@ def _contour_position(
     plan: PlanFile, number: int, choice: CutChoice, position: dict[int, int], chosen: dict[int, CutChoice]
 ) -> int:
     if len(choice.contours) != 1:
-        raise PlanError(f"{plan.source}: cut {number} has {len(choice.contours)} contours; only one is allowed")
+        raise PlanError("{}: cut {} has {} contours; only one is allowed", plan.source, number, len(choice.contours))
     index = choice.contours[0]
     if index not in position:
-        raise PlanError(f"{plan.source}: cut {number}: contour {index + 1} is not cut on this sheet")
+        raise PlanError("{}: cut {}: contour {} is not cut on this sheet", plan.source, number, index + 1)
     if position[index] in chosen:
-        raise PlanError(f"{plan.source}: cut {number}: contour {index + 1} is cut twice")
+        raise PlanError("{}: cut {}: contour {} is cut twice", plan.source, number, index + 1)
     return position[index]
 
 
@@ -167,15 +171,19 @@ def _fixed_starts(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -
     if "direction" in choice.fixed:
         if contour.path.closed != choice.direction.endswith("clockwise"):
             words = "clockwise or counter-clockwise" if contour.path.closed else "forward or backward"
-            raise PlanError(f"{plan.source}: {contour.name()} can run {words}, not {choice.direction}")
+            raise PlanError("{}: {} can run {}, not {}", plan.source, contour.name(), words, choice.direction)
         directions = (choice.direction in ("clockwise", "backward"),)
     if "start" in choice.fixed and choice.start is not None:
         point = shapely.Point(*choice.start)
         away = shapely.distance(point, contour.line)
         if away > NEAR + rules.kerf:
             raise PlanError(
-                f"{plan.source}: the fixed start ({choice.start[0]:g}, {choice.start[1]:g}) is {away:.3g} mm away from "
-                f"{contour.name()}"
+                "{}: the fixed start ({:g}, {:g}) is {:.3g} mm away from {}",
+                plan.source,
+                choice.start[0],
+                choice.start[1],
+                away,
+                contour.name(),
             )
         places = [float(shapely.line_locate_point(contour.line, point, normalized=True)) * contour.path.length]
     else:
@@ -193,7 +201,7 @@ def _fixed_starts(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -
     if lead is not None and contour.has_leads and (rules.edge_start or rules.lead_in.style != "none"):
         found = _with_lead_out(contour, scrap, found, choice)
     if not found:
-        raise PlanError(f"{plan.source}: no lead fits at the fixed start or direction of {contour.name()}")
+        raise PlanError("{}: no lead fits at the fixed start or direction of {}", plan.source, contour.name())
     return found
 
 
@@ -210,14 +218,18 @@ def _smooth_places(contour: CutContour, places: list[float], plan: PlanFile) -> 
     rules = contour.rules
     if rules.lead_in.style != "arc" or rules.lead_in.run_in <= 0.0:
         raise PlanError(
-            f"{plan.source}: the controller compensates the kerf on a straight run-in and an arc; {contour.name()} has "
-            "another lead fixed; give it \"run_in\", or remove 'lead' from 'fixed'"
+            "{}: the controller compensates the kerf on a straight run-in and an arc; {} has "
+            "another lead fixed; give it \"run_in\", or remove 'lead' from 'fixed'",
+            plan.source,
+            contour.name(),
         )
     smooth = [at for at in places if contour.is_smooth(at)]
     if not smooth:
         raise PlanError(
-            f"{plan.source}: a controller that compensates the kerf cannot start {contour.name()} at a corner; move "
-            "its start, or remove 'start' from 'fixed'"
+            "{}: a controller that compensates the kerf cannot start {} at a corner; move "
+            "its start, or remove 'start' from 'fixed'",
+            plan.source,
+            contour.name(),
         )
     return smooth
 

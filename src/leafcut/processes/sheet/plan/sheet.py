@@ -21,6 +21,7 @@ from leafcut.geometry.containment import enclosing_polygons, find_conflicts, nes
 from leafcut.geometry.overlaps import SAME
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.tidying import join_advice, polygons, tidy_outlines
+from leafcut.message import Message
 from leafcut.model.contour import Contour, is_aside
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
@@ -62,7 +63,9 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
     if found["maybe sheet"]:
         if outline is None and (named := _sheet_edge_by_layer_name(found["maybe sheet"], cuts, marks)) is not None:
             outline = named.path
-            message = f"layer {named.layer} is used as the edge of the sheet; set --sheet-layers to change that"
+            message = Message(
+                "layer {} is used as the edge of the sheet; set --sheet-layers to change that", named.layer
+            )
             issues.append(Issue("L421", message, severity=Severity.NOTE))
         else:
             cuts = sorted([*cuts, *found["maybe sheet"]], key=lambda m: m.order)
@@ -80,7 +83,7 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
         layers = list(dict.fromkeys(printable(c.layer) for c in part.contours if c.layer))
         listed = ", ".join([*layers[:MOST_LAYERS], *(["…"] if len(layers) > MOST_LAYERS else [])])
         hint = f"; its contours are on the layers {listed}: check --cut-layers, --ignore-layers" if layers else ""
-        raise PlanError(f"{part.source or part.name}: nothing is left to cut or mark{hint}")
+        raise PlanError("{}: nothing is left to cut or mark{}", part.source or part.name, hint)
     contours = _nested_contours(closed, shapes, [*opened, *marks])
     _check_inside(contours, outline, holes)
     _refuse_frames(contours, options, issues)
@@ -100,7 +103,12 @@ def _strokes_by_kind(contours: Sequence[Contour], kinds: list[str], issues: list
             gone.append(contour.path.start)
     if gone:
         issues.append(
-            Issue("L313", f"{count_of(len(gone), 'line')} of zero length left out", _places_text(gone), Severity.NOTE)
+            Issue(
+                "L313",
+                Message("{} of zero length left out", count_of(len(gone), "line")),
+                _places_text(gone),
+                Severity.NOTE,
+            )
         )
     return found
 
@@ -116,18 +124,21 @@ def _join_strokes(strokes: list[Contour], kind: str, options: SheetOptions, issu
     tidied = tidy_outlines([s.path for s in strokes], options.join_tolerance)
     gaps = [gap for made in tidied.paths for gap in made.gaps]
     if gaps and not marked:
-        message = f"{count_of(len(gaps), 'gap')} closed; the widest is {max(width for _, width in gaps):.3g} mm"
+        message = Message(
+            "{} closed; the widest is {:.3g} mm", count_of(len(gaps), "gap"), max((width for _, width in gaps))
+        )
         issues.append(Issue("L311", message, _places_text([place for place, _ in gaps])))
     if tidied.branches and tidied.doubles and not marked and options.open_paths == "refuse":
         raise PlanError(
-            f"lines that several outlines may share meet, {_places_text(tidied.branches)}, "
-            "so their order is ambiguous; draw each outline as one closed polyline"
+            "lines that several outlines may share meet, {}, "
+            "so their order is ambiguous; draw each outline as one closed polyline",
+            _places_text(tidied.branches),
         )
     if tidied.branches and not marked:
-        message = f"more than two ends meet at {count_of(len(tidied.branches), 'place')}: check the outlines"
+        message = Message("more than two ends meet at {}: check the outlines", count_of(len(tidied.branches), "place"))
         issues.append(Issue("L314", message, _places_text(tidied.branches)))
     if tidied.doubles:
-        message = f"{count_of(len(tidied.doubles), 'line')} drawn on top of others taken once"
+        message = Message("{} drawn on top of others taken once", count_of(len(tidied.doubles), "line"))
         issues.append(Issue("L312", message, _places_text(tidied.doubles)))
     made = []
     for path, members, _ in tidied.paths:
@@ -150,8 +161,11 @@ def _sheet_edge(sheets: list[Contour]) -> tuple[Polyline | None, tuple[Polyline,
     if depth.count(0) != 1 or max(depth) > 1:
         places = _places_text([m.path.start for m in sheets])
         raise PlanError(
-            f"the sheet's layer must hold one closed outline, and within it only holes apart from each other; it holds "
-            f"{len(closed)} closed and {count_of(len(sheets) - len(closed), 'open path')}, {places}"
+            "the sheet's layer must hold one closed outline, and within it only holes apart from each other; it holds "
+            "{} closed and {}, {}",
+            len(closed),
+            count_of(len(sheets) - len(closed), "open path"),
+            places,
         )
     edge = closed[depth.index(0)]
     holes = tuple(m.path for m, deep in zip(closed, depth, strict=True) if deep)
@@ -196,9 +210,13 @@ def _sheet_edge_by_layer_name(maybe: list[Contour], cuts: list[Contour], marks: 
             places = _places_text([m.path.start for m in (beyond or maybe)])
             layer = closed[k].layer
             raise PlanError(
-                f"layer {layer} is named as the edge of a sheet, and an outline on it lies around parts, but {fact}, "
-                f"{places}; leave out the others with --ignore-layers, or assign {layer} with --sheet-layers or "
-                "--cut-layers"
+                "layer {} is named as the edge of a sheet, and an outline on it lies around parts, but {}, "
+                "{}; leave out the others with --ignore-layers, or assign {} with --sheet-layers or "
+                "--cut-layers",
+                layer,
+                fact,
+                places,
+                layer,
             )
     return None
 
@@ -215,16 +233,19 @@ def _sort_open_paths(
     if options.open_paths == "refuse":
         first = "; ".join(_open_path_text(m) + join_advice(k, paths) for k, m in enumerate(opened[:3]))
         raise PlanError(
-            f"{number} on layers that are cut: {first}{' …' if len(opened) > 3 else ''}; close the outline, leave a "
-            "layer out (--ignore-layers), or use --open-paths cut, mark or drop"
+            "{} on layers that are cut: {}{}; close the outline, leave a "
+            "layer out (--ignore-layers), or use --open-paths cut, mark or drop",
+            number,
+            first,
+            " …" if len(opened) > 3 else "",
         )
     if options.open_paths == "drop":
-        issues.append(Issue("L212", f"{number} left out", places))
+        issues.append(Issue("L212", Message("{} left out", number), places))
         return [], []
     if options.open_paths == "mark":
-        issues.append(Issue("L424", f"{number} marked", places, Severity.NOTE))
+        issues.append(Issue("L424", Message("{} marked", number), places, Severity.NOTE))
         return [], [replace(m, kind="mark") for m in opened]
-    issues.append(Issue("L424", f"{number} cut as drawn, without kerf compensation", places))
+    issues.append(Issue("L424", Message("{} cut as drawn, without kerf compensation", number), places))
     return opened, []
 
 
@@ -236,13 +257,13 @@ def _check_simple(closed: list[Contour], shapes: NDArray[Any]) -> None:
         places = [m.path.start for m, t in zip(closed, thin, strict=True) if t]
         number = count_of(len(places), "outline")
         raise PlanError(
-            f"{number} enclosing no area (a line there and back), {_places_text(places)}; repair the drawing"
+            "{} enclosing no area (a line there and back), {}; repair the drawing", number, _places_text(places)
         )
     crossed = [r.partition("[")[2].rstrip("]").split() for r in shapely.is_valid_reason(shapes) if r.endswith("]")]
     if crossed:
         number = count_of(len(crossed), "outline")
         places = [(float(w[0]), float(w[1])) for w in crossed]
-        raise PlanError(f"{number} crossing or touching itself, {_places_text(places)}; repair the drawing")
+        raise PlanError("{} crossing or touching itself, {}; repair the drawing", number, _places_text(places))
 
 
 def _without_duplicates(
@@ -261,18 +282,22 @@ def _without_duplicates(
         layers = {closed[k].layer for c in across for k in (c.first, c.second)}
         advice = "parts must lie apart" + (", or choose what is cut with --cut-layers" if len(layers) > 1 else "")
         where = _places_text([c.place for c in across])
-        raise PlanError(f"{count_of(len(across), 'pair')} of overlapping outlines: {a} and {b}, {where}; {advice}")
+        raise PlanError(
+            "{} of overlapping outlines: {} and {}, {}; {}", count_of(len(across), "pair"), a, b, where, advice
+        )
     if gone:
         places = [closed[k].path.start for k in sorted(gone)]
-        issues.append(Issue("L312", f"{count_of(len(gone), 'outline')} drawn twice merged", _places_text(places)))
+        issues.append(
+            Issue("L312", Message("{} drawn twice merged", count_of(len(gone), "outline")), _places_text(places))
+        )
     touching = [c for c in met if c.kind == "touch" and not {c.first, c.second} & gone]
     if touching:
-        message = f"{count_of(len(touching), 'pair')} of outlines touch each other, without room for the kerf"
+        message = Message("{} of outlines touch each other, without room for the kerf", count_of(len(touching), "pair"))
         issues.append(Issue("L423", message, _places_text([c.place for c in touching])))
     kept = [k for k in range(len(closed)) if k not in gone]
     tiny = [e for e in (closed[k].path.extents for k in kept) if max(e[2] - e[0], e[3] - e[1]) < TINY]
     if tiny:
-        message = f"{count_of(len(tiny), 'outline')} smaller than {TINY:g} mm"
+        message = Message("{} smaller than {:g} mm", count_of(len(tiny), "outline"), TINY)
         issues.append(Issue("L213", message, _places_text([(e[0], e[1]) for e in tiny])))
     return kept, [(c.first, c.second) for c in touching]
 
@@ -293,9 +318,15 @@ def _check_whole(closed: list[Contour], shapes: NDArray[Any], kept: list[int], t
         if len(pieces) > 1:
             x0, y0, x1, y1 = min(pieces, key=lambda piece: piece.area).bounds
             raise PlanError(
-                f"the part with {_outline_text(closed[part])} falls into {len(pieces)} pieces, the smallest "
-                f"{x1 - x0:.3g} × {y1 - y0:.3g} mm at ({x0:.5g}, {y0:.5g}): its holes touch its outline or "
-                "each other; move them apart"
+                "the part with {} falls into {} pieces, the smallest "
+                "{:.3g} × {:.3g} mm at ({:.5g}, {:.5g}): its holes touch its outline or "
+                "each other; move them apart",
+                _outline_text(closed[part]),
+                len(pieces),
+                x1 - x0,
+                y1 - y0,
+                x0,
+                y0,
             )
 
 
@@ -320,12 +351,13 @@ def _select_bore_circles(
             _places_text([shapely.centroid(shapes[k]).coords[0] for k in gone]),
         )
         if concentric == "largest":
-            words = f"{circles} inside a larger one with the same centre not cut (--concentric largest)"
+            words = Message("{} inside a larger one with the same centre not cut (--concentric largest)", circles)
             issues.append(Issue("L302", words, places))
         else:
-            words = (
-                f"{circles} around a hole with the same centre not cut: countersinks, counterbores and threads are "
-                "left to other machines; to cut every circle, use --concentric all"
+            words = Message(
+                "{} around a hole with the same centre not cut: countersinks, counterbores and threads are "
+                "left to other machines; to cut every circle, use --concentric all",
+                circles,
             )
             issues.append(Issue("L302", words, places, Severity.MISSING))
     return [k for k in every if k not in set(gone)]
@@ -410,8 +442,11 @@ def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: 
         what = f"part {first.part}" if first.part else first.kind
         or_holes = " or in its holes" if holes else ""
         raise PlanError(
-            f"{count_of(len(beyond), 'contour')} beyond the edge of the sheet{or_holes}: {what}, "
-            f"{_places_text([c.path.start for c in beyond])}; move it or use a larger sheet"
+            "{} beyond the edge of the sheet{}: {}, {}; move it or use a larger sheet",
+            count_of(len(beyond), "contour"),
+            or_holes,
+            what,
+            _places_text([c.path.start for c in beyond]),
         )
 
 
@@ -432,14 +467,17 @@ def _refuse_frames(contours: Sequence[Contour], options: SheetOptions, issues: l
             continue
         if len(within) > 1 or within[0] in inside:
             raise PlanError(
-                f"the name of layer {frame.layer} indicates a drawing frame, a text or a dimension, and an outline on "
-                f"it lies around others, {_places_text([frame.path.start])}; "
-                f"leave it out with --ignore-layers, or name "
-                "the layers to cut with --cut-layers"
+                "the name of layer {} indicates a drawing frame, a text or a dimension, and an outline on "
+                "it lies around others, {}; "
+                "leave it out with --ignore-layers, or name "
+                "the layers to cut with --cut-layers",
+                frame.layer,
+                _places_text([frame.path.start]),
             )
-        words = (
-            f"the outline on layer {frame.layer} is cut as a part, and the outline in it as its hole; if it is a "
-            "drawing frame, leave it out with --ignore-layers"
+        words = Message(
+            "the outline on layer {} is cut as a part, and the outline in it as its hole; if it is a "
+            "drawing frame, leave it out with --ignore-layers",
+            frame.layer,
         )
         issues.append(Issue("L422", words, _places_text([frame.path.start])))
 
@@ -459,7 +497,7 @@ def _warn_of_frame(contours: Sequence[Contour], outline: Polyline | None, issues
         return
     # A part may have a window with a smaller part in it; several such outlines are parts with holes.
     if alone or len({c.parent for c in rest if c.depth == 2}) > (1 if beyond else 0):
-        what = "everything" if not beyond else f"all but {count_of(beyond, 'contour')}"
+        what = "everything" if not beyond else Message("all but {}", count_of(beyond, "contour"))
         message = f"one rectangle of {x1 - x0:g} × {y1 - y0:g} mm on layer {layer or '0'} lies around {what} and is "
         message += "cut as a part; if it is the sheet, use --sheet-layers"
         issues.append(Issue("L422", message))
@@ -479,7 +517,7 @@ def _open_path_text(made: Contour) -> str:
 
 def _places_text(places: Sequence[Any]) -> str:
     first = ", ".join(f"({x:g}, {y:g})" for x, y in places[:3])
-    return f"at {first}" + (" …" if len(places) > 3 else "")
+    return Message("at {}", first) + (" …" if len(places) > 3 else "")
 
 
 # -- options --------------------------------------------------------------------------------------------------------
@@ -503,10 +541,12 @@ def without_excluded_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
     _check_empty(sheet, gone)
     places = {k: at for at, k in enumerate(k for k in range(len(sheet.contours)) if k not in gone)}
     kept = tuple(replace(sheet.contours[k], parent=places.get(sheet.contours[k].parent, -1)) for k in places)
-    number = "1 hole" if len(gone) == 1 else f"{len(gone)} holes"
+    number = "1 hole" if len(gone) == 1 else Message("{} holes", len(gone))
     first = ", ".join(_start_of(sheet.contours[k]) for k in sorted(gone)[:3]) + (" …" if len(gone) > 3 else "")
-    words = f"{number} outside the selected diameters left out"
-    return replace(sheet, contours=kept, issues=(*sheet.issues, Issue("L205", words, f"at {first}", Severity.NOTE)))
+    words = Message("{} outside the selected diameters left out", number)
+    return replace(
+        sheet, contours=kept, issues=(*sheet.issues, Issue("L205", words, Message("at {}", first), Severity.NOTE))
+    )
 
 
 def round_diameter(path: Polyline) -> float | None:
@@ -523,8 +563,11 @@ def _check_empty(sheet: Sheet, gone: set[int]) -> None:
     if held:
         around = sheet.contours[held[0].parent]
         raise PlanError(
-            f"the hole at {_start_of(around)} of part {around.part} is excluded by its diameter, but contains "
-            f"something to cut or mark, at {_start_of(held[0])}; change --min-diameter or --max-diameter"
+            "the hole at {} of part {} is excluded by its diameter, but contains "
+            "something to cut or mark, at {}; change --min-diameter or --max-diameter",
+            _start_of(around),
+            around.part,
+            _start_of(held[0]),
         )
 
 
@@ -546,9 +589,17 @@ def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) 
             low_x, low_y, high_x, high_y = c.path.extents
             if min(low_x, low_y) < -1e-6 or high_x > width + 1e-6 or high_y > height + 1e-6:
                 raise PlanError(
-                    f"contour {number} (part {c.part}) reaches from ({low_x:.6g}, {low_y:.6g}) to "
-                    f"({high_x:.6g}, {high_y:.6g}), outside the sheet of {width:g} × {height:g} mm; "
-                    "give a larger --sheet-size, or move the drawing with --origin"
+                    "contour {} (part {}) reaches from ({:.6g}, {:.6g}) to "
+                    "({:.6g}, {:.6g}), outside the sheet of {:g} × {:g} mm; "
+                    "give a larger --sheet-size, or move the drawing with --origin",
+                    number,
+                    c.part,
+                    low_x,
+                    low_y,
+                    high_x,
+                    high_y,
+                    width,
+                    height,
                 )
     added = tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in zones)
     return replace(sheet, outline=outline, zones=(*sheet.zones, *added))
@@ -559,7 +610,7 @@ def parse_size(text: str) -> Point:
     try:
         width, height = (float(word) for word in text.lower().replace("×", "x").removesuffix("mm").split("x"))
     except ValueError:
-        raise OptionError(f"--sheet-size: '{text}' is not a size such as 3000x1500") from None
+        raise OptionError("--sheet-size: '{}' is not a size such as 3000x1500", text) from None
     if not (0.0 < width < 1e6 and 0.0 < height < 1e6):
-        raise OptionError(f"--sheet-size: '{text}' is out of range")
+        raise OptionError("--sheet-size: '{}' is out of range", text)
     return width, height

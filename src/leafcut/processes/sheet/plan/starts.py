@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point, Points
+from leafcut.message import Message
 from leafcut.model.cutting import Lead
 from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, apart_along
 from leafcut.processes.sheet.plan.cut_rules import CutRules
@@ -80,9 +81,10 @@ def find_starts(contours: list[CutContour], scrap: Scrap) -> list[CutStart]:
 def _refusal(stuck: list[CutContour], contours: list[CutContour], rules: CutRules) -> str:
     names = "; ".join(c.name() for c in stuck[:3]) + (f" and {len(stuck) - 3} more" if len(stuck) > 3 else "")
     if rules.edge_start:
-        return (
-            f"the sheet is above the pierce capacity: cuts start at its edge, and no cut from there reaches "
-            f"{names}; drill a hole there first and give --pierce-delay, or nest it nearer to the edge"
+        return Message(
+            "the sheet is above the pierce capacity: cuts start at its edge, and no cut from there reaches "
+            "{}; drill a hole there first and give --pierce-delay, or nest it nearer to the edge",
+            names,
         )
     # The controller needs a lead to switch its compensation on.
     instead = "--compensation geometry" if rules.compensation == "controller" else "--lead-in none"
@@ -90,9 +92,10 @@ def _refusal(stuck: list[CutContour], contours: list[CutContour], rules: CutRule
         instead = "cut edges that lie a kerf apart once (--common-lines), nested by leafcut nest --blocks"
     if rules.common_lines:
         instead = "nest the parts in blocks with room around them (leafcut nest --blocks)"
-    return (
-        f"no lead fits into the scrap at {names}; give a shorter --lead-in-length, {instead}, or more room "
-        "between the parts"
+    return Message(
+        "no lead fits into the scrap at {}; give a shorter --lead-in-length, {}, or more room between the parts",
+        names,
+        instead,
     )
 
 
@@ -299,8 +302,9 @@ def edge_starts(number: int, contour: CutContour, scrap: Scrap, places: Sequence
     rules = contour.rules
     if scrap.sheet is None:
         raise PlanError(
-            f"{rules.data.thickness:g} mm is above the pierce capacity: cuts start at the sheet's edge, but its size "
-            "is not known; give --sheet-size, or --pierce-delay to pierce anyway"
+            "{:g} mm is above the pierce capacity: cuts start at the sheet's edge, but its size "
+            "is not known; give --sheet-size, or --pierce-delay to pierce anyway",
+            rules.data.thickness,
         )
     low_x, low_y, high_x, high_y = scrap.sheet.bounds
     reach = 2.0 * math.hypot(high_x - low_x, high_y - low_y)

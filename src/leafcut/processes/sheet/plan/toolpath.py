@@ -72,8 +72,9 @@ def generate_cuts(
     data, clearance = torch.data, torch.clearance
     if clearance <= max(data.pierce_height, data.cut_height):
         raise PlanError(
-            f"the torch travels at {clearance:g} mm, not above its pierce height of {data.pierce_height:g} mm; give a "
-            "larger --clearance-height"
+            "the torch travels at {:g} mm, not above its pierce height of {:g} mm; give a larger --clearance-height",
+            clearance,
+            data.pierce_height,
         )
     avoided = None if torch.moves_z else obstacles
     builder = ToolpathBuilder()
@@ -114,7 +115,7 @@ def _travel(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) ->
         turns = obstacles.route_around(here, to, None)
         if turns is None:
             x, y = to
-            raise PlanError(f"there is no path to {x:.4g}, {y:.4g} around the --keep-out zones; move the clamp")
+            raise PlanError("there is no path to {:.4g}, {:.4g} around the --keep-out zones; move the clamp", x, y)
         for turn in turns:
             builder.rapid(*turn)
     builder.rapid(*to)

@@ -11,6 +11,7 @@ import numpy as np
 import shapely
 from shapely.ops import substring
 
+from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.processes.sheet.proof.matched_runs import MOST, MatchedRuns, RunMatch, sheet_difference
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE
@@ -57,7 +58,7 @@ def check_chains(laid: MatchedRuns) -> list[Difference]:
             for other in tree.query(bridge, predicate="dwithin", distance=kerf - 2.0 * TOLERANCE).tolist():
                 if other != number:
                     x, y = shapely.get_coordinates(shapely.shortest_line(lines[other], bridge))[0]
-                    text = f"a bridge and another cut cross at {position_text(x, y)}: the arc would go out"
+                    text = Message("a bridge and another cut cross at {}: the arc would go out", position_text(x, y))
                     found.append(sheet_difference("chain", text, laid.runs[max(number, other)].line))
     return found
 
@@ -67,11 +68,17 @@ def _order_faults(run: TorchRun, steps: Sequence[RunMatch], planned: Sequence[in
     got = tuple(f.target.index for f in steps)
     if got != tuple(planned):
         words = [" and ".join(str(k + 1) for k in numbers) or "none" for numbers in (got, planned)]
-        return [sheet_difference("chain", f"a run cuts contours {words[0]} instead of {words[1]}", run.line)]
+        return [
+            sheet_difference("chain", Message("a run cuts contours {} instead of {}", words[0], words[1]), run.line)
+        ]
     for before, after in itertools.pairwise(steps):
         if before.last > after.first + OVERLAP:
             one, other = before.target.index + 1, after.target.index + 1
-            return [sheet_difference("chain", f"contour {other} starts before contour {one} is finished", run.line)]
+            return [
+                sheet_difference(
+                    "chain", Message("contour {} starts before contour {} is finished", other, one), run.line
+                )
+            ]
     return []
 
 
@@ -95,7 +102,7 @@ def _own_kerf_faults(run: TorchRun, at: float, bridge: Any, kerf: float) -> list
     if clear.all():
         return []
     point = points[int(np.argmin(clear))]
-    text = f"a bridge runs into its own kerf at {position_text(point.x, point.y)}: the arc would go out"
+    text = Message("a bridge runs into its own kerf at {}: the arc would go out", position_text(point.x, point.y))
     return [sheet_difference("chain", text, run.line)]
 
 
@@ -104,6 +111,6 @@ def _detached_scrap_faults(run: TorchRun, done: Sequence[RunMatch], bridge: Any)
     middle = bridge.interpolate(0.5, normalized=True)
     for f in done:
         if f.target.shape is not None and f.target.shape.contains(middle):
-            text = f"a bridge crosses scrap or a part that contour {f.target.index + 1} has detached"
+            text = Message("a bridge crosses scrap or a part that contour {} has detached", f.target.index + 1)
             return [sheet_difference("chain", text, run.line)]
     return []

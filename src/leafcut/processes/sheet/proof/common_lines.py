@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import shapely
 
+from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.kinds import CutMethod, method_of
 from leafcut.processes.sheet.proof.matched_runs import MatchedRuns, sheet_difference
@@ -41,7 +42,7 @@ def check_common_lines(laid: MatchedRuns) -> list[Difference]:
             both = lines[k].intersection(lines[other].buffer(TOLERANCE))
             if other != k and both.length > max(CROSSING_KERFS * laid.kerf, CROSSING) + 2.0 * TOLERANCE:
                 x, y = shapely.get_coordinates(both)[0]
-                text = f"an edge of two parts is cut twice at {position_text(x, y)}"
+                text = Message("an edge of two parts is cut twice at {}", position_text(x, y))
                 found.append(sheet_difference("cut twice", text, runs[max(k, other)].line))
     for group in sorted({cuts[k].group for k in common}):
         found += _group_faults(laid, group, [k for k in common if cuts[k].group == group])
@@ -55,7 +56,7 @@ def _group_faults(laid: MatchedRuns, group: int, own: Sequence[int]) -> Iterator
     runs, lines, cuts, kerf = laid.runs, laid.burnt_lines, laid.plan.cuts, laid.kerf
     around = [k for k, cut in enumerate(cuts[: len(runs)]) if cut.group == group and not cut.common]
     if len(around) != 1:
-        text = f"{len(around)} cuts go around parts with common lines instead of one"
+        text = Message("{} cuts go around parts with common lines instead of one", len(around))
         yield sheet_difference("out of order", text, runs[own[0]].line)
         return
     last = around[0]
@@ -66,11 +67,11 @@ def _group_faults(laid: MatchedRuns, group: int, own: Sequence[int]) -> Iterator
             text = "a common line is cut after the cut around its parts, which detaches them"
             yield sheet_difference("out of order", text, runs[k].line)
         if lines[k].intersection(body).length < cuts[k].common - TOLERANCE:
-            text = f"the common line that starts at {position_text(*runs[k].start)} is not within its parts"
+            text = Message("the common line that starts at {} is not within its parts", position_text(*runs[k].start))
             yield sheet_difference("out of order", text, runs[k].line)
     asked = cuts[last].choice.direction
     if asked in ("clockwise", "counter-clockwise") and _clockwise(runs[last]) != (asked == "clockwise"):
-        text = f"the cut around parts with common lines is not {asked}"
+        text = Message("the cut around parts with common lines is not {}", asked)
         yield sheet_difference("direction", text, runs[last].line)
 
 
@@ -86,5 +87,5 @@ def _crossing_faults(laid: MatchedRuns, common: Sequence[int]) -> Iterator[Diffe
         end = shapely.Point(laid.runs[late].points[-1])
         if not met.is_empty and shapely.distance(met, end) > AT_END:
             x, y = shapely.get_coordinates(met)[0]
-            text = f"a common line crosses an earlier one at {position_text(x, y)}"
+            text = Message("a common line crosses an earlier one at {}", position_text(x, y))
             yield sheet_difference("crosses a kerf", text, laid.runs[late].line)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from leafcut.errors import count_of
 from leafcut.gcode.dialects import Dialect, Torch
 from leafcut.gcode.torch import KERF_REGISTER
+from leafcut.message import Message
 from leafcut.model.cutting import CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, Motion, Toolpath
@@ -70,7 +71,9 @@ def check_cut_motion(planned: Toolpath, written: Toolpath, dialect: Dialect, uni
     if differences := compare_motion(moves, read, tolerance):
         return differences
     if len(states) != len(found):
-        return [Difference("motion", 0, 0, f"{count_of(len(states), 'move')} planned, {len(found)} written")]
+        return [
+            Difference("motion", 0, 0, Message("{} planned, {} written", count_of(len(states), "move"), len(found)))
+        ]
     room = np.array(
         _State(0.0, SPEED_ROUNDING, 0.0, 0.0, tolerance, 0.0, tolerance, 0.0, DWELL_ROUNDING, DWELL_ROUNDING)
     )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from leafcut.errors import count_of
 from leafcut.gcode.dialects import Dialect
 from leafcut.geometry.arrays import Points
+from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.sheet.proof.matched_runs import MatchedRuns
@@ -33,14 +34,17 @@ def check_detached_parts(laid: MatchedRuns, path: Toolpath, dialect: Dialect, no
     if len(found) > reported:
         line, where = found[0]
         count = count_of(len(found), "travel move")
-        text = f"{count} over detached parts, {reported} reported; the first to {position_text(*where)}"
+        text = Message("{} over detached parts, {} reported; the first to {}", count, reported, position_text(*where))
         return [Difference("travel over a detached part", 0, line, text)]
     near = crossings(laid, path, 0.5 * nozzle) if nozzle > 0.0 else []
     if len(near) > reported + close:
         line, where = near[0]
-        text = (
-            f"a nozzle of {nozzle:g} mm passes over detached parts on {count_of(len(near), 'travel move')}, "
-            f"{reported + close} reported; the first to {position_text(*where)}"
+        text = Message(
+            "a nozzle of {:g} mm passes over detached parts on {}, {} reported; the first to {}",
+            nozzle,
+            count_of(len(near), "travel move"),
+            reported + close,
+            position_text(*where),
         )
         return [Difference("travel over a detached part", 0, line, text)]
     return []

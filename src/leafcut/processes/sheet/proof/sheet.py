@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.dialects import Dialect
 from leafcut.geometry.index import ShapeIndex
+from leafcut.message import Message
 from leafcut.model.cutting import CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.machine import Machine
@@ -74,7 +75,11 @@ def uncut_contours(laid: MatchedRuns) -> list[Difference]:
         gaps = _uncut_stretches(laid, target, [laid.lines[c.run] for c in claims])
         what = "marked" if target.marks else "cut"
         if sum(g.length for g in gaps) > MOST * target.centreline.length:
-            found.append(sheet_difference(f"not {what}", f"{target.name} is not {what}", _line_of(laid.runs, claims)))
+            found.append(
+                sheet_difference(
+                    Message("not {}", what), Message("{} is not {}", target.name, what), _line_of(laid.runs, claims)
+                )
+            )
             continue
         joints = 0 if target.marks or target.source.is_hole else laid.asked.joints
         widest = laid.asked.joint_width + 2.0 * laid.asked.half + 2.0 * TOLERANCE
@@ -122,7 +127,7 @@ def repeated_cuts(laid: MatchedRuns) -> list[Difference]:
         ]
         if len(whole) > 1 or any(c.followed > TWICE * target.centreline.length for c in whole):
             lines = ", ".join(str(laid.runs[c.run].line) for c in whole)
-            text = f"{target.name} is cut more than once, from line {lines}"
+            text = Message("{} is cut more than once, from line {}", target.name, lines)
             found.append(sheet_difference("cut twice", text, laid.runs[whole[-1].run].line))
     used = {c.run for c in laid.claims}
     for number, run in enumerate(laid.runs):
@@ -147,7 +152,9 @@ def find_gouges(laid: MatchedRuns) -> list[Difference]:
             into = free.intersection(laid.parts[part].buffer(laid.asked.half))
             depth = laid.asked.half - shapely.distance(free, laid.parts[part]) + TOLERANCE
             x, y = shapely.get_coordinates(into if not into.is_empty else free)[0]
-            text = f"the kerf goes {depth:.3f} mm or more into part {laid.numbers[part]}, at {position_text(x, y)}"
+            text = Message(
+                "the kerf goes {:.3f} mm or more into part {}, at {}", depth, laid.numbers[part], position_text(x, y)
+            )
             found.append(sheet_difference("cuts into a part", text, laid.line_at(number, x, y)))
     return found
 
@@ -159,7 +166,7 @@ def find_strays(laid: MatchedRuns) -> list[Difference]:
     for zone in laid.zones:
         for number in np.flatnonzero(shapely.dwithin(laid.lines, zone, max(half - TOLERANCE, 0.0))).tolist():
             x, y = shapely.get_coordinates(shapely.shortest_line(zone, laid.lines[number]))[1]
-            text = f"the kerf runs into a keep-out zone at {position_text(x, y)}"
+            text = Message("the kerf runs into a keep-out zone at {}", position_text(x, y))
             found.append(sheet_difference("in a keep-out zone", text, laid.line_at(number, x, y)))
     sheet = laid.sheet
     if sheet is None:
@@ -170,7 +177,7 @@ def find_strays(laid: MatchedRuns) -> list[Difference]:
         outside = _points_off_sheet(laid, number, inside)
         if len(outside):
             x, y = outside[0]
-            text = f"the torch burns off the sheet, at {position_text(x, y)}"
+            text = Message("the torch burns off the sheet, at {}", position_text(x, y))
             found.append(sheet_difference("off the sheet", text, laid.line_at(number, x, y)))
     return found
 

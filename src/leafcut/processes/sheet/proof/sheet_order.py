@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from leafcut.errors import count_of
+from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.processes.sheet.proof.matched_runs import MatchedRuns, sheet_difference
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target
@@ -18,11 +19,13 @@ def plan_faults(laid: MatchedRuns) -> list[Difference]:
     """Return a fault if the number of cuts differs from the plan, and for each contour that the plan lacks."""
     cuts, found = laid.plan.cuts, []
     if len(cuts) != len(laid.runs):
-        text = f"the torch is switched on for {count_of(len(laid.runs), 'cut')}, but the plan has {len(cuts)}"
+        text = Message(
+            "the torch is switched on for {}, but the plan has {}", count_of(len(laid.runs), "cut"), len(cuts)
+        )
         found.append(sheet_difference("number of cuts", text, 0))
     planned = {i for cut in cuts for i in cut.contours}
     return found + [
-        sheet_difference("not planned", f"{target.name} is in no cut of the plan", 0)
+        sheet_difference("not planned", Message("{} is in no cut of the plan", target.name), 0)
         for target in laid.targets
         if target.index not in planned and not target.may_stay
     ]
@@ -46,7 +49,7 @@ def order_faults(laid: MatchedRuns) -> list[Difference]:
                 continue  # holes of a part are not nested, but pieces of a divided hole may overlap in a short neck
             late = _run_after(laid, inner, around) if inner.index != around.index else None
             if late is not None:
-                text = f"{inner.name} comes after {around.name}, which detaches it"
+                text = Message("{} comes after {}, which detaches it", inner.name, around.name)
                 found.append(sheet_difference("out of order", text, laid.runs[late].line))
     return found
 
@@ -87,7 +90,9 @@ def pierce_faults(laid: MatchedRuns) -> list[Difference]:
         reach = max(0.5 * laid.plan.data.kerf - TOLERANCE, 0.0)
         for later in tree.query(line, predicate="dwithin", distance=reach).tolist():
             if later > number and laid.pierces(later) and not laid.marks[later] and not laid.marks[number]:
-                text = f"the torch is lit at {position_text(*laid.runs[later].start)}, in the kerf of an earlier cut"
+                text = Message(
+                    "the torch is lit at {}, in the kerf of an earlier cut", position_text(*laid.runs[later].start)
+                )
                 found.append(sheet_difference("pierces in the air", text, laid.runs[later].line))
     found += _unpierced_cuts(laid)
     for claim in laid.claims:
@@ -95,9 +100,10 @@ def pierce_faults(laid: MatchedRuns) -> list[Difference]:
             continue
         for later in tree.query(claim.target.shape, predicate="contains").tolist():
             if later > claim.run and all(c.run != later for c in laid.of_target[claim.target.index]):
-                text = (
-                    f"the torch is lit at {position_text(*laid.runs[later].start)}, inside of {claim.target.name}, "
-                    "which was cut before"
+                text = Message(
+                    "the torch is lit at {}, inside of {}, which was cut before",
+                    position_text(*laid.runs[later].start),
+                    claim.target.name,
                 )
                 found.append(sheet_difference("pierces in the air", text, laid.runs[later].line))
     return found
@@ -110,7 +116,9 @@ def _unpierced_cuts(laid: MatchedRuns) -> list[Difference]:
         if laid.pierces(number) or laid.marks[number]:
             continue
         if sheet is None or shapely.distance(sheet, shapely.Point(*run.start)) < half - TOLERANCE:
-            text = f"the torch is lit at {position_text(*run.start)} without a pierce, and not beside the sheet"
+            text = Message(
+                "the torch is lit at {} without a pierce, and not beside the sheet", position_text(*run.start)
+            )
             found.append(sheet_difference("not pierced", text, run.line))
     return found
 

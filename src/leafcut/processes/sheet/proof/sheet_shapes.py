@@ -15,6 +15,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.difference import Difference
 from leafcut.model.sheet import Sheet
@@ -142,12 +143,12 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
     pieces = [_polygon(one) for one in (*(sheet.contours[k] for k in changed), *added) if not one.chamber]
     found = _check_chambers(drawn, [_polygon(one) for one in added if one.chamber], half)
     found += [
-        _divided_fault(f"a divided contour is not a hole, at {_place_in(shape)}")
+        _divided_fault(Message("a divided contour is not a hole, at {}", _place_in(shape)))
         for k, shape in holes.items()
         if not drawn.contours[k].is_hole
     ]
     found += [
-        _divided_fault(f"a divided hole is cut beyond its edge, at {_place_in(piece)}")
+        _divided_fault(Message("a divided hole is cut beyond its edge, at {}", _place_in(piece)))
         for piece in pieces
         if not any(hole.buffer(TOLERANCE).covers(piece) for hole in holes.values())
     ]
@@ -156,7 +157,7 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
         for reached in shapely.get_parts(hole.buffer(-half, quad_segs=QUARTER)):
             room = not reached.buffer(-half - 2.0 * TOLERANCE).is_empty
             if room and not whole.covers(reached):
-                found.append(_divided_fault(f"a piece of a divided hole is not cut, at {_place_in(reached)}"))
+                found.append(_divided_fault(Message("a piece of a divided hole is not cut, at {}", _place_in(reached))))
     return found
 
 
@@ -184,8 +185,10 @@ def _check_chambers(drawn: Sheet, chambers: list[Any], half: float) -> list[Diff
             alone = shapely.distance(ways[k], ways[:k] + ways[k + 1 :]).min() > 2.0 * half + 4.0 * TOLERANCE
             room = alone and not ring.buffer(-half - 2.0 * TOLERANCE).is_empty
             if room and not whole.covers(ring):
-                found.append(_divided_fault(f"a chamber of a notch is not cut, at {_place_in(ring)}"))
-    return found + [_divided_fault(f"a chamber is cut beyond its notch, at {_place_in(chamber)}") for chamber in lost]
+                found.append(_divided_fault(Message("a chamber of a notch is not cut, at {}", _place_in(ring))))
+    return found + [
+        _divided_fault(Message("a chamber is cut beyond its notch, at {}", _place_in(chamber))) for chamber in lost
+    ]
 
 
 def _place_in(shape: Any) -> str:

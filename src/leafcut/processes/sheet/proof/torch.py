@@ -10,6 +10,7 @@ import numpy as np
 from leafcut.gcode.active_comments import controller_settings
 from leafcut.gcode.block_description import normalized
 from leafcut.gcode.dialects import Dialect
+from leafcut.message import Message
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.machine import Probe
@@ -75,13 +76,15 @@ def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
         elif row.kind is Kind.SPINDLE and row.value:
             wanted = number if row.ref else 0
             if tool != wanted:
-                text = f"tool {tool} is selected where tool {wanted} works"
+                text = Message("tool {} is selected where tool {} works", tool, wanted)
                 found.append(Difference("scribe", 0, row.line, text))
             elif not placed:
-                text = f"tool {tool} is lit before it moves to its start with its own offset"
+                text = Message("tool {} is lit before it moves to its start with its own offset", tool)
                 found.append(Difference("scribe", 0, row.line, text))
         elif row.kind is Kind.END and tool:
-            found.append(Difference("scribe", 0, row.line, f"the program ends with tool {tool} instead of the torch"))
+            found.append(
+                Difference("scribe", 0, row.line, Message("the program ends with tool {} instead of the torch", tool))
+            )
     return found
 
 
@@ -125,11 +128,11 @@ def _probe_faults(row: Motion, after: Motion, lit: bool, probe: Probe | None) ->
     if lit:
         wrong.append("the torch is on during probing")
     if not abs(row.end[2] + probe.depth) <= _ROOM:
-        wrong.append(f"the probe goes down to Z{row.end[2]:.3f}, not to Z{-probe.depth:.3f}")
+        wrong.append(Message("the probe goes down to Z{:.3f}, not to Z{:.3f}", row.end[2], -probe.depth))
     if not abs(row.value - probe.feed) <= max(FEED_PART * probe.feed, FEED_ROUNDING):
-        wrong.append(f"the probing feed is {row.value * SECONDS_PER_MINUTE:.6g} mm/min")
+        wrong.append(Message("the probing feed is {:.6g} mm/min", row.value * SECONDS_PER_MINUTE))
     if after.kind is not Kind.SHIFT or not abs(after.end[2] + probe.switch_offset) <= _ROOM:
-        wrong.append(f"the trip height of the switch is not set to Z{-probe.switch_offset:.3f}")
+        wrong.append(Message("the trip height of the switch is not set to Z{:.3f}", -probe.switch_offset))
     return [Difference("probe", 0, row.line, text) for text in wrong]
 
 
@@ -144,7 +147,9 @@ def _rapid_faults(path: Toolpath, lowest: float | None) -> list[Difference]:
         elif row.kind in (Kind.RAPID, Kind.MACHINE):
             if lit:
                 where = position_text(*before[number][:2].tolist())
-                found.append(Difference("torch on in a rapid", 0, row.line, f"a rapid from {where} with the torch on"))
+                found.append(
+                    Difference("torch on in a rapid", 0, row.line, Message("a rapid from {} with the torch on", where))
+                )
             if row.kind is Kind.MACHINE or not math.isnan(row.end[2]):
                 at_machine_height = row.kind is Kind.MACHINE
             if lowest is not None and not at_machine_height:
@@ -160,7 +165,7 @@ def _height_faults(row: Motion, before: np.ndarray, lowest: float) -> list[Diffe
     if not across or height >= lowest - _ROOM:
         return []
     shown = "an unknown height" if math.isnan(height) else f"Z{height:.3f}"
-    text = f"a rapid across the sheet at {shown}, below Z{lowest:.3f}, to {position_text(*row.end[:2])}"
+    text = Message("a rapid across the sheet at {}, below Z{:.3f}, to {}", shown, lowest, position_text(*row.end[:2]))
     return [Difference("rapid too low", 0, row.line, text)]
 
 
@@ -174,16 +179,20 @@ def _lighting_faults(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, wait
     if run.lightings and cut.pierce:
         first = run.lightings[0]
         if heights and not abs(first.height - data.pierce_height) <= _ROOM:
-            text = f"the torch is lit at Z{first.height:.3f}, not at the pierce height, Z{data.pierce_height:.3f}"
+            text = Message(
+                "the torch is lit at Z{:.3f}, not at the pierce height, Z{:.3f}", first.height, data.pierce_height
+            )
             found.append(Difference("pierce height", 0, first.line, text))
         if waits and first.waited < data.pierce_delay - DWELL_ROUNDING:
-            text = f"the torch waits {first.waited:g} s for the pierce; the chart asks for {data.pierce_delay:g} s"
+            text = Message(
+                "the torch waits {:g} s for the pierce; the chart asks for {:g} s", first.waited, data.pierce_delay
+            )
             found.append(Difference("pierce delay", 0, first.line, text))
     if heights:
         wrong = np.flatnonzero(run.burning & ~(np.abs(run.height - data.cut_height) <= _ROOM))
         if len(wrong):
             k = int(wrong[0])
-            text = f"the torch cuts at Z{run.height[k]:.3f}, not at the cut height, Z{data.cut_height:.3f}"
+            text = Message("the torch cuts at Z{:.3f}, not at the cut height, Z{:.3f}", run.height[k], data.cut_height)
             found.append(Difference("cut height", 0, int(run.row_line[k]), text))
     return found
 
@@ -200,9 +209,11 @@ def _feed_faults(run: TorchRun, cut: Cut) -> list[Difference]:
     if not len(wrong):
         return []
     k = int(wrong[0])
-    text = (
-        f"the feed is {run.feed[k] * SECONDS_PER_MINUTE:.6g} mm/min at {position_text(*run.points[k + 1].tolist())}, "
-        f"instead of {near[0][k] * SECONDS_PER_MINUTE:.6g} mm/min"
+    text = Message(
+        "the feed is {:.6g} mm/min at {}, instead of {:.6g} mm/min",
+        run.feed[k] * SECONDS_PER_MINUTE,
+        position_text(*run.points[k + 1].tolist()),
+        near[0][k] * SECONDS_PER_MINUTE,
     )
     return [Difference("feed", 0, int(run.row_line[k]), text)]
 
@@ -215,7 +226,9 @@ def _material_faults(
     lines = text.splitlines()
     obeyed = controller_settings(lines, dialect)
     if torch is None or not torch.material_comment:
-        return [Difference("material", 0, one.line, f"the controller would obey '{one.text}'") for one in obeyed]
+        return [
+            Difference("material", 0, one.line, Message("the controller would obey '{}'", one.text)) for one in obeyed
+        ]
     selected = [
         (number, int(match.group(1)))
         for number, line in enumerate(lines, 1)
@@ -225,20 +238,23 @@ def _material_faults(
     first = int(lit[0]) if len(lit) else len(lines) + 1
     if material_number is not None:
         found = [
-            Difference("material", 0, one.line, f"'{one.text}' overrides material {material_number}") for one in obeyed
+            Difference("material", 0, one.line, Message("'{}' overrides material {}", one.text, material_number))
+            for one in obeyed
         ]
         found += [
-            Difference("material", 0, number, f"material {material} is selected, not {material_number}")
+            Difference("material", 0, number, Message("material {} is selected, not {}", material, material_number))
             for number, material in selected
             if material != material_number
         ]
         if not any(number < first for number, _ in selected):
-            words = f"material {material_number} is not selected before the first cut"
+            words = Message("material {} is not selected before the first cut", material_number)
             found.append(Difference("material", 0, 0, words))
         return found
     if selected:
         number, material = selected[0]
-        return [Difference("material", 0, number, f"material {material} is selected; the program states its own")]
+        return [
+            Difference("material", 0, number, Message("material {} is selected; the program states its own", material))
+        ]
     comment = _COMMENT.search(text)
     if comment is None:
         return [Difference("material", 0, 0, "the program does not give the material to the controller, (o=0, …)")]
@@ -259,10 +275,10 @@ def _material_faults(
     faults = []
     for name, (value, room) in wanted.items():
         if name not in figures:
-            text = f"{name} is missing in the material's comment; it must be {value:g}"
+            text = Message("{} is missing in the material's comment; it must be {:g}", name, value)
             faults.append(Difference("material", 0, line, text))
         elif abs(figures[name] - value) > room:
-            text = f"{name}={figures[name]} in the material's comment, not {value:g}"
+            text = Message("{}={} in the material's comment, not {:g}", name, figures[name], value)
             faults.append(Difference("material", 0, line, text))
     return faults
 
