@@ -88,7 +88,7 @@ def _check_inside_sheet(nest: Nest, layout: Layout, margin: float) -> list[str]:
     min_edge, stock = margin - ROUNDING, nest.stock_of(layout)
     if stock.edge:
         return _check_inside_outline(nest, layout, margin)
-    errors = []
+    errors: list[str] = []
     for p in layout.placements:
         x0, y0, x1, y1 = p.placed(nest.parts[p.part].outline).extents
         if min(x0, y0) < min_edge or x1 > stock.length - min_edge or y1 > stock.width - min_edge:
@@ -104,7 +104,7 @@ def _check_inside_outline(nest: Nest, layout: Layout, margin: float) -> list[str
     outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
     sheet = shapely.Polygon(outline, holes)
     rounded = any(path.bulges.any() for path in nest.stock_of(layout).paths)
-    errors = []
+    errors: list[str] = []
     for p in layout.placements:
         shell = shapely.Polygon(_placed_region(nest, p).exterior)
         distance = shell.distance(sheet.boundary) - CHORD * (rounded + _has_arcs(nest, p)[0])
@@ -175,7 +175,7 @@ def check_remnants(
     outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
     sheet = shapely.Polygon(outline, holes).buffer(2.0 * CHORD)
     shells = [shapely.Polygon(_placed_region(nest, p).exterior) for p in layout.placements]
-    errors = []
+    errors: list[str] = []
     for stock, (x, y) in remnants:
         ring, *inner = (path.moved(x, y).flattened(CHORD) for path in stock.paths)
         piece = shapely.Polygon(ring, inner)
@@ -191,7 +191,7 @@ def check_remnants(
 
 def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
     """Return the differences between the planned sheet and the sheet read back from its drawing, as messages."""
-    errors = []
+    errors: list[str] = []
     stock = nest.stock_of(layout)
     edges = [Contour(path, "sheet") for path in sheet.paths]
     for path in stock.paths:

@@ -170,15 +170,22 @@ def machine_issues(
         issues.append(Issue("L403", message, severity=Severity.NOTE if zero_is_set else Severity.WARNING))
     if machine.assumed:
         values = ", ".join(f"{key} {source.partition(' (')[0]}" for key, source in machine.assumed.items())
-        message = Message("the profile of {} is incomplete; assumed: {}", machine.name, values)
-        issues.append(Issue("L408", Message("{}; see leafcut list machines", message), severity=Severity.NOTE))
+        message = Message(
+            "the profile of {} is incomplete; assumed: {}; see leafcut list machines", machine.name, values
+        )
+        issues.append(Issue("L408", message, severity=Severity.NOTE))
     if machine.work_offset is None:
         # An unknown travel limit is already reported with the assumed values.
-        checked = ": only its size was compared with the travel"
-        if not any(math.isfinite(machine.reach(axis)) for axis in range(3)):
-            checked = ", and so is the travel: it was not checked"
-        message = (
-            f"the position of the part on {machine.name} is unknown{checked}; set --work-offset to check its position"
+        message = Message(
+            "the position of the part on {} is unknown: only its size was compared with the travel; set "
+            "--work-offset to check its position",
+            machine.name,
         )
+        if not any(math.isfinite(machine.reach(axis)) for axis in range(3)):
+            message = Message(
+                "the position of the part on {} is unknown, and so is the travel: it was not checked; set "
+                "--work-offset to check its position",
+                machine.name,
+            )
         issues.append(Issue("L403", message, severity=Severity.NOTE))
     return issues

@@ -69,11 +69,16 @@ def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | No
         raise PlanError("{}; raise the tool before this move, or leave out --keep-out", hits[0])
     issues = []
     if hits:
-        often = "once" if len(hits) == 2 else Message("{} times", len(hits) - 1)
-        often = f"at least {often}" if len(hits) > MOST_LISTED else often
-        route = Message("passes over the zones at Z{:g} or higher", heights.min()) if lifts else "goes around the zones"
-        message = Message("rapids of the original cross --keep-out zones, here and {} more", often)
-        message = f"{message if len(hits) > 1 else message.partition(', here')[0]}; the new program {route}"
+        often = Message("once") if len(hits) == 2 else Message("{} times", len(hits) - 1)
+        often = Message("at least {}", often) if len(hits) > MOST_LISTED else often
+        route = Message("goes around the zones")
+        if lifts:
+            route = Message("passes over the zones at Z{:g} or higher", heights.min())
+        message = Message("rapids of the original cross --keep-out zones; the new program {}", route)
+        if len(hits) > 1:
+            message = Message(
+                "rapids of the original cross --keep-out zones, here and {} more; the new program {}", often, route
+            )
         issues.append(Issue("L508", message, Message("line {}", hits[0].new)))
     if unknown:
         tools = ", ".join(f"T{number}" for number in unknown)

@@ -157,7 +157,7 @@ def _unknown_path_difference(path: Toolpath, row: int) -> Difference:
 def _difference(path: Toolpath, row: int, height: float, body: bool) -> Difference:
     start, end = end_texts(path, row)
     rapid = path.kind[row] == Kind.RAPID
-    allowed = Message("a rapid may cross a --keep-out zone only at Z{:.3f} or above", height)
+    allowed: str = Message("a rapid may cross a --keep-out zone only at Z{:.3f} or above", height)
     allowed = allowed if math.isfinite(height) else "no rapid may cross a --keep-out zone"
     rule = allowed if rapid else "cutting is forbidden in a --keep-out zone"
     if body:

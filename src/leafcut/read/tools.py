@@ -210,9 +210,9 @@ def _check_mill(tool: Tool, table: TomlTable) -> None:
     without = (*_NO_MILL_KEYS, *(() if tool.kind in CONES else ("point_angle",))) if mill else _MILL_KEYS
     wrong = next((key for key in without if key in table), None)
     if wrong is not None:
-        raise table.problem(
-            wrong, Message("is not for kind '{}', only for drilling tools", tool.kind) if mill else "is for mills only"
-        )
+        if mill:
+            raise table.problem(wrong, "is not for kind '{}', only for drilling tools", tool.kind)
+        raise table.problem(wrong, "is for mills only")
     for key, kinds in _SOME_MILLS.items():
         if key in table and tool.kind not in kinds:
             raise table.problem(key, "is not for kind '{}', only for {}", tool.kind, ", ".join(kinds))
@@ -247,8 +247,12 @@ def _tapping(tool: Tool, table: TomlTable) -> Tool:
         raise table.problem("pitch", "is {:g} mm, not below the diameter {:g} mm", tool.pitch, tool.diameter)
     feed = tool.pitch * tool.spindle_rpm / 60.0
     if tool.feed and feed and abs(tool.feed - feed) > _TAP_FEED * feed:
-        shown = f"is {tool.feed * 60:g} mm/min, but pitch × speed is {feed * 60:g} mm/min"
-        raise table.problem("feed", "{}; leave it out", shown)
+        raise table.problem(
+            "feed",
+            "is {:g} mm/min, but pitch × speed is {:g} mm/min; leave it out",
+            tool.feed * 60,
+            feed * 60,
+        )
     return replace(tool, cycle="G84", feed=feed or tool.feed)
 
 

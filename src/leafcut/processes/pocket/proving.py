@@ -145,13 +145,13 @@ def entry_issues(descents: Sequence[Descent]) -> list[Issue]:
         places = list(dict.fromkeys(d.place for d in changed if d.kind == kind))
         asked = next(d.asked for d in changed if d.kind == kind)
         words = Message("no room for a {}: entry changed to a {}", asked, kind)
-        more = f", and at {len(places) - 1} more" if len(places) > 1 else ""
+        more = Message(", and at {} more", len(places) - 1) if len(places) > 1 else ""
         severity = Severity.WARNING if kind == "plunge" else Severity.NOTE
         issues.append(
             Issue("L702", words, Message("at ({:.3f}, {:.3f}){}", places[0][0], places[0][1], more), severity)
         )
     if needed := required_holes(descents):
-        words = Message("{} holes", len(needed)) if len(needed) > 1 else "a hole"
+        words = Message("{} holes", len(needed)) if len(needed) > 1 else Message("a hole")
         places = list(needed)[:4]
         at = "; ".join(f"({x:.3f}, {y:.3f})" for x, y in places) + (" …" if len(needed) > 4 else "")
         issues.append(

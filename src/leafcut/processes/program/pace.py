@@ -256,7 +256,7 @@ class _PaceSteps:
                 found = replace(found, text=text, program=new, change=change)
         if kept:
             message = Message("{} rapids over --keep-out zones keep their heights", len(kept))
-            message = message if len(kept) > 1 else "a rapid over a --keep-out zone keeps its height"
+            message = message if len(kept) > 1 else Message("a rapid over a --keep-out zone keeps its height")
             found = replace(found, issues=(*found.issues, Issue("L513", message, Message("line {}", min(kept)))))
         return found
 

@@ -111,7 +111,7 @@ def controller_motion(program: Program, words: Dialect, clearance: float) -> tup
         "{} cuts use a material that the program does not define, (o=0, …): their pierces are not timed", unknown
     )
     if unknown == 1:
-        message = "1 cut uses a material that the program does not define, (o=0, …): its pierce is not timed"
+        message = Message("1 cut uses a material that the program does not define, (o=0, …): its pierce is not timed")
     return path, [Issue("L413", message)] if unknown else []
 
 
@@ -340,8 +340,13 @@ def _read(
             )
             issues.append(Issue("L102", message, Message("line {}", line)))
         else:
-            message = f"the program does not state its units (G20 or G21): read as {name}, the units of {whose}"
-            issues.append(Issue("L102", Message("{}; set --units to change that", message), severity=Severity.NOTE))
+            message = Message(
+                "the program does not state its units (G20 or G21): read as {}, the units of {}; set --units to change "
+                "that",
+                name,
+                whose,
+            )
+            issues.append(Issue("L102", message, severity=Severity.NOTE))
     return ProgramRead(program, words, machine, tuple(issues))
 
 

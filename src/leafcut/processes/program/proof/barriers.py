@@ -385,8 +385,13 @@ def _unmatched_differences(
         text = Message("'{}' became '{}'", one.said, other.said)
         if one.said == other.said:
             reads = changed_inputs(*("".join(w for w in mark.what if isinstance(w, str)) for mark in (one, other)))
-            around = "now runs with a different state of the spindle, the coolant or the tasks around it"
-            text = f"'{one.said}' differs: {'; '.join(reads)}" if reads else f"'{one.said}' {around}"
+            text = (
+                Message("'{}' differs: {}", one.said, "; ".join(reads))
+                if reads
+                else Message(
+                    "'{}' now runs with a different state of the spindle, the coolant or the tasks around it", one.said
+                )
+            )
         found.append(Difference(Message("changed {}", _barrier_noun(one)), one.line, other.line, text))
     found += (
         Difference(Message("missing {}", _barrier_noun(mark)), mark.line, 0, Message("'{}' is gone", mark.said))

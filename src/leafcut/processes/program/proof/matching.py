@@ -244,7 +244,7 @@ def change_of_state(name: str, was: int, now: int) -> str:
 def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[str]:
     """Describe the differences of feature `b` from `a` beyond the tolerances; the list is empty if there are none."""
     near = room.place + 1e-9
-    found = []
+    found: list[str] = []
     if a.exact[0] != b.exact[0]:
         found.append(Message("{} became {}", name_of(a.exact[0]), name_of(b.exact[0])))
     if a.exact != b.exact:
@@ -267,13 +267,13 @@ def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[str]:
         ("tolerance of short moves", amounts_a["joining"], amounts_b["joining"], near, 1.0),
     ):
         if abs(one - other) > allowed or math.isnan(one) != math.isnan(other):
-            found.append(f"{word} {_value_text(one * factor)} became {_value_text(other * factor)}")
+            found.append(Message("{} {} became {}", word, _value_text(one * factor), _value_text(other * factor)))
     found += _path_changes(a, b, near)
     for word, one, other in zip(("R plane", "retract"), a.height, b.height, strict=True):
         if not other >= one - near and not (math.isnan(one) and math.isnan(other)):
-            found.append(f"{word} {_value_text(one)} sank to {_value_text(other)}")
+            found.append(Message("{} {} sank to {}", word, _value_text(one), _value_text(other)))
     if b.height[0] > a.height[0] + near:
-        found.append(f"R plane {_value_text(a.height[0])} rose to {_value_text(b.height[0])}")
+        found.append(Message("R plane {} rose to {}", _value_text(a.height[0]), _value_text(b.height[0])))
     return found
 
 

@@ -61,7 +61,9 @@ class HeadRoutes:
         first = min((*self.crossing, *self.close))
         x, y = cuts[min(first, len(cuts) - 1)].path.start
         crossing, close = len(self.crossing), len(self.close)
-        over = [Message("{} of {} travel moves cross detached parts", crossing, self.moves)] if crossing else []
+        over: list[str] = (
+            [Message("{} of {} travel moves cross detached parts", crossing, self.moves)] if crossing else []
+        )
         if close:
             more = count_of(close, "more travel move") if crossing else f"{close} of {self.moves} travel moves"
             over.append(f"a nozzle of {2.0 * self.radius:g} mm passes over detached parts on {more}")

@@ -32,8 +32,15 @@ def heat_issue(order: Sequence[CutStart], apart: float) -> Issue:
         )
         return Issue("L614", words, "", Severity.NOTE)
     x, y = order[left[0][1]].entry
-    starts = "1 cut starts" if len(left) == 1 else f"{len(left)} cuts start"
-    words = f"{starts} within {apart:g} mm of the previous start: no small change of the order avoids that"
+    words = Message(
+        "1 cut starts within {:g} mm of the previous start: no small change of the order avoids that", apart
+    )
+    if len(left) > 1:
+        words = Message(
+            "{} cuts start within {:g} mm of the previous start: no small change of the order avoids that",
+            len(left),
+            apart,
+        )
     return Issue("L614", words, Message("the first at ({:.4g}, {:.4g})", x, y))
 
 

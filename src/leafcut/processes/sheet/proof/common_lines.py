@@ -64,7 +64,7 @@ def _group_faults(laid: MatchedRuns, group: int, own: Sequence[int]) -> Iterator
     body = max((shapely.Polygon(p.exterior) for p in swept), key=lambda p: p.area).buffer(TOLERANCE - 0.5 * kerf)
     for k in own:
         if k > last:
-            text = "a common line is cut after the cut around its parts, which detaches them"
+            text = Message("a common line is cut after the cut around its parts, which detaches them")
             yield sheet_difference("out of order", text, runs[k].line)
         if lines[k].intersection(body).length < cuts[k].common - TOLERANCE:
             text = Message("the common line that starts at {} is not within its parts", position_text(*runs[k].start))

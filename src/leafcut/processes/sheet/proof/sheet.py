@@ -132,8 +132,10 @@ def repeated_cuts(laid: MatchedRuns) -> list[Difference]:
     used = {c.run for c in laid.claims}
     for number, run in enumerate(laid.runs):
         if number not in used:
-            what = "mark" if laid.marks[number] else "cut"
-            text = f"the {what} from {position_text(*run.start)} is not in the drawing"
+            start = position_text(*run.start)
+            text = Message("the cut from {} is not in the drawing", start)
+            if laid.marks[number]:
+                text = Message("the mark from {} is not in the drawing", start)
             found.append(sheet_difference("cuts nothing", text, run.line))
     return found
 
