@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal, Unpack
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import StandardInput, check_is_there, check_output, write_together
 from leafcut.kernels.compiling import announced_compilations, compile_seconds
+from leafcut.message import Message
 from leafcut.model.heartbeat import OnProgress, Progress, heartbeat_for_step, progress_of_search
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
@@ -373,7 +374,7 @@ def _tour(
     from leafcut.order.maps import check_forbidden_edges, problem_of_map
 
     problem = problem_of_map(part)
-    step = f"solving {part.name}"
+    step = Message("solving {}", part.name)
     heartbeat_for_step(progress, step)  # report the step at once: the search reports only between its steps
     on_progress = progress_of_search(progress, step)
     with announced_compilations(lambda message: progress(Progress(message)) if progress else None):

@@ -116,7 +116,7 @@ def check_is_there(flag: str, path: Path | None) -> None:
     if path is not None and (not exists or path.is_dir()):
         if str(path) == "-":
             raise OptionError("{} -: cannot be read from standard input; name a file", flag)
-        reason = "this is a folder; name a file in it" if exists else "file not found"
+        reason = Message("this is a folder; name a file in it") if exists else Message("file not found")
         raise OptionError("{} {}: {}", flag, path, reason)
 
 

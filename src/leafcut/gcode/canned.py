@@ -13,6 +13,7 @@ import math
 
 from leafcut.gcode.state import CycleValues, InterpreterState, whole_number
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
+from leafcut.message import Message
 from leafcut.model.cycles import DWELLING, PECKING
 from leafcut.model.toolpath import DrillCycle
 
@@ -144,7 +145,11 @@ def _plane_heights(state: InterpreterState, words: CycleValues, fagor: bool) -> 
         # "If not programmed, it assumes as reference plane the current position": manual, 9.7.
         r = 0.0 if state.incremental else initial
     if r is None or z is None:
-        missing = ("Z, its reference plane" if r is None else "I, its depth") if fagor else ("R" if r is None else "Z")
+        missing = (
+            (Message("Z, its reference plane") if r is None else Message("I, its depth"))
+            if fagor
+            else ("R" if r is None else "Z")
+        )
         raise BlockError("the cycle lacks {}", missing)
     if state.to_initial and math.isnan(initial):
         raise UnclearBlock("G98 returns to an unknown height; move Z before the cycle, or use G99")

@@ -332,7 +332,7 @@ def parse_dialect(content: bytes, name: str, place: str = "") -> Dialect:
     """Parse a dialect from TOML; `place` is its file, for messages. Raises DataError if the text is not TOML, a key is
     unknown or missing, or a value is invalid.
     """
-    place = place or f"dialect {name}"
+    place = place or Message("dialect {}", name)
     said = parse_toml(content, place, DIALECT)
 
     def refused(key: str, words: str) -> DataError:

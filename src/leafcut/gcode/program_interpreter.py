@@ -109,12 +109,16 @@ def interpret_program(
 def split_lines(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
     """Split a text into lines with their line ends, as its controller does."""
     if "\r" in text and "\n" not in text.rstrip() and dialect.line_ends == "lf" and "\r" in text.rstrip():
-        reason = "its lines end in a carriage return alone, and the controller takes them for one line; save it with LF"
+        reason = Message(
+            "its lines end in a carriage return alone, and the controller takes them for one line; save it with LF"
+        )
         raise ReadError(file, reason, 1)
     lines = tuple(io.StringIO(text, newline="\n" if dialect.line_ends == "lf" else ""))
     if not dialect.line_ends and any(line.endswith("\r") for line in lines[:-1]) and "\n" in text:
         number = next(k for k, line in enumerate(lines, 1) if line.endswith("\r"))
-        reason = "a carriage return alone: whether it ends the line differs between controllers; save it with LF"
+        reason = Message(
+            "a carriage return alone: whether it ends the line differs between controllers; save it with LF"
+        )
         raise ReadError(file, reason, number)
     return lines
 

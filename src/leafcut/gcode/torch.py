@@ -16,6 +16,7 @@ from leafcut.gcode.dialects import Dialect, Torch
 from leafcut.gcode.state import InterpreterState, whole_number
 from leafcut.gcode.word_groups import SortedBlock
 from leafcut.gcode.words import Block, BlockError, Word, tokenise, without_word
+from leafcut.message import Message
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Arc, Kind, Motion, Toolpath
 from leafcut.units import SECONDS_PER_MINUTE
 
@@ -55,7 +56,9 @@ def material_block(state: InterpreterState, line: str, number: int) -> Block:
         return block
     if state.material is None or state.material not in (state.material_feeds or {}):
         chosen = (
-            "no material is selected" if state.material is None else f"that of material {state.material} is not known"
+            Message("no material is selected")
+            if state.material is None
+            else Message("that of material {} is not known", state.material)
         )
         raise BlockError(
             "'{}' is the feed of the controller's material, and {} before it; select it with M190", word, chosen

@@ -11,6 +11,7 @@ import shapely
 
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 
 #: Chord error of walls and offsets, as a share of the tolerance.
 FINE = 0.125
@@ -32,7 +33,7 @@ def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float
     shape = shapely.Polygon(outline.flattened(fine), [island.flattened(fine) for island in islands])
     if not shape.is_valid:
         problem, _, position = shapely.is_valid_reason(shape).partition("[")
-        location = f" at ({position.rstrip(']').replace(' ', ', ')})" if position else ""
+        location = Message(" at ({})", position.rstrip("]").replace(" ", ", ")) if position else ""
         raise PlanError("{}: {}{}; outlines must not cross or touch", name, problem.strip().lower(), location)
     return shapely.geometry.polygon.orient(shape)
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Floats
+from leafcut.message import Message
 from leafcut.model.cutter import Cutter
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath
@@ -97,7 +98,7 @@ def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> S
     pieces = np.where(kind == Kind.RAPID, 1.0, np.ceil(length / max_length - 1e-9))
     pieces = np.maximum(np.maximum(pieces, np.ceil(np.abs(sweep) / turn - 1e-9)), 1.0)
     if pieces.sum() > MOST_MOVES:
-        advice = "; use larger cells" if math.isfinite(max_length) else ""
+        advice = Message("; use larger cells") if math.isfinite(max_length) else ""
         raise PlanError(
             "the program has {:,.0f} segments, more than the limit of {:,}{}", pieces.sum(), MOST_MOVES, advice
         )

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
+from leafcut.message import Message
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,9 +24,9 @@ class Mesh:
 
     def __post_init__(self) -> None:
         if self.triangles.ndim != 3 or self.triangles.shape[1:] != (3, 3) or not len(self.triangles):
-            raise PlanError("{}: a mesh needs triangles of shape (n, 3, 3)", self.name or "a mesh")
+            raise PlanError("{}: a mesh needs triangles of shape (n, 3, 3)", self.name or Message("a mesh"))
         if not np.isfinite(self.triangles).all():
-            raise PlanError("{}: a corner is not a number", self.name or "a mesh")
+            raise PlanError("{}: a corner is not a number", self.name or Message("a mesh"))
 
     @property
     def low(self) -> NDArray[np.float64]:

@@ -132,7 +132,7 @@ def _unplaced_issues(best: Nest) -> list[Issue]:
     if not missing:
         return []
     more = f" and {count_of(len(missing) - MAX_NAMED, 'kind')} more" if len(missing) > MAX_NAMED else ""
-    message = f"no room for {', '.join(missing[:MAX_NAMED])}{more}: add sheets, or use larger ones"
+    message = Message("no room for {}{}: add sheets, or use larger ones", ", ".join(missing[:MAX_NAMED]), more)
     return [Issue("L436", message, missing=MissingWork("part", sum(best.unplaced)))]
 
 
@@ -264,7 +264,13 @@ def _exceeds_table(stock: Stock, machine: Machine) -> str:
     reach = [machine.reach(axis) for axis in (0, 1)]
     if all(side <= limit for side, limit in zip((stock.length, stock.width), reach, strict=True)):
         return ""
-    return f"a sheet of {printable(stock.name)} exceeds the travel of {machine.name}, {reach[0]:g} × {reach[1]:g} mm"
+    return Message(
+        "a sheet of {} exceeds the travel of {}, {:g} × {:g} mm",
+        printable(stock.name),
+        machine.name,
+        reach[0],
+        reach[1],
+    )
 
 
 def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
@@ -384,7 +390,7 @@ def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -
         message = Message("{}: {} lines that lie in no part were left out", sheet.name, len(strays))
         message = message if len(strays) > 1 else Message("{}: 1 line that lies in no part was left out", sheet.name)
         missing = MissingWork("line", len(strays), tuple(stray.path.start for stray in strays))
-        position = f"at ({x:g}, {y:g})" + (" …" if len(strays) > 1 else "")
+        position = Message("at ({:g}, {:g})", x, y) + (" …" if len(strays) > 1 else "")
         issues.append(Issue("L431", message, position, missing=missing))
     return parts, issues
 

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 
 from leafcut.errors import OptionError, name_suggestion, printable
 from leafcut.files.plugins import entry_names
+from leafcut.message import Message
 from leafcut.options.condition import Conditions
 from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity, with_point
 
@@ -161,7 +162,7 @@ def convert_value(name: str, spec: OptionSpec, value: Any) -> Any:
         result = _CONVERTERS[spec.kind](spec, value)
     except (OptionError, TypeError, ValueError, OverflowError) as problem:
         kind = " or one of ".join(filter(None, (_KIND_WORDS[spec.kind], ", ".join(spec.words))))
-        detail = str(problem) if isinstance(problem, OptionError) else f"'{value}' is not {kind}"
+        detail = str(problem) if isinstance(problem, OptionError) else Message("'{}' is not {}", value, kind)
         raise OptionError("{}: {}", flag, detail) from None
     if spec.choices:
         items = result if isinstance(result, tuple) else (result,)
@@ -176,7 +177,11 @@ def _check_bounds(flag: str, spec: OptionSpec, value: Any) -> None:
     if isinstance(value, str | tuple | bool | Path):
         return
     if spec.minimum is not None and value < spec.minimum:
-        advice = f"; write it without the minus sign, {_bound_text(spec, -value)}" if -value > spec.minimum >= 0 else ""
+        advice = (
+            Message("; write it without the minus sign, {}", _bound_text(spec, -value))
+            if -value > spec.minimum >= 0
+            else ""
+        )
         raise OptionError(
             "{}: {} is below the minimum of {}{}",
             flag,
@@ -246,7 +251,11 @@ def _coordinates(value: Any) -> tuple[float, ...]:
 def _point(spec: OptionSpec, value: Any) -> tuple[float, ...] | None:
     if value == "free" and not spec.example:
         return None
-    expected = f"x,y,z, such as '{spec.example}'" if spec.example else "a point such as '10,20' or '10,20,5'"
+    expected = (
+        Message("x,y,z, such as '{}'", spec.example)
+        if spec.example
+        else Message("a point such as '10,20' or '10,20,5'")
+    )
     if isinstance(value, str) and "," not in value:
         raise OptionError("'{}' is not {}", printable(value), expected)
     numbers = _coordinates(value)

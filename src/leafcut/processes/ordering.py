@@ -17,6 +17,7 @@ import numpy as np
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Ints, Point
+from leafcut.message import Message
 from leafcut.model.plan import Order, Stage
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
@@ -116,9 +117,11 @@ def check_order(stages: Sequence[Stage], order: Order) -> None:
         position[tasks] = np.arange(len(tasks))
         before, after = problem.precedence.T
         if len(nodes) != problem.n_clusters or (position < 0).any():
-            fault = f"an order of {len(nodes)} visits does not contain each of the {problem.n_clusters} tasks once"
+            fault = Message(
+                "an order of {} visits does not contain each of the {} tasks once", len(nodes), problem.n_clusters
+            )
         elif (position[before] > position[after]).any():
-            fault = "a task comes before its predecessor"
+            fault = Message("a task comes before its predecessor")
         else:
             continue
         raise PlanError("{}: {}; this is a defect of the algorithm; choose another --algorithm", stage.name, fault)

@@ -232,8 +232,8 @@ def placed_options(file: Path) -> list[PlacedOption]:
 
     def take(group: type[OptionGroup], name: str, value: Any, section: str) -> None:
         if name in sections_seen:
-            location = "at the top" if not sections_seen[name] else f"in [{sections_seen[name]}]"
-            second_location = f"in [{section}]" if section else "at the top"
+            location = Message("at the top") if not sections_seen[name] else Message("in [{}]", sections_seen[name])
+            second_location = Message("in [{}]", section) if section else Message("at the top")
             raise refused(Message("'{}' is given twice, {} and {}", name, location, second_location), section, name)
         sections_seen[name] = section
         try:
@@ -247,7 +247,7 @@ def placed_options(file: Path) -> list[PlacedOption]:
     for section, table in data.items():
         if section not in sections:
             is_table = isinstance(table, dict)
-            noun = f"table [{section}]" if is_table else f"option '{section}'"
+            noun = Message("table [{}]", section) if is_table else Message("option '{}'", section)
             location = (section, "") if is_table else ("", section)
             if not is_table and (removal := why_removed(section)):
                 raise refused(removal, *location)

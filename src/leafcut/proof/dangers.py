@@ -151,9 +151,9 @@ def _issue(path: Toolpath, kind: str, mask: Mask) -> Issue:
     number, row = int(mask.sum()), int(np.argmax(mask))
     start, end = end_texts(path, row)
     if path.kind[row] == Kind.MACHINE:
-        end = "a position in machine coordinates"
+        end = Message("a position in machine coordinates")
     text = singular if number == 1 else f"{number:,} {plural}"
-    first = "from" if number == 1 else "the first from"
+    first = "from" if number == 1 else Message("the first from")
     return Issue(
         code, Message("{}: {} {} to {}", text, first, start, end), Message("line {}", int(path.line[row])), severity
     )
@@ -197,7 +197,11 @@ def _lowered_zero(program: Program) -> Iterator[Issue]:
         line = _COMMENT.sub("", program.lines[int(path.line[row]) - 1])
         if not _Z_SHIFT.search(line) or _NO_SHIFT.search(line):
             continue
-        moved = f"{after[row] - before[row]:.3f} mm down" if np.isfinite(after[row]) else "by an unknown height"
+        moved = (
+            Message("{:.3f} mm down", after[row] - before[row])
+            if np.isfinite(after[row])
+            else Message("by an unknown height")
+        )
         yield Issue(
             "L816",
             Message(
@@ -222,7 +226,7 @@ def _untracked_moves(program: Program) -> Iterator[Issue]:
     block = int(program.row_block[rows[0]])
     location = "in one block" if len(rows) == 1 else f"in {len(rows):,} blocks"
     first = f": {program.fixed[block]}" if block in program.fixed else ""
-    message = f"the tool path {location} is unknown and is neither timed nor checked{first}"
+    message = Message("the tool path {} is unknown and is neither timed nor checked{}", location, first)
     yield Issue("L808", message, Message("line {}", int(path.line[rows[0]])))
 
 
@@ -236,6 +240,6 @@ def _machine_limits(path: Toolpath, machine: Machine) -> Iterator[Issue]:
         if difference.what in reported or difference.what == "and more":
             continue
         reported.add(difference.what)
-        times = f" ({numbers[difference.what]} times)" if numbers[difference.what] > 1 else ""
+        times = Message(" ({} times)", numbers[difference.what]) if numbers[difference.what] > 1 else ""
         location = Message("line {}", difference.new) if difference.new else ""
         yield Issue("L806", Message("{} on {}: {}{}", difference.what, machine.name, difference.text, times), location)

@@ -78,9 +78,13 @@ def _outside_limits(
     if not len(out):
         return []
     first = int(out[np.argmin(rows[out])])
-    text = (
-        f"{name} {values[first]:.3f} mm is outside the machine's travel, "
-        f"{low + _TOLERANCE:.3f} to {high - _TOLERANCE:.3f} mm; number of such positions: {len(out)}"
+    text = Message(
+        "{} {:.3f} mm is outside the machine's travel, {:.3f} to {:.3f} mm; number of such positions: {}",
+        name,
+        values[first],
+        low + _TOLERANCE,
+        high - _TOLERANCE,
+        len(out),
     )
     return [Difference("outside travel", 0, int(path.line[rows[first]]), text)]
 
@@ -113,7 +117,7 @@ def _feeds(path: Toolpath, machine: Machine) -> list[Difference]:
         if len(rows):
             value = path.value[rows[0]] * 60.0
             feed = f"{value:,.0f}" if value >= 1e6 else f"{value:.6g}"
-            text = f"the feed is {feed} mm/min, {limit}; number of such moves: {len(rows)}"
+            text = Message("the feed is {} mm/min, {}; number of such moves: {}", feed, limit, len(rows))
             wrong.append(Difference(kind, 0, int(path.line[rows[0]]), text))
     return wrong
 
@@ -126,13 +130,13 @@ def _speeds(path: Toolpath, machine: Machine) -> list[Difference]:
     speeds = np.abs(path.value)
     rows = np.flatnonzero((path.kind == Kind.SPINDLE) & (speeds > 0) & ((speeds > high + 0.5) | (speeds < low - 0.5)))
     if machine.head is Head.LASER:
-        kind = "laser power"
+        kind = Message("laser power")
         texts = [
             Message("S{:g} is out of range; the laser power ranges from S{:g} to S{:g}", speed, low, high)
             for speed in speeds[rows]
         ]
     else:
-        kind = "spindle speed"
+        kind = Message("spindle speed")
         texts = [
             Message("{:g} rpm is out of range; the spindle turns {:g} to {:g} rpm", speed, low, high)
             for speed in speeds[rows]

@@ -158,10 +158,10 @@ def _difference(path: Toolpath, row: int, height: float, body: bool) -> Differen
     start, end = end_texts(path, row)
     rapid = path.kind[row] == Kind.RAPID
     allowed: str = Message("a rapid may cross a --keep-out zone only at Z{:.3f} or above", height)
-    allowed = allowed if math.isfinite(height) else "no rapid may cross a --keep-out zone"
-    rule = allowed if rapid else "cutting is forbidden in a --keep-out zone"
+    allowed = allowed if math.isfinite(height) else Message("no rapid may cross a --keep-out zone")
+    rule = allowed if rapid else Message("cutting is forbidden in a --keep-out zone")
     if body:
-        rule = "the shank or holder of the tool meets a --keep-out zone below its height"
+        rule = Message("the shank or holder of the tool meets a --keep-out zone below its height")
     return Difference(
         CROSSES if rapid else CUTS,
         0,

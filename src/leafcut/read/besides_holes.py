@@ -17,6 +17,7 @@ from leafcut.errors import LeafcutError, count_of
 from leafcut.geometry.curves import Spend
 from leafcut.geometry.polyline import STRAIGHT, Polyline
 from leafcut.geometry.tidying import polygons, tidy_outlines
+from leafcut.message import Message
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole
 from leafcut.options import SheetOptions
@@ -142,9 +143,11 @@ def besides_holes(
         if kind == "outline":
             x0, y0, x1, y1 = paths[min(members, key=lambda k: abs(paths[k].area))].extents
             size = f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
-            message = f"the outline around all holes, {size}, is not cut"
+            message = Message("the outline around all holes, {}, is not cut", size)
             if len(members) > 1:
-                message = f"{count_of(len(members), 'outline')} around all holes, the innermost {size}, are not cut"
+                message = Message(
+                    "{} around all holes, the innermost {}, are not cut", count_of(len(members), "outline"), size
+                )
         missing_work = MissingWork(noun, len(members), tuple(positions), tuple(paths[k] for k in members))
         missing = missing_work if kind in ("hole", "slot", "circle", "contour") else None
         issue = Issue("L201", message, places_text(positions, len(members)), Severity.NOTE, missing)

@@ -246,7 +246,9 @@ def find_cut_data(
         )
     fitting = [r for r in of_material if amps is None or r.amps == amps]
     if not fitting and own_row is None:
-        currents = ", ".join(f"{a:g}" for a in sorted({r.amps for r in of_material if r.amps is not None})) or "none"
+        currents = ", ".join(f"{a:g}" for a in sorted({r.amps for r in of_material if r.amps is not None})) or Message(
+            "none"
+        )
         raise OptionError(
             "--amps {:g}: the chart has {} for {} of {}; without a row, give {}",
             amps,
@@ -284,8 +286,11 @@ def _no_process_message(rows: list[ChartRow], process: str, material: str) -> st
         return Message(
             "--cut-process: the chart has no '{}'{}", process, name_suggestion(process, _column_values(rows, "process"))
         )
-    return (
-        f"the chart has no data for {process}, only for {', '.join(alike)}; give a --chart that has it, or {_OWN_DATA}"
+    return Message(
+        "the chart has no data for {}, only for {}; give a --chart that has it, or {}",
+        process,
+        ", ".join(alike),
+        _OWN_DATA,
     )
 
 
@@ -293,7 +298,7 @@ def _rows_of_nozzle(rows: list[ChartRow], nozzle: str, label: str) -> list[Chart
     name = nozzle.strip().lower()
     fitting = [r for r in rows if r.rates.nozzle.lower() == name]
     if not fitting:
-        known = ", ".join(dict.fromkeys(r.rates.nozzle for r in rows if r.rates.nozzle)) or "none"
+        known = ", ".join(dict.fromkeys(r.rates.nozzle for r in rows if r.rates.nozzle)) or Message("none")
         raise OptionError("--nozzle {}: the chart has {} for {}", printable(nozzle), known, label)
     return fitting
 
@@ -376,11 +381,15 @@ def _capacity_message(edge: ChartRow, rows: list[ChartRow], thickness: float) ->
     message = f"{thickness:g} mm is above the pierce capacity of {_describe_process(edge)}"
     edge_start = Message("use --amps {:g} to start cuts at the sheet's edge", edge.amps or 0)
     if not higher:
-        return f"{message}; {edge_start}, or give --pierce-delay to pierce it anyway"
+        return Message("{}; {}, or give --pierce-delay to pierce it anyway", message, edge_start)
     names = " and ".join(f"{r.amps or 0:g} A" for r in higher)
     missing_values = " and the ".join(_missing_values(higher[0], {}))
-    return (
-        f"{message}; for {names}, the cut chart does not give the {missing_values}: give these values, or {edge_start}"
+    return Message(
+        "{}; for {}, the cut chart does not give the {}: give these values, or {}",
+        message,
+        names,
+        missing_values,
+        edge_start,
     )
 
 

@@ -269,7 +269,7 @@ def _nothing_message(walk: BlockWalk[Shape], finds: HoleCollector, selection_iss
     parts += [issue.message for issue in selection_issues]
     if walk.hidden:
         parts.append(Message("on layers that are off, frozen or not chosen: {}", hidden_by_layer(walk)))
-    return Message("no holes: {}", "; ".join(parts) or "the drawing is empty")
+    return Message("no holes: {}", "; ".join(parts) or Message("the drawing is empty"))
 
 
 def edge_of(

@@ -100,9 +100,9 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
     holes, slots = _holes_and_slots(source, parser, options, issues)
     kept, selection_issues = select_holes(holes, options)
     if not kept and not slots:
-        tools = ", ".join(f"T{n}" for n in sorted(parser.tools)) or "none"
+        tools = ", ".join(f"T{n}" for n in sorted(parser.tools)) or Message("none")
         reasons = "; ".join(i.message for i in (*issues, *selection_issues))
-        message = Message("no holes: {} (tools: {})", reasons or "no coordinates follow the header", tools)
+        message = Message("no holes: {} (tools: {})", reasons or Message("no coordinates follow the header"), tools)
         raise ReadError(source.path, message) if reasons or parser.tools else EmptyDrillFile(source.path, message)
     units = options.units or own_units
     part = Part(source.name, kept, tuple(slots), source=source.file_name, format="excellon", units=units or "mm")
@@ -309,12 +309,14 @@ def _locate_error(message: str, prepared: _TranslatedCommands) -> tuple[int | No
 
 def _error_reason(text: str) -> str:
     if "No number format" in text or "NoneType" in text:
-        return (
+        return Message(
             "the number has no decimal point, and the file does not state its position (METRIC or INCH is missing); "
             "give --units in (format 00.0000) or --units mm (000.000)"
         )
     if "Unknown excellon statement" in text:
-        return "unknown Excellon command; export only drills: header M48, tools with a C size, and coordinates X Y"
+        return Message(
+            "unknown Excellon command; export only drills: header M48, tools with a C size, and coordinates X Y"
+        )
     return printable(text, 100)
 
 

@@ -50,9 +50,11 @@ def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole],
         Message("{} on layer {}", count, printable(layer, 30)) for layer, count in layers.most_common(5)
     )
     more = " …" if len(layers) > 5 else ""
-    message = (
+    message = Message(
         "circles not drilled, because their layers are named like a drawing frame, text or dimension: "
-        f"{layer_texts}{more}; choose the layers to drill with --layers"
+        "{}{}; choose the layers to drill with --layers",
+        layer_texts,
+        more,
     )
     positions = [(hole.x, hole.y) for hole in skipped]
     return [hole for hole in holes if hole.layer not in skipped_layers], [

@@ -296,8 +296,8 @@ def units_unknown(noun: str, part: Part, severity: Severity) -> Issue:
     """Return the issue L102 with the size of the part in mm, which reveals a wrong guess."""
     left, low, right, high = part.extents
     widths = [w for w in part.diameters if w > 0]
-    holes = Message("holes of Ø {:g} to {:g} mm", min(widths), max(widths)) if widths else "the points"
-    holes = "the contours" if part.contours else "the pockets" if part.pockets else holes
+    holes = Message("holes of Ø {:g} to {:g} mm", min(widths), max(widths)) if widths else Message("the points")
+    holes = Message("the contours") if part.contours else Message("the pockets") if part.pockets else holes
     return Issue(
         "L102",
         Message(

@@ -100,5 +100,5 @@ def _far_apart(parts: Sequence[Part]) -> str:
             gaps = [max(box_a[i] - box_b[i + 2], box_b[i] - box_a[i + 2], 0.0) for i in (0, 1)]
             sizes = [math.dist(box[:2], box[2:]) for box in (box_a, box_b)]
             if math.hypot(*gaps) > sum(sizes) and math.hypot(*gaps) > 0.0:
-                return f"{a.source} and {b.source}"
+                return Message("{} and {}", a.source, b.source)
     return ""

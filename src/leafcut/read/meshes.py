@@ -93,7 +93,7 @@ def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
         )
     count = int.from_bytes(head[80:84], "little") if binary else 0
     if count > MOST_TRIANGLES or (not binary and size > _MAX_TEXT):
-        size_text = f"{count:,} triangles" if binary else f"{size >> 20} MiB of text"
+        size_text = Message("{:,} triangles", count) if binary else Message("{} MiB of text", size >> 20)
         raise ReadError(
             file, Message("has {}; at most {:,} triangles are read: export it coarser", size_text, MOST_TRIANGLES)
         )
@@ -119,7 +119,7 @@ def _check_mesh(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
         raise ReadError(file, Message("triangle {} has a corner that is not a number", number))
     longest = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
     if not SMALLEST <= longest <= LARGEST:
-        length_text = f"{longest:.3g} mm" if math.isfinite(longest) else "infinitely"
+        length_text = Message("{:.3g} mm", longest) if math.isfinite(longest) else "infinitely"
         raise ReadError(file, Message("is {} long, too long for a part; {}", length_text, mend))
     return Mesh(triangles, file.name, is_closed(triangles))
 

@@ -137,7 +137,7 @@ def _open_picture(source: Source) -> Any:
 
     kind = picture_kind(source.data)
     if kind not in _READ:
-        description = f"this is a {kind} picture" if kind else "this is not a picture"
+        description = Message("this is a {} picture", kind) if kind else Message("this is not a picture")
         raise ReadError(source.path, Message("{}; save it as PNG, JPEG or BMP", description))
     try:
         with warnings.catch_warnings():
@@ -175,7 +175,7 @@ def _pixel_size_hint(image: Any) -> str:
         density = float(image.info["dpi"][0])
         return Message("; its file says {:.6g} pixels per inch: --pixel-size {:.6g}", density, 25.4 / density)
     except (KeyError, IndexError, TypeError, ValueError, ArithmeticError):
-        return ", such as --pixel-size 0.1"
+        return Message(", such as --pixel-size 0.1")
 
 
 def _brightness(source: Source, image: Any, invert: bool) -> Grey:
@@ -255,7 +255,7 @@ def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     falloff = 1.0 - float(surface.min() / surface.max())
     if falloff < UNEVEN:
         return grey
-    message = f"the picture is lit unevenly, by up to {100.0 * falloff:.0f}%: levelled"
+    message = Message("the picture is lit unevenly, by up to {:.0f}%: levelled", 100.0 * falloff)
     issues.append(Issue("L426", Message("{}; set --threshold to use it anyway", message)))
     levelled: Grey = np.empty_like(light)
     y, x = (np.linspace(-1.0, 1.0, n) for n in light.shape)
@@ -331,7 +331,7 @@ def _without_dirt(
         )
     kept = [line for line in wide if not shapely.Polygon(line).buffer(-0.5 * narrow).is_empty]
     if not kept:
-        detail = f" that is wider than --speckle {narrow * size:g} mm" if lines else ""
+        detail = Message(" that is wider than --speckle {:g} mm", narrow * size) if lines else ""
         raise ReadError(
             source.path, Message("no region to mill{}; choose the milled area with --threshold and --invert", detail)
         )

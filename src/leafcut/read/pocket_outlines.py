@@ -299,7 +299,9 @@ def _check_reading(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], 
     plates = [o for o, deep in zip(outlines, depth.tolist(), strict=True) if deep == 0]
     layers = dict.fromkeys(outline.contour.layer for outline in outlines)
     names = printable(", ".join(layers))
-    or_layers = f"; or name the layers of the pockets with --pocket-layers ({names})" if len(layers) > 1 else ""
+    or_layers = (
+        Message("; or name the layers of the pockets with --pocket-layers ({})", names) if len(layers) > 1 else ""
+    )
     raise LeafcutError(
         "{} with {}, or {} with {}: choose --outline pocket or --outline edge{}",
         _describe_sizes(even, "pocket"),
@@ -351,7 +353,7 @@ def _check_apart(
             touching.append(c.place)
             continue
         islands = [k for k in (c.first, c.second) if level[k] % 2]
-        island, neighbour = outlines[islands[0]], "another island" if len(islands) == 2 else "a wall"
+        island, neighbour = outlines[islands[0]], Message("another island") if len(islands) == 2 else Message("a wall")
         if picture:
             raise LeafcutError(
                 "{} touches {}, {}: blur the picture, or set a larger --speckle",
@@ -376,7 +378,7 @@ def _check_apart(
 
 
 def _location(conflict: Conflict) -> str:
-    return f"at ({conflict.place[0]:.6g}, {conflict.place[1]:.6g})"
+    return Message("at ({:.6g}, {:.6g})", conflict.place[0], conflict.place[1])
 
 
 def _pockets(

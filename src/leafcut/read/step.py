@@ -115,7 +115,7 @@ def read_pockets_of_step(
     data = _read_solid(source, options, "pockets")
     issues, pocket_data = _issues_of_pockets(data), data["pockets"]
     if not pocket_data:
-        reasons = "; ".join(issue.message for issue in issues) or "its level faces are all at the top"
+        reasons = "; ".join(issue.message for issue in issues) or Message("its level faces are all at the top")
         raise ReadError(source.path, Message("the solid has no closed pocket with a level floor: {}", reasons))
     # Round openings may be as wide as the tool: the pocket process decides whether to drill them.
     openings = tuple(
@@ -238,7 +238,7 @@ def _issues(data: dict[str, Any], up: str) -> list[Issue]:
         # Each row of the matrix selects one axis of the solid.
         row = _AXES.get(direction)
         axis = "" if row is None else "xyz"[[abs(value) for value in TURNS[up][row]].index(1)]
-        turn = f"; turn the solid with --up {axis} or --up -{axis}" if axis else ""
+        turn = Message("; turn the solid with --up {} or --up -{}", axis, axis) if axis else ""
         issues.append(
             Issue(
                 "L218",

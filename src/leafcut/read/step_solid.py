@@ -331,7 +331,7 @@ def _describe_solids(solids: Sequence[Any]) -> str:
         x, y, z = (round(value, 3) + 0.0 for value in box[:3])
         texts.append(f"{number}: {size} mm at {x:g}, {y:g}, Z{z:g}")
     more = Message("; and {} more", len(solids) - MOST_NAMED) if len(solids) > MOST_NAMED else ""
-    return f"{len(solids)} solid{'s' if len(solids) > 1 else ''} ({'; '.join(texts)}{more})"
+    return Message("{} solid{} ({}{})", len(solids), "s" if len(solids) > 1 else "", "; ".join(texts), more)
 
 
 def _xyz(point: Any) -> tuple[float, float, float]:

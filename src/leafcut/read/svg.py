@@ -94,13 +94,13 @@ def read_svg_contours(source: Source, options: ReadOptions) -> Part:
     walk.children(root, _Context(page.matrix), 0, ())
     issues += walk.issues()
     if not walk.contours:
-        reasons = "; ".join(i.message for i in issues) or "the drawing is empty"
+        reasons = "; ".join(i.message for i in issues) or Message("the drawing is empty")
         raise ReadError(source.path, Message("nothing to cut: {}", reasons))
     units = options.units or "mm"
     part = Part(source.name, source=source.file_name, format="svg", units=units, contours=tuple(walk.contours))
     if not has_size:
         extents = part.extents
-        size = f"{extents[2] - extents[0]:.6g} × {extents[3] - extents[1]:.6g} mm"
+        size = Message("{:.6g} × {:.6g} mm", extents[2] - extents[0], extents[3] - extents[1])
         message = Message(
             "the drawing gives its size in pixels only: {} at 96 per inch; set --units if that is wrong", size
         )
@@ -378,7 +378,7 @@ class _Walk:
             )
             issues.append(Issue("L206", message, missing=MissingWork("element", number)))
         for reason, names in list(self.broken.items())[:20]:
-            location = f"id {', '.join(names[:3])}" + (" …" if len(names) > 3 else "")
+            location = Message("id {}", ", ".join(names[:3])) + (" …" if len(names) > 3 else "")
             missing = MissingWork("element", len(names))
             issues.append(Issue("L203", Message("{} skipped: {}", len(names), reason), location, missing=missing))
         if self.n_clipped:

@@ -110,7 +110,7 @@ def check_kind(path: str, keys: SpecificationKeys, weight: str, kinds: Sequence[
     """Raise if the kind of the problem or its distance function is not supported."""
     kind, line = keys.get("TYPE", (kinds[0], 0))
     if (kind.upper().split() or [""])[0] not in kinds:
-        expected = "TSP (symmetric)" if kinds == ("TSP",) else ", ".join(kinds)
+        expected = Message("TSP (symmetric)") if kinds == ("TSP",) else ", ".join(kinds)
         raise ReadError(path, Message("TYPE '{}' is not supported; expected {}", printable(kind), expected), line)
     if weight not in WEIGHT_TYPES:
         line = keys["EDGE_WEIGHT_TYPE"][1]

@@ -69,7 +69,7 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
         source.on_progress()
         rings.add(_parse_geometry(source.path, line, text), line)
     if not rings.rings:
-        kinds = ", ".join(sorted(rings.others)) or "empty geometries"
+        kinds = ", ".join(sorted(rings.others)) or Message("empty geometries")
         raise ReadError(
             source.path, Message("no region to mill: the text holds {}; POLYGON or MULTIPOLYGON was expected", kinds)
         )

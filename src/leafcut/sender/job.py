@@ -175,7 +175,7 @@ def job_of(
             raise OptionError("{} is not sent: {}; if that is right, add --accept {}", file, issue, issue.code)
     issues = list(dangers)
     if program.assumed_units:
-        name = {"mm": "mm", "in": "inches"}[units or machine.units]
+        name = {"mm": "mm", "in": Message("inches")}[units or machine.units]
         issues.append(Issue("L102", Message("the program does not state its units (G20 or G21): read as {}", name)))
     if not (program.path.kind <= Kind.ARC_CCW).any():
         raise ReadError(file, "the program has no moves")

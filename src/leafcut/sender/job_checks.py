@@ -44,14 +44,17 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
     """
     state = state_in_words(facts.status, family)
     if facts.status.state == "Alarm":
-        advice = "home it with --home" if facts.homing else "free it with --unlock"
-        raise SendError("the machine is {}; {}", state, advice)
+        if facts.homing:
+            raise SendError("the machine is {}; home it with --home", state)
+        raise SendError("the machine is {}; free it with --unlock", state)
+    if facts.status.state == "Sleep":
+        raise SendError("the machine is {}; wake it with --unlock", state)
     if facts.status.state in LOCKED:
-        advice = "; wake it with --unlock" if facts.status.state == "Sleep" else ""
-        raise SendError("the machine is {}{}", state, advice)
+        raise SendError("the machine is {}", state)
+    if facts.status.state in _STANDING:
+        raise SendError("the machine is {}; reset it with --unlock", state)
     if facts.status.state != "Idle":
-        advice = "" if facts.status.state in _STANDING else "wait until it has stopped, or "
-        raise SendError("the machine is {}; {}reset it with --unlock", state, advice)
+        raise SendError("the machine is {}; wait until it has stopped, or reset it with --unlock", state)
     if facts.status.pins and set(facts.status.pins) & set("XYZ"):
         raise SendError("a limit switch is pressed ({}); move the machine away from it", facts.status.pins)
     if not facts.homing and not unhomed:
@@ -61,7 +64,7 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
             facts.names.homing,
         )
     if facts.homing and not facts.homed and not unhomed:
-        reason = "the controller reports that it was not homed" if facts.homed is False else _UNSURE
+        reason = Message("the controller reports that it was not homed") if facts.homed is False else _UNSURE
         raise SendError("{}: add --home; or set its zero by hand and add --unhomed", reason)
     if not facts.has_valid_coordinates and restarted:
         raise SendError(
@@ -105,7 +108,9 @@ def _check_speeds(job: SendJob, facts: Facts) -> None:
     if len(rows):
         row = int(rows[0])
         limit = f"{facts.names.fastest}={facts.fastest:g}"
-        problem = f"S{abs(path.value[row]):g} in line {int(path.line[row])} is above the controller's {limit}"
+        problem = Message(
+            "S{:g} in line {} is above the controller's {}", abs(path.value[row]), int(path.line[row]), limit
+        )
         raise SendError("{}; is this program for another machine?", problem)
     if not job.laser and _current_speed(facts) == 0.0:
         _check_spindle(job)
@@ -258,10 +263,16 @@ def _cause_of_low_height(job: SendJob, facts: Facts, path: Toolpath, row: int) -
     origin = "" if at == row else f"line {line} left the tool there, "
     name = _stored_position_word(job, line)
     if name is None:
-        return f"{origin}the work zero is at Z{zero:.3f} in machine coordinates; choose a higher position"
-    return (
-        f"{origin}the position stored for {name} is Z{facts.places[name][2]:.3f} in machine coordinates ($#), the work "
-        f"zero is at Z{zero:.3f}; store a position above the part ({name}.1), or remove line {line}"
+        return Message("{}the work zero is at Z{:.3f} in machine coordinates; choose a higher position", origin, zero)
+    return Message(
+        "{}the position stored for {} is Z{:.3f} in machine coordinates ($#), the work "
+        "zero is at Z{:.3f}; store a position above the part ({}.1), or remove line {}",
+        origin,
+        name,
+        facts.places[name][2],
+        zero,
+        name,
+        line,
     )
 
 
@@ -353,8 +364,10 @@ def _profile_differences(job: SendJob, facts: Facts) -> list[Issue]:
     ]
     if not wrong:
         return []
-    message = (
-        f"the controller differs from the profile of {profile.name}: {', '.join(wrong)}; times and limits are "
-        "the controller's; create a profile of it with leafcut machine import"
+    message = Message(
+        "the controller differs from the profile of {}: {}; times and limits are "
+        "the controller's; create a profile of it with leafcut machine import",
+        profile.name,
+        ", ".join(wrong),
     )
     return [Issue("L820", message, severity=Severity.WARNING)]

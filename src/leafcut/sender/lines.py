@@ -157,7 +157,7 @@ class _LineReader:
         if self.dialect.one_command and codes & {*self.stops, 6}:
             text = ""  # text after M0 is a message for the operator
         if len(text) > LONGEST_LINE:
-            reason = f"the line has {len(text)} characters without blanks and comments"
+            reason = Message("the line has {} characters without blanks and comments", len(text))
             raise BlockError("{}, {} takes {}", reason, self.dialect.name, LONGEST_LINE)
         steps: list[SentStep] = [SentLine(text, number)] if text else []
         if 6 in codes:
@@ -183,7 +183,7 @@ class _LineReader:
             elif word.letter == "T" and self.dialect.one_command:
                 known = words[0].letter == "M" and words[0].value in (0, 6)
             if not known:
-                advice = "post the program for this controller, or name its --dialect"
+                advice = Message("post the program for this controller, or name its --dialect")
                 raise BlockError("{} is not a word of {}; {}", word, self.dialect.name, advice)
 
 

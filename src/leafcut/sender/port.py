@@ -8,6 +8,7 @@ from types import ModuleType
 from typing import Protocol
 
 from leafcut.errors import OptionError, SendError, name_suggestion
+from leafcut.message import Message
 
 #: Baud rate of GRBL (BAUD_RATE).
 BAUD = 115_200
@@ -129,4 +130,8 @@ def ports() -> list[tuple[str, str]]:
 def ports_in_words() -> str:
     """Return the list of ports as the last part of a message."""
     names = [name for name, _ in ports()]
-    return f"there are {', '.join(names)}" if names else "no serial port was found; is the machine plugged in?"
+    return (
+        Message("there are {}", ", ".join(names))
+        if names
+        else Message("no serial port was found; is the machine plugged in?")
+    )

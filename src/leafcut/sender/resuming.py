@@ -15,6 +15,7 @@ import numpy as np
 from leafcut.errors import OptionError, count_of
 from leafcut.gcode.program import Modal
 from leafcut.gcode.words import split_line, words_of
+from leafcut.message import Message
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.sender.character_counting import SentLine
@@ -33,7 +34,7 @@ _TOLERANCE = 2e-4
 def line_of_hole(job: SendJob, number: int) -> int:
     """Return the first line of a hole, counted from 1 in program order; raise `OptionError` if it does not exist."""
     if not 1 <= number <= len(job.holes):
-        have = count_of(len(job.holes), "hole") if job.holes else "no holes; use --from-line instead"
+        have = count_of(len(job.holes), "hole") if job.holes else Message("no holes; use --from-line instead")
         raise OptionError("--from-hole {}: the program has {}", number, have)
     return job.holes[number - 1].first
 
@@ -100,7 +101,9 @@ def _place_before(job: SendJob, row: int, line: int) -> XYZ:
     if not all(math.isfinite(v) for v in (x, y, z)):
         hole = next((hole for hole in job.holes if hole.first > line), None)
         advice = (
-            f"; resume from line {hole.first} (--from-hole {hole.number})" if hole else "; start from the first line"
+            Message("; resume from line {} (--from-hole {})", hole.first, hole.number)
+            if hole
+            else Message("; start from the first line")
         )
         raise OptionError("--from-line {}: the tool position before this line is not known{}", line, advice)
     return x, y, z

@@ -366,7 +366,7 @@ class SendRun:
         if not wrong:
             return
         text = self.job.text(line.number) or line.text
-        problem = f"line {line.number} '{text}': {wrong}" if line.number else f"'{text}': {wrong}"
+        problem = Message("line {} '{}': {}", line.number, text, wrong) if line.number else f"'{text}': {wrong}"
         if not self.check or not line.number:
             raise _RunEnded(problem)
         self._errors.append((line.number, problem))
@@ -491,15 +491,15 @@ class SendRun:
 
     def _place_text(self) -> str:
         if self.taken < self._first:
-            return "before the program"
+            return Message("before the program")
         return (
             Message("line {} '{}'", self.line, self.job.text(self.line))
             if self._sure
-            else f"in or after line {self.line}"
+            else Message("in or after line {}", self.line)
         )
 
     def _line_text(self) -> str:
-        return f" while it was in line {self.line}" if self.taken >= self._first else ""
+        return Message(" while it was in line {}", self.line) if self.taken >= self._first else ""
 
     def _leave_check(self) -> RunResult:
         status = self.talk.reset()

@@ -8,6 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from leafcut.files.whole_files import OutputError
+from leafcut.message import Message
 
 #: Position of the locked byte, beyond all content, so that other studios can read the owner's address.
 _BYTE = 1 << 20
@@ -29,7 +30,7 @@ def lock_folder(root: Path, address: str) -> Iterator[None]:
     try:
         if not _is_locked(number):
             other_address = os.read(number, 200).decode("ascii", "ignore")
-            place = f" at {other_address}" if other_address.isprintable() and other_address else ""
+            place = Message(" at {}", other_address) if other_address.isprintable() and other_address else ""
             raise OutputError(
                 "a studio is already running{}; use that one, or stop it first: both would write to {}", place, root
             )

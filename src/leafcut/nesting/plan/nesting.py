@@ -227,7 +227,11 @@ def _shape_variants(
         futures = [
             executor.submit(search_variant, *arguments) for arguments in zip(numbers, rounds, workers, strict=False)
         ]
-        message = Message("nesting by shapes, {} variants", len(futures)) if len(futures) > 1 else "nesting by shapes"
+        message = (
+            Message("nesting by shapes, {} variants", len(futures))
+            if len(futures) > 1
+            else Message("nesting by shapes")
+        )
         try:
             for number in numbers[: len(futures)]:
                 on_progress(Progress(message, trial=Trial(f"shapes {search.seed + number}")))

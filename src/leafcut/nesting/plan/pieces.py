@@ -14,6 +14,7 @@ from shapely.validation import explain_validity
 
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.model.nest import NestPart, Placement
 
 #: Error of the chords that approximate arcs, mm; it is added to the spacing of outlines with arcs.
@@ -135,7 +136,7 @@ def _checked_piece(number: int, part: NestPart) -> NestPiece:
     piece = NestPiece(part.outline, (Placement(number, 0.0, 0.0, 0.0),), part.rotations)
     if not piece.polygon.is_valid or piece.area <= 0.0:
         location = explain_validity(piece.polygon).partition("[")[2].rstrip("]")
-        where = f" near ({', '.join(f'{float(v):.6g}' for v in location.split())})" if location else ""
+        where = Message(" near ({})", ", ".join(f"{float(v):.6g}" for v in location.split())) if location else ""
         raise PlanError("{}: its outline crosses or touches itself{}; repair the drawing", part.name, where)
     return piece
 
@@ -146,7 +147,7 @@ def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Seq
         if not any(piece.fits(*size) for size in inner):
             length, width = max(inner, key=math.prod)
             box = min(piece.boxes, key=lambda b: max(b.width - length, b.height - width))
-            sheet = "a sheet" if len(inner) == 1 else "the largest sheet"
+            sheet = Message("a sheet") if len(inner) == 1 else Message("the largest sheet")
             raise PlanError(
                 "{}: the part is {:.6g} × {:.6g} mm, and {} less its margins "
                 "{:.6g} × {:.6g} mm; use a larger sheet, a smaller margin or more rotations",

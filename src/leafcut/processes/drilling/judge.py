@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.mesh import Mesh
@@ -188,10 +189,10 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
             continue
         where = position_text(plunge.x, plunge.y, plunge.tip)
         if drawn.near(plunge.x, plunge.y, tolerance):
-            text = f"{plunge.tool} drills at {where}, where the hole exists already"
+            text = Message("{} drills at {}, where the hole exists already", plunge.tool, where)
             differences.append(Difference("hole twice", 0, plunge.line, text))
         else:
-            text = f"{plunge.tool} drills at {where}, where the drawing has no hole"
+            text = Message("{} drills at {}, where the drawing has no hole", plunge.tool, where)
             differences.append(Difference("hole not drawn", 0, plunge.line, text))
     return limit_differences(differences)
 
@@ -498,18 +499,24 @@ def _compare_holes(
         if match is None:
             substitute = next((k for k in index.near(cut.x, cut.y, tolerance) if unused[k]), None)
             if substitute is None:
-                text = f"{where} is not made by {cut.tool}"
+                text = Message("{} is not made by {}", where, cut.tool)
                 differences.append(Difference("missing hole", 0, 0, text))
             else:
                 unused[substitute] = False
-                text = f"{where} is made by {plunges[substitute].tool}, but must be made by {cut.tool}"
+                text = Message("{} is made by {}, but must be made by {}", where, plunges[substitute].tool, cut.tool)
                 differences.append(Difference("wrong tool", 0, plunges[substitute].line, text))
             continue
         if abs(plunges[match].tip - cut.tip) > tolerance:
-            text = f"{where}: the tip of {cut.tool} goes to Z{plunges[match].tip:.3f}, but must go to Z{cut.tip:.3f}"
+            text = Message(
+                "{}: the tip of {} goes to Z{:.3f}, but must go to Z{:.3f}",
+                where,
+                cut.tool,
+                plunges[match].tip,
+                cut.tip,
+            )
             differences.append(Difference("wrong depth", 0, plunges[match].line, text))
         if last[0] == cut.hole and match < last[1]:
-            text = f"{where}: {cut.tool} works before the tool that must come first"
+            text = Message("{}: {} works before the tool that must come first", where, cut.tool)
             differences.append(Difference("wrong order", 0, plunges[match].line, text))
         last = (cut.hole, match)
     return [plunge for plunge, is_unused in zip(plunges, unused, strict=True) if is_unused], differences
@@ -530,31 +537,35 @@ def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], tolerance
         }
         candidates = [k for k in sorted(slot_numbers) if z0 == z1 and z1 >= slots[k].bottom - tolerance]
         if not candidates:
-            text = (
-                f"{motion.tool} cuts from {position_text(*motion.start)} to "
-                f"{position_text(*motion.end)}, where the drawing has no "
-                "slot this deep"
+            text = Message(
+                "{} cuts from {} to {}, where the drawing has no slot this deep",
+                motion.tool,
+                position_text(*motion.start),
+                position_text(*motion.end),
             )
             differences.append(Difference("cut not drawn", 0, motion.line, text))
             continue
         number = min(candidates, key=lambda k: bottom_passes[k])
         where = f"the slot from {position_text(x0, y0)} to {position_text(x1, y1)}"
         if depths[number] - z1 > slots[number].step + tolerance:
-            text = (
-                f"{where}: a pass is {depths[number] - z1:.3f} mm deep, but the maximum step-down of {motion.tool} is "
-                f"{slots[number].step:g} mm"
+            text = Message(
+                "{}: a pass is {:.3f} mm deep, but the maximum step-down of {} is {:g} mm",
+                where,
+                depths[number] - z1,
+                motion.tool,
+                slots[number].step,
             )
             differences.append(Difference("deep pass", 0, motion.line, text))
         depths[number] = min(depths[number], z1)
         if abs(z1 - slots[number].bottom) <= tolerance:
             bottom_passes[number] += 1
             if bottom_passes[number] > 1:
-                text = f"{where} is cut again at its bottom"
+                text = Message("{} is cut again at its bottom", where)
                 differences.append(Difference("slot twice", 0, motion.line, text))
     for slot, count in zip(slots, bottom_passes, strict=True):
         if not count:
             ends = f"{position_text(*slot.ends[0])} to {position_text(*slot.ends[1])}"
-            text = f"{slot.tool} does not cut the slot from {ends} down to Z{slot.bottom:.3f}"
+            text = Message("{} does not cut the slot from {} down to Z{:.3f}", slot.tool, ends, slot.bottom)
             differences.append(Difference("missing slot", 0, 0, text))
     return differences
 

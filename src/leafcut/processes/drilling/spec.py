@@ -165,7 +165,7 @@ def nodes_to_visit_first(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
     order, drawing = load_order(path), drawing_of(plan.part.hole_xy.tolist())
     if order.drawing is not None and order.drawing != drawing:
         same_number = order.drawing.holes == drawing.holes
-        difference = "the same number at other positions" if same_number else f"{drawing.holes}"
+        difference = Message("the same number at other positions") if same_number else f"{drawing.holes}"
         raise PlanError(
             "{}: this is an order for a different drawing, with {} holes; this one has "
             "{}; create a new file for it, or remove 'drawing' from the file to use it anyway",
@@ -175,7 +175,7 @@ def nodes_to_visit_first(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
         )
     nodes = {}
     for number, holes in order.operations.items():
-        where = f"{path}: operation {number + 1}"
+        where = Message("{}: operation {}", path, number + 1)
         if number >= len(plan.operations):
             raise PlanError("{}: the last operation of the job is {}; create a new file", where, len(plan.operations))
         operation = plan.operations[number]

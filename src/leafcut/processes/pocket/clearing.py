@@ -221,7 +221,7 @@ def _choose_strategy(job: PocketJob, pocket: Pocket, results: list[PocketResult]
     if options.strategy != "best":
         requested = {r.strategy: (k, r) for k, r in enumerate(results)}.get(options.strategy)
         if requested is None or requested[1].path is None:
-            why = "leafcut does not have it" if requested is None else requested[1].refused
+            why = Message("leafcut does not have it") if requested is None else requested[1].refused
             raise PlanError("{}: --strategy {} is not possible: {}", name, options.strategy, why)
         if requested[1].measures is not None and (
             more := _limit_error(job, requested[1].strategy, requested[1].measures)
@@ -293,10 +293,10 @@ def _limit_error(job: PocketJob, strategy: str, measures: PocketMeasures) -> str
     if not excess:
         return ""
     if not job.exact.allows_step_over(measures.max_step_over):
-        return f"{excess}; choose another --strategy, or a larger --step-over"
+        return Message("{}; choose another --strategy, or a larger --step-over", excess)
     remedy = "choose a smaller --tool-diameter" if strategy == "adaptive" else "use --strategy adaptive"
     remedy = "leave out --stock" if strategy == "adaptive" and job.rules.stock > 0.0 else remedy
-    return f"{excess}; {remedy}, or give a larger limit"
+    return Message("{}; {}, or give a larger limit", excess, remedy)
 
 
 def order_problem(job: PocketJob, pockets: list[list[Clearing]]) -> RoutingProblem:

@@ -115,7 +115,7 @@ def _uncut_area_issues(job: PocketJob, removed: list[tuple[int, Removal]]) -> li
         left = sorted(polygons(removal.uncovered), key=lambda piece: -piece.area)
         points = [piece.representative_point() for piece in left[:NAMED_PLACES]]
         at = ", ".join(f"({point.x:.2f}, {point.y:.2f})" for point in points)
-        more = f" and {count_of(len(left) - NAMED_PLACES, 'more place')}" if len(left) > NAMED_PLACES else ""
+        more = Message(" and {}", count_of(len(left) - NAMED_PLACES, "more place")) if len(left) > NAMED_PLACES else ""
         words = Message(
             "{}: {} remain uncut ({:.2f} %)", job.part.pockets[number].label, area_words(removal.uncovered.area), share
         )

@@ -311,7 +311,7 @@ class _PaceSteps:
         )
         raised = np.isfinite(speed) & loads.mills & (speed > loads.feed)
         if rules.feeds and raised.any() and rows_with_free_rounding(program.path, self.run.machine, math.inf).any():
-            message = "the program lets the controller round corners without a limit (G64 without P)"
+            message = Message("the program lets the controller round corners without a limit (G64 without P)")
             issues = (
                 *issues,
                 Issue("L511", Message("{}: higher feeds round them more; give a tolerance such as G64 P0.01", message)),
@@ -491,7 +491,11 @@ class _PaceSteps:
                 continue
             mine = loads.cuts_of(number)
             turns = tool.kind not in MILLING or not mine.any() or bool((loads.rpm[mine] > 0).all())
-            why = "it does not mill" if turns else "the program does not state the spindle speed of its cuts"
+            why = (
+                Message("it does not mill")
+                if turns
+                else Message("the program does not state the spindle speed of its cuts")
+            )
             yield Issue("L512", Message("{} keeps its feed: {}", tool.label, why), severity=Severity.NOTE)
         if self.rules.feeds and pace.limits:
             for message in self.unlimited(pace):
@@ -510,7 +514,7 @@ class _PaceSteps:
                 continue
             tool, diameter = self.tools[number], 2.0 * self.cutters[number].radius
             why = why_kept(program, loads, number, limit, diameter, self.rules, self.run.machine)
-            words = "it only plunges" if why is None else _kept_feed_text(why, limit, diameter)
+            words = Message("it only plunges") if why is None else _kept_feed_text(why, limit, diameter)
             issues.append(Issue("L512", Message("{} keeps its feed: {}", tool.label, words), severity=Severity.NOTE))
         return issues
 

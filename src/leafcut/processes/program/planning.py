@@ -103,7 +103,7 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
 
     words = dialect(job.settings.post.dialect or job.machine.controller)
     if words.one_command or words.language != "g-code":
-        reason = "has one command per line" if words.language == "g-code" else "is not G-code"
+        reason = Message("has one command per line") if words.language == "g-code" else Message("is not G-code")
         raise OptionError(
             "{} {}: leafcut writes and verifies such programs, but does not reorder them", words.name, reason
         )
@@ -268,7 +268,7 @@ def _merge_offers(job: Job, sequence: Sequence) -> list[Issue]:
     if not changes or job.settings.solve.keeps_order:
         return []
     seconds = changes * job.machine.tool_change_s
-    said = f"--merge-tools would save {changes} tool change{'s'[: changes != 1]}"
+    said = Message("--merge-tools would save {} tool change{}", changes, "s"[: changes != 1])
     return [Issue("L506", said + (f", {seconds:.0f} s" if seconds else ""), severity=Severity.NOTE)]
 
 

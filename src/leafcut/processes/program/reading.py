@@ -259,7 +259,7 @@ def _other_machine(settings: Settings, name: str) -> tuple[Machine, Dialect]:
 
 
 def _assumed_machine_note(machine: Machine, what: str) -> Issue:
-    what = {"laser": "a laser", "plasma": "a plasma table"}[what]
+    what = {"laser": Message("a laser"), "plasma": Message("a plasma table")}[what]
     message = Message(
         "this program is for {}; it was read as a program for {}: name your machine with --machine", what, machine.name
     )
@@ -322,7 +322,7 @@ def _read(
     feed, issues = _material_feed(text, settings, words)
     program = interpret_program(text, words, source, units=units, on_progress=check_cancelled, material_feed=feed)
     if program.title_lines:
-        what = "line 1 is" if program.title_lines == 1 else f"lines 1 to {program.title_lines} are"
+        what = Message("line 1 is") if program.title_lines == 1 else Message("lines 1 to {} are", program.title_lines)
         issues.append(Issue("L101", Message("{} not G-code: ignored as a title above the percent sign", what)))
     if not program.assumed_units and "units" in settings.asked:
         raise OptionError("--units: the program states its own units (G20 or G21); leave it out")
@@ -368,7 +368,9 @@ def _material_feed(text: str, settings: Settings, words: Dialect) -> tuple[float
     feed = settings.cut_data.cut_speed
     if feed is None:
         feed, whose = _chart_feed(settings)
-        said = f"{word}: the feed of the controller's material is assumed to be {feed * SECONDS_PER_MINUTE:,.0f} mm/min"
+        said = Message(
+            "{}: the feed of the controller's material is assumed to be {:,.0f} mm/min", word, feed * SECONDS_PER_MINUTE
+        )
         issues.append(Issue("L413", Message("{}, {}; set it with --cut-speed", said, whose), severity=Severity.NOTE))
     return feed, issues
 

@@ -194,7 +194,7 @@ def _divided_moves(one: _Cuts, cell: float) -> StraightMoves:
 
 
 def _assumed_block(stated: StatedPart | None) -> list[Issue]:
-    words = "the stock was assumed: a full block around the cuts, with its top at Z0"
+    words = Message("the stock was assumed: a full block around the cuts, with its top at Z0")
     if stated is None:
         return [Issue("L510", Message("{}; give it with --workpiece", words), severity=Severity.NOTE)]
     return [
@@ -263,7 +263,7 @@ def _body_issues(collisions: tuple[BodyCut, ...]) -> list[Issue]:
         Issue(
             "L809",
             Message("the {} of T{} is in the stock, {:.2f} mm deep", body, tool, max(one.depth_mm for one in found))
-            + (f" at most, in {len(found)} lines starting here" if len(found) > 1 else ""),
+            + (Message(" at most, in {} lines starting here", len(found)) if len(found) > 1 else ""),
             Message("line {}", found[0].line),
             Severity.DANGER,
         )
@@ -284,7 +284,7 @@ def _rapid_issues(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
     ]
     if len(rapids) > _MOST_TOLD:
         more = len(rapids) - _MOST_TOLD
-        message = Message("{} more rapids in the stock", more) if more > 1 else "1 more rapid in the stock"
+        message = Message("{} more rapids in the stock", more) if more > 1 else Message("1 more rapid in the stock")
         issues.append(Issue("L802", message, Message("line {}", rapids[_MOST_TOLD].line), severity))
     return issues
 

@@ -160,9 +160,9 @@ def tools_of(
     found, unknown = known_tools(program, settings, machine)
     for number, block in unknown.items():
         line = int(program.text_line[block])
-        how = "describe it in a comment, such as (T1 D=8. CR=0. - flat end mill)"
+        how = Message("describe it in a comment, such as (T1 D=8. CR=0. - flat end mill)")
         if by_options:
-            how = "give a library that has it with --tools, or --tool-diameter for a flat mill"
+            how = Message("give a library that has it with --tools, or --tool-diameter for a flat mill")
         raise OptionError("{}:{}: the shape of tool T{} is unknown; {}", source, line, number, how)
     return found
 
@@ -327,13 +327,13 @@ class CutBeyondStock(NamedTuple):
         """Return a warning; `unit` is the unit in which the stock would contain all cuts, or ""."""
         more = in_unit_words(unit)
         place, edge = f"{self.axis}{self.place:.2f}", f"{self.axis}{self.edge:g}"
-        message = f"a cut reaches {place}, but the given stock ends at {edge}{more}"
+        message = Message("a cut reaches {}, but the given stock ends at {}{}", place, edge, more)
         return Issue("L810", message, Message("line {}", self.line))
 
 
 def in_unit_words(unit: str) -> str:
     """Return the end of a message that names the unit in which the stock would contain all cuts, or ""."""
-    return f"; in {unit}, the stock would contain all cuts: save the file in mm" if unit else ""
+    return Message("; in {}, the stock would contain all cuts: save the file in mm", unit) if unit else ""
 
 
 def in_other_unit(text: str, program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> str:

@@ -298,9 +298,10 @@ def order_issues(plan: Plan, best: Candidate) -> list[Issue]:
     torch, beyond = plan.dialect.torch, [c.path.start for c in cut_plan.cuts if c.kind == "cut" and not c.pierce]
     if torch is not None and torch.heights == "controller" and beyond:
         many = "1 cut starts" if len(beyond) == 1 else f"{len(beyond)} cuts start"
-        words = (
-            f"{many} beyond the sheet's edge, where the controller probes beside the sheet: lay a piece of the same "
-            "thickness there, or use --dialect plasma with a profile without [probe]"
+        words = Message(
+            "{} beyond the sheet's edge, where the controller probes beside the sheet: lay a piece of the same "
+            "thickness there, or use --dialect plasma with a profile without [probe]",
+            many,
         )
         issues.append(Issue("L619", words, Message("the first at ({:.4g}, {:.4g})", beyond[0][0], beyond[0][1])))
     detached = None if routes is None else routes.issue(cut_plan.cuts)

@@ -396,9 +396,11 @@ def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
     if method_of(data.process) != CutMethod.LASER or not options.micro_joints or data.thickness <= _MAX_MOVING_PIERCE:
         return []
     wait = f"the {data.pierce_delay:.2g} s" if data.pierce_delay > 0.0 else "the time"
-    words = (
-        f"after a micro-joint the beam restarts in motion, without {wait} that piercing {data.thickness:g} mm takes, "
-        "and may not cut through: test one part first, or leave out --micro-joints"
+    words = Message(
+        "after a micro-joint the beam restarts in motion, without {} that piercing {:g} mm takes, "
+        "and may not cut through: test one part first, or leave out --micro-joints",
+        wait,
+        data.thickness,
     )
     return [Issue("L620", words)]
 

@@ -101,7 +101,7 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
     if task.command == "nest" and not parts:
         raise OptionError("no parts to nest; open their drawings")
     if task.command != "nest" and len(task.inputs) != COMMANDS[task.command]:
-        files = "one file" if COMMANDS[task.command] == 1 else Message("{} files", COMMANDS[task.command])
+        files = Message("one file") if COMMANDS[task.command] == 1 else Message("{} files", COMMANDS[task.command])
         raise OptionError("{} needs {}", task.command, files)
     if task.command == "study":
         check_experiment(task.algorithms, task.runs)

@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import LeafcutError
+from leafcut.message import Message
 from leafcut.model.heartbeat import Progress
 
 #: Maximum number of idle processes; each has about 250 MB of modules and compiled code.
@@ -224,7 +225,9 @@ class StudioWork:
             status = process.kill()
             how = f"signal {-status}" if status < 0 else f"status {status}"
             during = f" during '{step}'" if step else ""
-            line = f"the process of this job ended unexpectedly{during} ({how}); it may have run out of memory"
+            line = Message(
+                "the process of this job ended unexpectedly{} ({}); it may have run out of memory", during, how
+            )
             raise WorkError(line, internal=True) from None
         finally:
             with self._ending:

@@ -332,11 +332,11 @@ class MachineLink:
             connected.set_result(None)
             self._serve(talk)
         except Interrupted:
-            message = "stopped by you"
+            message = Message("stopped by you")
         except NotThisFirmware as problem:
             message = str(problem)
             if problem.answers:
-                message += "; this page supports only GRBL boards: send to Marlin boards with leafcut send"
+                message += Message("; this page supports only GRBL boards: send to Marlin boards with leafcut send")
         except LeafcutError as problem:
             message = str(problem)
         except Exception as fault:  # after an internal error, no page must show a connected machine

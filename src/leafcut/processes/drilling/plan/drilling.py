@@ -537,12 +537,13 @@ def _stroke_issues(
         holes = count_of(len(deep), "hole")
         if stroke < depth:
             detail = f"{holes} with strokes longer than {LONGEST_STROKE:g} diameters"
-            message = f"{where} diameters, in strokes of {stroke:.4g} mm ({detail}): use a smaller peck"
+            message = Message("{} diameters, in strokes of {:.4g} mm ({}): use a smaller peck", where, stroke, detail)
         else:
             detail = f"{holes} deeper than {LONGEST_STROKE:g} diameters"
-            message = (
-                f"{where} diameters, in one stroke ({detail}): give --peck, or set cycle G83 and peck for the tool in "
-                "the library"
+            message = Message(
+                "{} diameters, in one stroke ({}): give --peck, or set cycle G83 and peck for the tool in the library",
+                where,
+                detail,
             )
         issues.append(Issue("L446", message))
     return issues
@@ -709,15 +710,18 @@ def _checked_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:
 def _check_speeds(operations: tuple[DrillOperation, ...], machine: Machine, job: JobOptions) -> None:
     for tool in (o.tool for o in operations):
         if not (tool.spindle_rpm > 0 and tool.feed > 0):
-            missing = "feed" if tool.spindle_rpm > 0 else "spindle_speed"
+            missing = Message("feed") if tool.spindle_rpm > 0 else "spindle_speed"
             raise PlanError("{} has no {}; give it in the tool library", tool.label, missing)
         if not machine.spindle_min_rpm <= tool.spindle_rpm <= machine.spindle_max_rpm:
-            limits = (
-                f"the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to {machine.spindle_max_rpm:g} rpm"
+            limits = Message(
+                "the spindle of {} turns {:g} to {:g} rpm",
+                machine.name,
+                machine.spindle_min_rpm,
+                machine.spindle_max_rpm,
             )
             if tool.assumed and tool.spindle_rpm == job.spindle_speed:
                 raise PlanError("--spindle-speed {:g}: {}; choose a speed in this range", tool.spindle_rpm, limits)
-            demand = f"{tool.label} requires {tool.spindle_rpm:g} rpm, but {limits}"
+            demand = Message("{} requires {:g} rpm, but {}", tool.label, tool.spindle_rpm, limits)
             if tool.spindle_rpm < machine.spindle_min_rpm:
                 raise PlanError("{}: mill the hole, or change the speed in the tool library", demand)
             raise PlanError("{}: change the speed in the tool library, or use a faster spindle", demand)

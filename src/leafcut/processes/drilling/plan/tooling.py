@@ -207,7 +207,7 @@ class ToolChooser:
         if self.library is not None and self.library.left_out:
             unused = self.library.left_out
             more = Message("; and {} more", len(unused) - 1) if len(unused) > 1 else ""
-            message = f"a tool of the library is not used: {unused[0]}{more}"
+            message = Message("a tool of the library is not used: {}{}", unused[0], more)
             yield Issue("L407", message, severity=Severity.NOTE)
         if self._bare_points:
             yield Issue(
@@ -274,7 +274,7 @@ class ToolChooser:
         assert self.library is not None
         drills = [t.diameter for t in self.library.tools if t.kind is ToolKind.DRILL]
         near = min(drills, key=lambda d: abs(d - diameter), default=None)
-        advice = Message("the nearest is {:g} mm", near) if near is not None else "it has no drill"
+        advice = Message("the nearest is {:g} mm", near) if near is not None else Message("it has no drill")
         return Message(
             "{}: no drill of {:g} mm for the hole at {:g}, {:g}"
             " (layer '{}'); {}; add a tool or a recipe, or raise --diameter-tolerance",
@@ -345,28 +345,38 @@ class ToolChooser:
             f"{machine.spindle_max_rpm:g} rpm"
         )
         if rpm > machine.spindle_max_rpm:
-            return f"{needs}: use a faster spindle, or give the --spindle-speed that your drill and material need"
+            return Message(
+                "{}: use a faster spindle, or give the --spindle-speed that your drill and material need", needs
+            )
         if tool.kind is ToolKind.SLOT_MILL:
-            return f"{needs}: mill the slot as a pocket, or give the --spindle-speed that your mill and material need"
-        return f"{needs}: mill the hole, or give the --spindle-speed that your drill and material need"
+            return Message(
+                "{}: mill the slot as a pocket, or give the --spindle-speed that your mill and material need", needs
+            )
+        return Message("{}: mill the hole, or give the --spindle-speed that your drill and material need", needs)
 
     def _material_note(self) -> str:
         """Return the material for which feeds and speeds are assumed, for a message; empty if both are given."""
         if self.job.feed and self.job.spindle_speed:
             return ""
-        return " (for circuit boards)" if self._board else " (for high-speed steel in mild steel or aluminium)"
+        return (
+            Message(" (for circuit boards)")
+            if self._board
+            else Message(" (for high-speed steel in mild steel or aluminium)")
+        )
 
     def _speed_advice(self, tool: Tool) -> str:
         """Return a suitable speed as the end of a message if the tool turns much too fast, else ""."""
         right = _rpm(self._fastest, tool.diameter)
         lowest = self.machine.spindle_min_rpm
         if tool.spindle_rpm > MAX_SPEED_RATIO * right and not self.job.feed:
-            return f". Recommended spindle speed: {right:.0f} rpm"
+            return Message(". Recommended spindle speed: {:.0f} rpm", right)
         if self.job.spindle_speed or tool.spindle_rpm != lowest or lowest <= FAST * right:
             return ""
-        return (
-            f". Recommended spindle speed: {right:.0f} rpm; minimum speed of the spindle of {self.machine.name}: "
-            f"{lowest:g} rpm"
+        return Message(
+            ". Recommended spindle speed: {:.0f} rpm; minimum speed of the spindle of {}: {:g} rpm",
+            right,
+            self.machine.name,
+            lowest,
         )
 
 

@@ -139,9 +139,12 @@ def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
     fixture_length = float(size.max())
     other_unit = _plausible_unit(fixture, mesh, fixture_length, length)
     if gap > length or not length / MAX_LENGTH_RATIO < fixture_length < MAX_LENGTH_RATIO * length:
-        message = (
-            f"the fixture {fixture.name} is {fixture_length:.4g} mm long, {gap:.4g} mm beside the surface, which is "
-            f"{length:.4g} mm long"
+        message = Message(
+            "the fixture {} is {:.4g} mm long, {:.4g} mm beside the surface, which is {:.4g} mm long",
+            fixture.name,
+            fixture_length,
+            gap,
+            length,
         )
         if other_unit:
             raise PlanError("{}; in {} it would be next to it: save it in the unit of the surface", message, other_unit)
@@ -229,7 +232,9 @@ def check_bodies(
             continue
         index = min(hits)
         x, y = xy[index]
-        obstacle = "the rim of the hole" if low[index] < tops[index] else "the surface beside the hole"
+        obstacle = (
+            Message("the rim of the hole") if low[index] < tops[index] else Message("the surface beside the hole")
+        )
         raise PlanError(
             "{}: at {:g}, {:g} its {}, \u00d8 {:g} mm, comes down to "
             "Z{:.3f} and meets {} ({} in all); use a "
@@ -371,9 +376,9 @@ def measure_hole_tops(
     issues = [*surface.issues, *_unit_issues(part, surface.mesh, rims.top - rims.under, radius)]
     tops = rims.top
     counts = (
-        "R planes are measured from the highest point of the rim, depths from the drawing"
+        Message("R planes are measured from the highest point of the rim, depths from the drawing")
         if drawn
-        else "the highest point is used"
+        else Message("the highest point is used")
     )
     uneven = np.flatnonzero(rims.top - rims.lowest > UNEVEN)
     if len(uneven):
@@ -404,8 +409,15 @@ def measure_hole_tops(
             issues.append(
                 Issue(
                     "L442",
-                    f"{count_of(len(different), 'hole')} not drawn at the height of the surface: at {x:g}, "
-                    f"{y:g} the drawing has Z{heights[worst]:.3f} and the surface Z{rims.top[worst]:.3f}; "
+                    Message(
+                        "{} not drawn at the height of the surface: at {:g}, "
+                        "{:g} the drawing has Z{:.3f} and the surface Z{:.3f}; ",
+                        count_of(len(different), "hole"),
+                        x,
+                        y,
+                        heights[worst],
+                        rims.top[worst],
+                    )
                     + (
                         "depths are measured from the drawing, R planes from the higher of the two"
                         if drawn
@@ -469,9 +481,9 @@ def _unit_issues(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius:
     deep = bool((thickness > DEEPEST * 2.0 * radius).any())
     for factor in OTHER_UNITS.values():
         if factor < 1.0 and _contains_holes(part, mesh, factor) and (deep or _similar_length(part, mesh, factor)):
-            message = (
-                f"{_describe_lengths(part, mesh)}, in a corner of it: check whether --surface-unit and --units are "
-                f"right"
+            message = Message(
+                "{}, in a corner of it: check whether --surface-unit and --units are right",
+                _describe_lengths(part, mesh),
             )
             return [Issue("L445", message)]
     return []
@@ -480,7 +492,7 @@ def _unit_issues(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius:
 def _describe_lengths(part: Part, mesh: Mesh) -> str:
     x0, y0, x1, y1 = part.extents
     length = float(max((mesh.high - mesh.low)[:2]))
-    return f"{mesh.name} is {length:.4g} mm long and the holes span {max(x1 - x0, y1 - y0):.4g} mm"
+    return Message("{} is {:.4g} mm long and the holes span {:.4g} mm", mesh.name, length, max(x1 - x0, y1 - y0))
 
 
 def _similar_length(part: Part, mesh: Mesh, factor: float) -> bool:

@@ -61,7 +61,7 @@ def _unlimited_feed_note(settings: Settings, tool: Tool, material: WorkMaterial 
         return Issue("L705", "power and torque do not limit feeds: give --material", severity=Severity.NOTE)
     if material is None:
         name = settings.job.material
-        words = f"power and torque do not limit feeds: the cutting force of '{name}' is unknown"
+        words = Message("power and torque do not limit feeds: the cutting force of '{}' is unknown", name)
         return Issue("L705", Message("{}; name a material of `leafcut list materials`", words), severity=Severity.NOTE)
     words = Message("power and torque do not limit feeds of {}: give the number of teeth with --tools", tool.label)
     return Issue("L705", words, severity=Severity.NOTE)

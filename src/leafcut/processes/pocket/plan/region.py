@@ -80,7 +80,7 @@ def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegio
     allowed = tool_centres(shape, rules.radius + rules.stock, rules.tolerance)
     pieces = sorted((p for p in polygons(allowed) if p.area > 0.0), key=lambda p: -p.area)
     if not pieces:
-        left = f" and {rules.stock:g} mm of stock" if rules.stock else ""
+        left = Message(" and {:g} mm of stock", rules.stock) if rules.stock else ""
         x0, y0, x1, y1 = shape.bounds
         raise PlanError(
             "{}, {:.4g} × {:.4g} mm at ({:.4g}, {:.4g}): a tool "
@@ -131,7 +131,7 @@ def _line_strings(shape: Any) -> list[Any]:
 
 
 def _unreached_issues(name: str, places: list[UnreachableArea], rules: PocketRules) -> list[Issue]:
-    tool = f"a tool of {rules.tool_diameter:g} mm"
+    tool = Message("a tool of {:g} mm", rules.tool_diameter)
     corners, off = ([u for u in places if u.corner is kind] for kind in (True, False))
     issues = [
         Issue(
@@ -152,19 +152,23 @@ def _unreached_issues(name: str, places: list[UnreachableArea], rules: PocketRul
         )
     if corners:
         largest = _area_and_place(corners[0])
-        words = f"{_count_and_area(corners, 'corner')}, cannot be reached by {tool}; the largest, {largest}"
+        words = Message(
+            "{}, cannot be reached by {}; the largest, {}", _count_and_area(corners, "corner"), tool, largest
+        )
         if len(corners) == 1:
-            words = f"a corner, {largest}, cannot be reached by {tool}"
+            words = Message("a corner, {}, cannot be reached by {}", largest, tool)
         issues.append(Issue("L701", Message("{}: {}", name, words), severity=Severity.NOTE))
     return issues
 
 
 def _count_and_area(places: list[UnreachableArea], what: str) -> str:
-    return f"{len(places)} {what}{'s' * (len(places) > 1)}, {sum(u.area for u in places):.3g} mm² in all"
+    return Message(
+        "{} {}{}, {:.3g} mm² in all", len(places), what, "s" * (len(places) > 1), sum(u.area for u in places)
+    )
 
 
 def _area_and_place(place: UnreachableArea) -> str:
-    return f"{place.area:.3g} mm² near ({place.place[0]:.2f}, {place.place[1]:.2f})"
+    return Message("{:.3g} mm² near ({:.2f}, {:.2f})", place.area, place.place[0], place.place[1])
 
 
 def reachable_area(shape: Any, rules: PocketRules) -> Any:

@@ -122,7 +122,9 @@ def add_cutting_data(
     known = _NAMES.get(_material_key(job.material), _material_key(job.material))
     known = known if known in SURFACE_SPEEDS else UNKNOWN
     careful = 1000.0 * SURFACE_SPEEDS[known] / (math.pi * tool.diameter)
-    has = f"the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to {machine.spindle_max_rpm:g} rpm"
+    has = Message(
+        "the spindle of {} turns {:g} to {:g} rpm", machine.name, machine.spindle_min_rpm, machine.spindle_max_rpm
+    )
     if not asked_rpm and not machine.spindle_min_rpm / MOST_OFF <= careful <= machine.spindle_max_rpm * MOST_OFF:
         size = "smaller" if careful < machine.spindle_min_rpm else "larger"
         raise PlanError(
@@ -136,12 +138,12 @@ def add_cutting_data(
         )
     rpm = asked_rpm or float(round(min(max(careful, machine.spindle_min_rpm), machine.spindle_max_rpm)))
     if not machine.spindle_min_rpm <= rpm <= machine.spindle_max_rpm:
-        whose = "--spindle-speed" if job.spindle_speed else f"{tool.label}, speed"
+        whose = "--spindle-speed" if job.spindle_speed else Message("{}, speed", tool.label)
         raise PlanError("{} {:g}: {}; choose a speed in this range", whose, rpm, has)
     per_tooth = min(FEED_PER_TOOTH * tool.diameter, MOST_PER_TOOTH)
     feed = asked_feed or min(per_tooth * (tool.teeth or TEETH) * rpm / 60.0, machine.max_feed)
     if feed > machine.max_feed * (1 + 1e-9):
-        whose = "--feed" if job.feed else f"{tool.label}, feed"
+        whose = "--feed" if job.feed else Message("{}, feed", tool.label)
         raise PlanError(
             "{} {:g} mm/min: {} feeds at most {:g} mm/min", whose, feed * 60, machine.name, machine.max_feed * 60
         )
@@ -162,7 +164,7 @@ def add_cutting_data(
     if too_fast:
         # The requested speed is too high for the material for which the feed was assumed.
         lowest = "" if asked_rpm else f"; minimum speed of the spindle of {machine.name}: {rpm:.0f} rpm"
-        words += f". Recommended spindle speed: {careful:.0f} rpm{lowest}"
+        words += Message(". Recommended spindle speed: {:.0f} rpm{}", careful, lowest)
     return tool, [Issue("L401", words, severity=Severity.WARNING if too_fast else Severity.NOTE)]
 
 

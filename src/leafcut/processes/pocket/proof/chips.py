@@ -11,6 +11,7 @@ import shapely
 
 from leafcut.geometry.arrays import Floats, Indices
 from leafcut.material.chip_feeds import chip_thickness, cutting_power, power_on_plunge, power_on_ramp, removal_rate
+from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pace_change import FeedLimit, ToolPace
@@ -160,9 +161,12 @@ def _limit_differences(level: _LevelSamples, written: Toolpath, limits: FeedLimi
         _worst_samples(level, level.feed / limits.most),
     )
     for cut, at in thick:
-        words = (
-            f"{_move_at_feed(cut, written)} makes a chip of {level.chip[at]:.4g} mm per revolution near "
-            f"{position_text(*cut.path[-1])}; the limit is {limits.chip:.4g} mm"
+        words = Message(
+            "{} makes a chip of {:.4g} mm per revolution near {}; the limit is {:.4g} mm",
+            _move_at_feed(cut, written),
+            level.chip[at],
+            position_text(*cut.path[-1]),
+            limits.chip,
         )
         yield Difference("feed", 0, cut.line, words)
     for cut, at in strong:
@@ -223,16 +227,22 @@ def _horizontal_length(cut: PocketCut) -> float:
 
 
 def _power_message(cut: PocketCut, written: Toolpath, power: float, limits: FeedLimits) -> str:
-    return (
-        f"{_move_at_feed(cut, written)} needs {power / 1000.0:.4g} kW near {position_text(*cut.path[-1])}; the spindle "
-        f"provides at most {limits.power / 1000.0:.4g} kW"
+    return Message(
+        "{} needs {:.4g} kW near {}; the spindle provides at most {:.4g} kW",
+        _move_at_feed(cut, written),
+        power / 1000.0,
+        position_text(*cut.path[-1]),
+        limits.power / 1000.0,
     )
 
 
 def _feed_message(cut: PocketCut, written: Toolpath, what: str, limit: float) -> str:
-    return (
-        f"{_move_at_feed(cut, written)} {what} near {position_text(*cut.path[-1])}; the mill cuts at "
-        f"{SECONDS_PER_MINUTE * limit:g} mm/min at most"
+    return Message(
+        "{} {} near {}; the mill cuts at {:g} mm/min at most",
+        _move_at_feed(cut, written),
+        what,
+        position_text(*cut.path[-1]),
+        SECONDS_PER_MINUTE * limit,
     )
 
 

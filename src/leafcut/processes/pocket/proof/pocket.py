@@ -228,7 +228,7 @@ def gouge_differences(simulated: Sequence[SimulatedLevel], pockets: Sequence[Poc
         gouges = level.removal.gouges
         if gouges.area > 0.0:
             point, name = gouges.representative_point(), pockets[level.number].label
-            words = f"{name} at Z{level.z:.3f}: {gouges.area:.3g} mm² are cut beyond the wall"
+            words = Message("{} at Z{:.3f}: {:.3g} mm² are cut beyond the wall", name, level.z, gouges.area)
             wrong.append(Difference("gouge", 0, 0, Message("{} near {}", words, position_text(point.x, point.y))))
     return wrong
 

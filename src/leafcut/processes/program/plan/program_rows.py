@@ -246,7 +246,11 @@ def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, en
         line = int(program.line[block])
         text = program.lines[line - 1]
         if not inner and ((plain := plain_block(text)) is None or plain.percent is not None):
-            inner = "its numbers come from parameters" if "#" in text else "it contains more than words with numbers"
+            inner = (
+                Message("its numbers come from parameters")
+                if "#" in text
+                else Message("it contains more than words with numbers")
+            )
         if inner and block == begin:
             return inner
         if inner:

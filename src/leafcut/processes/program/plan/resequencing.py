@@ -154,7 +154,7 @@ def _issues(finder: SectionFinder, items: list[FixedBlocks | Section]) -> list[I
         issues.append(Issue("L502", Message("nothing in the program can be reordered{}", why), severity=Severity.NOTE))
     for reason, lines in where.items():
         times = (
-            ("", ", here and once more")[len(lines) - 1]
+            ("", Message(", here and once more"))[len(lines) - 1]
             if len(lines) < 3
             else Message(", here and {} times more", len(lines) - 1)
         )

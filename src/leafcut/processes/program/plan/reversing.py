@@ -13,6 +13,7 @@ import numpy as np
 
 from leafcut.gcode.program import Program
 from leafcut.gcode.reversible_cut import ReversibleCut, find_reversible_cut
+from leafcut.message import Message
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import ProgramTask, Section, Sequence
@@ -36,7 +37,7 @@ def with_reversible(program: Program, sequence: Sequence, rows: Rows) -> Sequenc
         for item in sequence.items
     )
     count = sum(piece.reversible for item in items if isinstance(item, Section) for piece in item.pieces)
-    said = f"{count} cut{'s'[: count != 1]} can be reversed" if count else "no cut can be reversed"
+    said = Message("{} cut{} can be reversed", count, "s"[: count != 1]) if count else Message("no cut can be reversed")
     return replace(sequence, items=items, issues=(*sequence.issues, Issue("L504", said, severity=Severity.NOTE)))
 
 

@@ -420,7 +420,7 @@ _NOUNS: dict[int, str] = {
 
 def _barrier_noun(mark: Barrier) -> str:
     written = mark.kind != MESSAGE or mark.said.startswith("(")
-    return _NOUNS.get(mark.kind, "block") if written else "block"
+    return _NOUNS.get(mark.kind, "block") if written else Message("block")
 
 
 def _state_changes(one: Barrier, other: Barrier) -> list[str]:

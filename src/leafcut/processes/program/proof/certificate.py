@@ -280,9 +280,13 @@ def _wider_travel(
             room = max(reached, sign * (highest if sign > 0 else lowest)[axis])
             if was < 0 or reaches <= room + tolerance + 1e-9:
                 continue
-            text = (
-                f"{name}{after.end[now, axis]:.3f} is {word} every move of the original, "
-                f"{name}{before.end[was, axis]:.3f}"
+            text = Message(
+                "{}{:.3f} is {} every move of the original, {}{:.3f}",
+                name,
+                after.end[now, axis],
+                word,
+                name,
+                before.end[was, axis],
             )
             yield Difference("envelope", int(before.line[was]), int(after.line[now]), text)
 

@@ -294,7 +294,7 @@ def _path_changes(a: Feature, b: Feature, near: float) -> Iterator[str]:
 
 
 def _value_text(value: float) -> str:
-    return "unknown" if math.isnan(value) else f"{value:.6g}"
+    return Message("unknown") if math.isnan(value) else f"{value:.6g}"
 
 
 def _is_near(a: tuple[float, ...], b: tuple[float, ...], room: float) -> bool:

@@ -108,7 +108,7 @@ def _has_same_end(before: Toolpath, after: Toolpath, row: int, at: int) -> bool:
 
 
 def _path_error(before: Toolpath, after: Toolpath, row: int, at: int) -> VerifyError:
-    line = Message("line {}", after.line[at]) if at < len(after) else "the end"
+    line = Message("line {}", after.line[at]) if at < len(after) else Message("the end")
     return VerifyError(
         "{}: the program with new speeds differs from line {} of the original in more than its speed",
         line,

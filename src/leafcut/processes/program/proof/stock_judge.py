@@ -86,7 +86,7 @@ class StockJudge:
         differences = stock_differences(self.left, left, TOLERANCE)
         if differences:
             one = differences[0]
-            more = f" (and {count_of(len(differences) - 1, 'more place')})" if len(differences) > 1 else ""
+            more = Message(" (and {})", count_of(len(differences) - 1, "more place")) if len(differences) > 1 else ""
             raise VerifyError(
                 "at X{} Y{} the new program leaves the stock at Z{}, not at Z{}{}",
                 to_fixed(one.x, 3),
@@ -98,7 +98,11 @@ class StockJudge:
         for (tool, kind), found in met.items():
             before = self.met.get((tool, kind))
             if found.deepest > (before.deepest if before else 0.0) + TOLERANCE:
-                what = f"a rapid of T{tool} goes" if kind == "rapid" else f"the {kind} of T{tool} gets"
+                what = (
+                    Message("a rapid of T{} goes", tool)
+                    if kind == "rapid"
+                    else Message("the {} of T{} gets", kind, tool)
+                )
                 raise VerifyError(
                     "{} {:.2f} mm deep into the stock, first in line {} of the new program",
                     what,
@@ -111,11 +115,13 @@ class StockJudge:
         for (tool, kind), found in self.met.items():
             deep = f"up to {found.deepest:.2f} mm deep"
             if kind == "rapid":
-                message = f"{count_of(found.count, 'rapid')} of T{tool} in the stock, {deep}"
+                message = Message("{} of T{} in the stock, {}", count_of(found.count, "rapid"), tool, deep)
             else:
-                message = f"the {kind} of T{tool} is in the stock on {count_of(found.count, 'move')}, {deep}"
+                message = Message(
+                    "the {} of T{} is in the stock on {}, {}", kind, tool, count_of(found.count, "move"), deep
+                )
             if not self.given:
-                message = f"{message}, if that is a block around the cuts; give --workpiece"
+                message = Message("{}, if that is a block around the cuts; give --workpiece", message)
             severity = Severity.DANGER if self.given else Severity.WARNING
             yield Issue(_KINDS[kind], message, Message("line {}", found.line), severity)
 

@@ -23,6 +23,8 @@ from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.plan.cut_rules import NARROWEST_HOLE, CutRules
 from leafcut.processes.sheet.plan.leads import FLATNESS, NO_LEAD, lead_path, lead_shape, placed_leads
 
+#: Text for several contours: its template, whose first gap is for their number, and the values of the other gaps.
+_Several = tuple[str, ...]
 #: Tolerance of offset paths, mm.
 OFFSET_TOLERANCE = 0.01
 #: Tolerance of distances, mm.
@@ -236,7 +238,7 @@ def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], l
     Holes too small for the kerf or the pierce, and notches with mouths narrower than the kerf, are not cut.
     """
     kept: list[CutContour] = []
-    remarks: list[tuple[str, Issue]] = []
+    remarks: list[tuple[_Several, Issue]] = []
     chambers = [shapely.Polygon(c.path.flattened(FLATNESS)) for c in sheet.contours if c.chamber]
     for index, source in enumerate(sheet.contours):
         if source.kind == "sheet":
@@ -249,7 +251,9 @@ def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], l
             remarks += _contour_remarks(contour, chambers)
     issues = _group_remarks(remarks)
     if not kept:
-        raise PlanError(f"{sheet.name}: nothing is left to cut" + (f"; {issues[0].message}" if issues else ""))
+        raise PlanError(
+            Message("{}: nothing is left to cut", sheet.name) + (f"; {issues[0].message}" if issues else "")
+        )
     return kept, issues
 
 
@@ -335,42 +339,51 @@ def _tangents(path: Polyline, index: int) -> tuple[Point, Point]:
 
 
 def _contour_issue(
-    code: str, one: str, several: str, place: str, missing: MissingWork | None = None
-) -> tuple[str, Issue]:
-    """Return a remark: the text for several contours (with {n} for their number), and the issue for one contour."""
+    code: str, one: str, several: _Several, place: str, missing: MissingWork | None = None
+) -> tuple[_Several, Issue]:
+    """Return a remark: the text for several contours, and the issue for one contour."""
     return several, Issue(code, one, place, missing=missing)
 
 
-def _group_remarks(remarks: list[tuple[str, Issue]]) -> list[Issue]:
+def _group_remarks(remarks: list[tuple[_Several, Issue]]) -> list[Issue]:
     """Return the issues of all remarks; equal remarks about several contours become one issue."""
-    groups: dict[tuple[str, str], list[Issue]] = {}
+    groups: dict[tuple[str, _Several], list[Issue]] = {}
     for several, issue in remarks:
         groups.setdefault((issue.code, several), []).append(issue)
     return [own[0] if len(own) == 1 else _merged_issue(several, own) for (_, several), own in groups.items()]
 
 
-def _merged_issue(several: str, own: list[Issue]) -> Issue:
+def _merged_issue(several: _Several, own: list[Issue]) -> Issue:
     place = "; ".join(issue.place for issue in own[:3]) + (" …" if len(own) > 3 else "")
     works = [issue.missing for issue in own if issue.missing is not None]
     missing = None
     if works:
         where = tuple(point for work in works for point in work.where)
         missing = MissingWork(works[0].what, len(works), where, tuple(path for work in works for path in work.outlines))
-    return Issue(own[0].code, several.format(n=len(own)), place, missing=missing)
+    template, *values = several
+    return Issue(own[0].code, Message(template, len(own), *values), place, missing=missing)
 
 
-def _too_narrow(index: int, source: Contour, rules: CutRules) -> tuple[str, Issue]:
+def _too_narrow(index: int, source: Contour, rules: CutRules) -> tuple[_Several, Issue]:
     x, y = source.path.start
     low_x, low_y, high_x, high_y = source.path.extents
     size, kerf = f"{high_x - low_x:.4g} × {high_y - low_y:.4g} mm", f"{rules.kerf:.4g} mm"
     if min(high_x - low_x, high_y - low_y) < 2.0 * rules.kerf:
-        narrow = f"narrower than two kerfs of {kerf}, with no room for a pierce: not cut"
-        words = f"a hole of {size} in part {source.part} is {narrow}"
-        several = f"{{n}} holes are {narrow}"
+        words = Message(
+            "a hole of {} in part {} is narrower than two kerfs of {}, with no room for a pierce: not cut",
+            size,
+            source.part,
+            kerf,
+        )
+        several = ("{} holes are narrower than two kerfs of {}, with no room for a pierce: not cut", kerf)
     else:
-        narrow = f"a neck narrower than the kerf of {kerf}, or no room for a pierce: not cut"
-        words = f"a hole of {size} in part {source.part} has {narrow}"
-        several = f"{{n}} holes have {narrow}"
+        words = Message(
+            "a hole of {} in part {} has a neck narrower than the kerf of {}, or no room for a pierce: not cut",
+            size,
+            source.part,
+            kerf,
+        )
+        several = ("{} holes have a neck narrower than the kerf of {}, or no room for a pierce: not cut", kerf)
     work = MissingWork("hole", 1, ((x, y),), (source.path,))
     return _contour_issue("L611", words, several, _contour_place(index, source, x, y), work)
 
@@ -380,7 +393,7 @@ def _contour_place(index: int, source: Contour, x: float, y: float) -> str:
     return f"contour {index + 1} at ({x:.6g}, {y:.6g}){handle}"
 
 
-def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str, Issue]]:
+def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[_Several, Issue]]:
     """Return the remarks about uncut notches of an outline. The areas `chambers` are cut as holes, and not reported."""
     source, rules = contour.source, contour.rules
     drawn = shapely.Polygon(source.path.flattened(FLATNESS))
@@ -395,17 +408,27 @@ def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str, 
         outlines = tuple(Polyline.of_points(list(ring), closed=True) for ring in rings)
     if not outlines:
         return []
-    mouth = f"a mouth narrower than the kerf of {rules.kerf:.4g} mm"
-    words = f"a notch of part {source.part} has {mouth}: {left.area:.3g} mm² of the part's notches stay uncut"
-    several = f"{{n}} parts have notches with {mouth}, which stay uncut in whole or in part"
+    kerf = f"{rules.kerf:.4g}"
+    words = Message(
+        "a notch of part {} has a mouth narrower than the kerf of {} mm: {:.3g} mm² of the part's notches stay uncut",
+        source.part,
+        kerf,
+        left.area,
+    )
+    several = (
+        "{} parts have notches with a mouth narrower than the kerf of {} mm, which stay uncut in whole or in part",
+        kerf,
+    )
     x, y = outlines[0].start
     work = MissingWork("place", 1, ((x, y),), outlines)
     return [_contour_issue("L612", words, several, _contour_place(contour.index, source, x, y), work)]
 
 
-def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str, Issue]]:
+def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[_Several, Issue]]:
     """Return the remarks about areas of a contour that the kerf cannot reach, and about very small holes."""
-    source, rules, found = contour.source, contour.rules, []
+    source, rules = contour.source, contour.rules
+    found: list[tuple[_Several, Issue]] = []
+    several: _Several
     if contour.pinched:
         found += _notch_remarks(contour, chambers)
     elif contour.has_leads and rules.half > 0.0:
@@ -414,8 +437,8 @@ def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str
         worst = int(np.argmax(away))
         if away[worst] > rules.half + rules.kerf:
             left = f"{away[worst] - rules.half:.2g} mm remain uncut"
-            words = f"part {source.part} has a gap narrower than the kerf: {left}"
-            several = "{n} contours have a gap narrower than the kerf, which remains uncut"
+            words = Message("part {} has a gap narrower than the kerf: {}", source.part, left)
+            several = ("{} contours have a gap narrower than the kerf, which remains uncut",)
             px, py = points[worst].tolist()
             work = MissingWork("place", 1, ((px, py),))
             found.append(_contour_issue("L612", words, several, _contour_place(contour.index, source, px, py), work))
@@ -424,6 +447,10 @@ def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str
         words = Message(
             "a hole of {:.3g} mm, below {:g} times the thickness, will be tapered", contour.diameter, NARROWEST_HOLE
         )
-        several = f"{{n}} holes below {narrowest:g} mm, {NARROWEST_HOLE:g} times the thickness, will be tapered"
+        several = (
+            "{} holes below {} mm, {} times the thickness, will be tapered",
+            f"{narrowest:g}",
+            f"{NARROWEST_HOLE:g}",
+        )
         found.append(_contour_issue("L615", words, several, _contour_place(contour.index, source, *source.path.start)))
     return found

@@ -18,6 +18,7 @@ import shapely
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline, joined
+from leafcut.message import Message
 from leafcut.model.cutting import Cut, CutChoice
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod
@@ -242,9 +243,11 @@ def compensate_where_needed(contours: list[CutContour], scrap: Scrap) -> tuple[l
     own = [c for c in made if c.rules.compensation != "controller"]
     if not own:
         return made, []
-    words = "1 contour is" if len(own) == 1 else f"{len(own)} contours are"
-    words += f" compensated by the program for a kerf of {scrap.rules.kerf:g} mm: no room for a controller's lead-in, "
-    words += "or a concave arc that is too tight for it"
+    words = Message("1 contour is") if len(own) == 1 else Message("{} contours are", len(own))
+    words += Message(
+        " compensated by the program for a kerf of {:g} mm: no room for a controller's lead-in, ", scrap.rules.kerf
+    )
+    words += Message("or a concave arc that is too tight for it")
     return made, [Issue("L626", words, names_of(own), Severity.NOTE)]
 
 

@@ -56,7 +56,7 @@ class HeadRoutes:
         unknown = "; the nozzle diameter is unknown (nozzle_diameter in the machine's profile), so only the head's "
         unknown = "" if self.radius > 0.0 else f"{unknown}centre is checked"
         if not (self.crossing or self.close):
-            words = f"the head stays down between cuts: {detours}, none crosses such a part{unknown}"
+            words = Message("the head stays down between cuts: {}, none crosses such a part{}", detours, unknown)
             return Issue("L623", words, "", Severity.NOTE)
         first = min((*self.crossing, *self.close))
         x, y = cuts[min(first, len(cuts) - 1)].path.start
@@ -67,10 +67,13 @@ class HeadRoutes:
         if close:
             more = count_of(close, "more travel move") if crossing else f"{close} of {self.moves} travel moves"
             over.append(f"a nozzle of {2.0 * self.radius:g} mm passes over detached parts on {more}")
-        words = (
-            f"the head stays down between cuts, and {' and '.join(over)}; detached parts may tip up "
-            f"({detours}){unknown}: "
-            "hold them with --micro-joints, or watch them"
+        words = Message(
+            "the head stays down between cuts, and {}; detached parts may tip up "
+            "({}){}: "
+            "hold them with --micro-joints, or watch them",
+            " and ".join(over),
+            detours,
+            unknown,
         )
         return Issue("L623", words, Message("the first on the move to ({:.4g}, {:.4g})", x, y))
 

@@ -68,8 +68,8 @@ def with_slot_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
     wider = [place for width, place in widths if abs(width - kerf) > ROUNDING]
     places = ", ".join(f"({x:.6g}, {y:.6g})" for x, y in wider[:3]) + (" …" if len(wider) > 3 else "")
     many = "a slot is" if len(wider) == 1 else f"{len(wider)} slots are"
-    words = (
-        f"{many} narrower than two kerfs and cut once along the centreline: {kerf:.4g} mm wide, not as wide as drawn"
+    words = Message(
+        "{} narrower than two kerfs and cut once along the centreline: {:.4g} mm wide, not as wide as drawn", many, kerf
     )
     return replace(sheet, contours=tuple(contours)), [Issue("L627", words, Message("at {}", places))] if wider else []
 
@@ -215,9 +215,12 @@ def _uncut_issue(one: Contour, hole: Any, pieces: list[Polyline], rules: CutRule
     ]
     x, y = one.path.start
     number = "1 of its pieces is" if len(pieces) == 1 else f"{len(pieces)} of its pieces are"
-    words = (
-        f"a hole of part {one.part} has a neck narrower than the kerf of {rules.kerf:.4g} mm: {number} cut, and "
-        f"{sum(rest.area for rest in left):.3g} mm² stay uncut"
+    words = Message(
+        "a hole of part {} has a neck narrower than the kerf of {:.4g} mm: {} cut, and {:.3g} mm² stay uncut",
+        one.part,
+        rules.kerf,
+        number,
+        sum(rest.area for rest in left),
     )
     outlines = tuple(Polyline.of_points(list(rest.exterior.coords)[:-1], closed=True) for rest in left)
     where = tuple((float(rest.centroid.x), float(rest.centroid.y)) for rest in left) or ((x, y),)

@@ -170,7 +170,7 @@ def _fixed_starts(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -
     rules, directions = contour.rules, contour.directions if contour.path.closed else (False, True)
     if "direction" in choice.fixed:
         if contour.path.closed != choice.direction.endswith("clockwise"):
-            words = "clockwise or counter-clockwise" if contour.path.closed else "forward or backward"
+            words = Message("clockwise or counter-clockwise") if contour.path.closed else Message("forward or backward")
             raise PlanError("{}: {} can run {}, not {}", plan.source, contour.name(), words, choice.direction)
         directions = (choice.direction in ("clockwise", "backward"),)
     if "start" in choice.fixed and choice.start is not None:

@@ -82,7 +82,11 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
     if not closed and not opened and not marks:
         layers = list(dict.fromkeys(printable(c.layer) for c in part.contours if c.layer))
         listed = ", ".join([*layers[:MOST_LAYERS], *(["…"] if len(layers) > MOST_LAYERS else [])])
-        hint = f"; its contours are on the layers {listed}: check --cut-layers, --ignore-layers" if layers else ""
+        hint = (
+            Message("; its contours are on the layers {}: check --cut-layers, --ignore-layers", listed)
+            if layers
+            else ""
+        )
         raise PlanError("{}: nothing is left to cut or mark{}", part.source or part.name, hint)
     contours = _nested_contours(closed, shapes, [*opened, *marks])
     _check_inside(contours, outline, holes)
@@ -206,7 +210,11 @@ def _sheet_edge_by_layer_name(maybe: list[Contour], cuts: list[Contour], marks: 
             return closed[k]
         if inside[: len(cuts)].any():
             beyond = [m for m, within in zip(others, inside, strict=True) if not within]
-            fact = f"not around {count_of(len(beyond), 'contour')}" if beyond else "is one of several paths"
+            fact = (
+                Message("not around {}", count_of(len(beyond), "contour"))
+                if beyond
+                else Message("is one of several paths")
+            )
             places = _places_text([m.path.start for m in (beyond or maybe)])
             layer = closed[k].layer
             raise PlanError(
@@ -280,7 +288,9 @@ def _without_duplicates(
         first = across[0]
         a, b = (_outline_text(closed[k]) for k in (first.first, first.second))
         layers = {closed[k].layer for c in across for k in (c.first, c.second)}
-        advice = "parts must lie apart" + (", or choose what is cut with --cut-layers" if len(layers) > 1 else "")
+        advice = Message("parts must lie apart") + (
+            Message(", or choose what is cut with --cut-layers") if len(layers) > 1 else ""
+        )
         where = _places_text([c.place for c in across])
         raise PlanError(
             "{} of overlapping outlines: {} and {}, {}; {}", count_of(len(across), "pair"), a, b, where, advice
@@ -439,8 +449,8 @@ def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: 
     beyond = [c for c in outer if not sheet.covers(shapely.LineString(c.path.flattened()))]
     if beyond:
         first = beyond[0]
-        what = f"part {first.part}" if first.part else first.kind
-        or_holes = " or in its holes" if holes else ""
+        what = Message("part {}", first.part) if first.part else first.kind
+        or_holes = Message(" or in its holes") if holes else ""
         raise PlanError(
             "{} beyond the edge of the sheet{}: {}, {}; move it or use a larger sheet",
             count_of(len(beyond), "contour"),
@@ -498,15 +508,17 @@ def _warn_of_frame(contours: Sequence[Contour], outline: Polyline | None, issues
     # A part may have a window with a smaller part in it; several such outlines are parts with holes.
     if alone or len({c.parent for c in rest if c.depth == 2}) > (1 if beyond else 0):
         what = "everything" if not beyond else Message("all but {}", count_of(beyond, "contour"))
-        message = f"one rectangle of {x1 - x0:g} × {y1 - y0:g} mm on layer {layer or '0'} lies around {what} and is "
-        message += "cut as a part; if it is the sheet, use --sheet-layers"
+        message = Message(
+            "one rectangle of {:g} × {:g} mm on layer {} lies around {} and is ", x1 - x0, y1 - y0, layer or "0", what
+        )
+        message += Message("cut as a part; if it is the sheet, use --sheet-layers")
         issues.append(Issue("L422", message))
 
 
 def _outline_text(made: Contour) -> str:
     x, y = made.path.start
     layer = f" on layer {made.layer}" if made.layer else ""
-    return f"the outline that starts at ({x:g}, {y:g}){layer}"
+    return Message("the outline that starts at ({:g}, {:g}){}", x, y, layer)
 
 
 def _open_path_text(made: Contour) -> str:
@@ -541,7 +553,7 @@ def without_excluded_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
     _check_empty(sheet, gone)
     places = {k: at for at, k in enumerate(k for k in range(len(sheet.contours)) if k not in gone)}
     kept = tuple(replace(sheet.contours[k], parent=places.get(sheet.contours[k].parent, -1)) for k in places)
-    number = "1 hole" if len(gone) == 1 else Message("{} holes", len(gone))
+    number = Message("1 hole") if len(gone) == 1 else Message("{} holes", len(gone))
     first = ", ".join(_start_of(sheet.contours[k]) for k in sorted(gone)[:3]) + (" …" if len(gone) > 3 else "")
     words = Message("{} outside the selected diameters left out", number)
     return replace(

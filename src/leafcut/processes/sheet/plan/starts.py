@@ -79,7 +79,7 @@ def find_starts(contours: list[CutContour], scrap: Scrap) -> list[CutStart]:
 
 
 def _refusal(stuck: list[CutContour], contours: list[CutContour], rules: CutRules) -> str:
-    names = "; ".join(c.name() for c in stuck[:3]) + (f" and {len(stuck) - 3} more" if len(stuck) > 3 else "")
+    names = "; ".join(c.name() for c in stuck[:3]) + (Message(" and {} more", len(stuck) - 3) if len(stuck) > 3 else "")
     if rules.edge_start:
         return Message(
             "the sheet is above the pierce capacity: cuts start at its edge, and no cut from there reaches "
@@ -87,11 +87,11 @@ def _refusal(stuck: list[CutContour], contours: list[CutContour], rules: CutRule
             names,
         )
     # The controller needs a lead to switch its compensation on.
-    instead = "--compensation geometry" if rules.compensation == "controller" else "--lead-in none"
+    instead = Message("--compensation geometry") if rules.compensation == "controller" else Message("--lead-in none")
     if not (rules.common_lines or rules.once) and any(_has_common_edge(one, contours) for one in stuck[:3]):
-        instead = "cut edges that lie a kerf apart once (--common-lines), nested by leafcut nest --blocks"
+        instead = Message("cut edges that lie a kerf apart once (--common-lines), nested by leafcut nest --blocks")
     if rules.common_lines:
-        instead = "nest the parts in blocks with room around them (leafcut nest --blocks)"
+        instead = Message("nest the parts in blocks with room around them (leafcut nest --blocks)")
     return Message(
         "no lead fits into the scrap at {}; give a shorter --lead-in-length, {}, or more room between the parts",
         names,

@@ -91,7 +91,13 @@ def _difference(
     row: int,
 ) -> Difference:
     column = int(np.flatnonzero(wrong[row])[0])
-    text = f"at {describe_motion(read[row])}: {_NAMES[column]} {states[row, column]:g} became {found[row, column]:g}"
+    text = Message(
+        "at {}: {} {:g} became {:g}",
+        describe_motion(read[row]),
+        _NAMES[column],
+        states[row, column],
+        found[row, column],
+    )
     return Difference("torch", 0, int(read.line[row]), text)
 
 

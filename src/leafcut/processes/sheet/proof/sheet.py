@@ -86,7 +86,13 @@ def uncut_contours(laid: MatchedRuns) -> list[Difference]:
         bare = gaps if len(gaps) > joints else [g for g in gaps if g.length > widest]
         if bare:
             x, y = bare[0].interpolate(0.5, normalized=True).coords[0]
-            text = f"{target.name} is not {what} all the way: {bare[0].length:.3f} mm are left at {position_text(x, y)}"
+            text = Message(
+                "{} is not {} all the way: {:.3f} mm are left at {}",
+                target.name,
+                what,
+                bare[0].length,
+                position_text(x, y),
+            )
             found.append(sheet_difference("not all the way", text, _line_of(laid.runs, claims)))
     return found
 

@@ -135,6 +135,6 @@ def direction_faults(laid: MatchedRuns) -> list[Difference]:
             continue
         if (asked == "clockwise") != claim.clockwise:
             actual = "clockwise" if claim.clockwise else "counter-clockwise"
-            text = f"{claim.target.name} is cut {actual}, not {asked}"
+            text = Message("{} is cut {}, not {}", claim.target.name, actual, asked)
             found.append(sheet_difference("direction", text, laid.runs[claim.run].line))
     return found

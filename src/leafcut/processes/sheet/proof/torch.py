@@ -164,7 +164,7 @@ def _height_faults(row: Motion, before: np.ndarray, lowest: float) -> list[Diffe
     height = min(row.end[2], float(before[2]) if not math.isnan(before[2]) else row.end[2])
     if not across or height >= lowest - _ROOM:
         return []
-    shown = "an unknown height" if math.isnan(height) else f"Z{height:.3f}"
+    shown = Message("an unknown height") if math.isnan(height) else f"Z{height:.3f}"
     text = Message("a rapid across the sheet at {}, below Z{:.3f}, to {}", shown, lowest, position_text(*row.end[:2]))
     return [Difference("rapid too low", 0, row.line, text)]
 
