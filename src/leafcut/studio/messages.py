@@ -67,8 +67,12 @@ class Messages:
         return self._matched(line.text if isinstance(line, Message) else line)
 
     def _template(self, template: str) -> str | None:
-        """Return the translation of a template; None if it is unknown. A template without words needs none."""
-        return self.table.get(template, None if _WORDS.search(template) else template)
+        """Return the translation of a template; None if it is unknown. A template without words needs none.
+
+        Joined messages are matched, because the table has some of them as a whole.
+        """
+        needs_words = _WORDS.search(template) or template == "{}{}"
+        return self.table.get(template, None if needs_words else template)
 
     def _match(self, line: str) -> str:
         return self._translated(line, 0, {}).text

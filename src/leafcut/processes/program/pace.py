@@ -311,11 +311,11 @@ class _PaceSteps:
         )
         raised = np.isfinite(speed) & loads.mills & (speed > loads.feed)
         if rules.feeds and raised.any() and rows_with_free_rounding(program.path, self.run.machine, math.inf).any():
-            message = Message("the program lets the controller round corners without a limit (G64 without P)")
-            issues = (
-                *issues,
-                Issue("L511", Message("{}: higher feeds round them more; give a tolerance such as G64 P0.01", message)),
+            message = (
+                "the program lets the controller round corners without a limit (G64 without P): higher feeds round "
+                "them more; give a tolerance such as G64 P0.01"
             )
+            issues = (*issues, Issue("L511", message))
         kept = self.unchanged_feed_notes(program, loads, pace, change, speed)
         return PacedProgram(text, new, change, (*issues, *kept, *_exceeded_limit_issues(change)))
 

@@ -268,8 +268,12 @@ def _merge_offers(job: Job, sequence: Sequence) -> list[Issue]:
     if not changes or job.settings.solve.keeps_order:
         return []
     seconds = changes * job.machine.tool_change_s
-    said = Message("--merge-tools would save {} tool change{}", changes, "s"[: changes != 1])
-    return [Issue("L506", said + (f", {seconds:.0f} s" if seconds else ""), severity=Severity.NOTE)]
+    said = Message("--merge-tools would save {} tool change", changes)
+    if changes > 1:
+        said = Message("--merge-tools would save {} tool changes", changes)
+    if seconds:
+        said = Message("{}, {:.0f} s", said, seconds)
+    return [Issue("L506", said, severity=Severity.NOTE)]
 
 
 def with_few_speed_changes(plan: Plan, order: Order) -> Order:

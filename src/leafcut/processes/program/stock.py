@@ -194,14 +194,16 @@ def _divided_moves(one: _Cuts, cell: float) -> StraightMoves:
 
 
 def _assumed_block(stated: StatedPart | None) -> list[Issue]:
-    words = Message("the stock was assumed: a full block around the cuts, with its top at Z0")
     if stated is None:
-        return [Issue("L510", Message("{}; give it with --workpiece", words), severity=Severity.NOTE)]
+        message = "the stock was assumed: a full block around the cuts, with its top at Z0; give it with --workpiece"
+        return [Issue("L510", message, severity=Severity.NOTE)]
     return [
         Issue(
             "L510",
             Message(
-                "{}, but the program was made for {}: give that file with --part to check rapids", words, stated.name
+                "the stock was assumed: a full block around the cuts, with its top at Z0, but the program was made for "
+                "{}: give that file with --part to check rapids",
+                stated.name,
             ),
         )
     ]

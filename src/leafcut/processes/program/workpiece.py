@@ -160,10 +160,21 @@ def tools_of(
     found, unknown = known_tools(program, settings, machine)
     for number, block in unknown.items():
         line = int(program.text_line[block])
-        how = Message("describe it in a comment, such as (T1 D=8. CR=0. - flat end mill)")
         if by_options:
-            how = Message("give a library that has it with --tools, or --tool-diameter for a flat mill")
-        raise OptionError("{}:{}: the shape of tool T{} is unknown; {}", source, line, number, how)
+            raise OptionError(
+                "{}:{}: the shape of tool T{} is unknown; give a library that has it with --tools, or --tool-diameter "
+                "for a flat mill",
+                source,
+                line,
+                number,
+            )
+        raise OptionError(
+            "{}:{}: the shape of tool T{} is unknown; describe it in a comment, such as "
+            "(T1 D=8. CR=0. - flat end mill)",
+            source,
+            line,
+            number,
+        )
     return found
 
 

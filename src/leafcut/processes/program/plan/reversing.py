@@ -37,7 +37,9 @@ def with_reversible(program: Program, sequence: Sequence, rows: Rows) -> Sequenc
         for item in sequence.items
     )
     count = sum(piece.reversible for item in items if isinstance(item, Section) for piece in item.pieces)
-    said = Message("{} cut{} can be reversed", count, "s"[: count != 1]) if count else Message("no cut can be reversed")
+    said = Message("{} cuts can be reversed", count)
+    if count < 2:
+        said = Message("{} cut can be reversed", count) if count else Message("no cut can be reversed")
     return replace(sequence, items=items, issues=(*sequence.issues, Issue("L504", said, severity=Severity.NOTE)))
 
 

@@ -367,23 +367,23 @@ def _merged_issue(several: _Several, own: list[Issue]) -> Issue:
 def _too_narrow(index: int, source: Contour, rules: CutRules) -> tuple[_Several, Issue]:
     x, y = source.path.start
     low_x, low_y, high_x, high_y = source.path.extents
-    size, kerf = f"{high_x - low_x:.4g} × {high_y - low_y:.4g} mm", f"{rules.kerf:.4g} mm"
+    size, kerf = f"{high_x - low_x:.4g} × {high_y - low_y:.4g} mm", f"{rules.kerf:.4g}"
     if min(high_x - low_x, high_y - low_y) < 2.0 * rules.kerf:
         words = Message(
-            "a hole of {} in part {} is narrower than two kerfs of {}, with no room for a pierce: not cut",
+            "a hole of {} in part {} is narrower than two kerfs of {} mm, with no room for a pierce: not cut",
             size,
             source.part,
             kerf,
         )
-        several = ("{} holes are narrower than two kerfs of {}, with no room for a pierce: not cut", kerf)
+        several = ("{} holes are narrower than two kerfs of {} mm, with no room for a pierce: not cut", kerf)
     else:
         words = Message(
-            "a hole of {} in part {} has a neck narrower than the kerf of {}, or no room for a pierce: not cut",
+            "a hole of {} in part {} has a neck narrower than the kerf of {} mm, or no room for a pierce: not cut",
             size,
             source.part,
             kerf,
         )
-        several = ("{} holes have a neck narrower than the kerf of {}, or no room for a pierce: not cut", kerf)
+        several = ("{} holes have a neck narrower than the kerf of {} mm, or no room for a pierce: not cut", kerf)
     work = MissingWork("hole", 1, ((x, y),), (source.path,))
     return _contour_issue("L611", words, several, _contour_place(index, source, x, y), work)
 

@@ -243,11 +243,18 @@ def compensate_where_needed(contours: list[CutContour], scrap: Scrap) -> tuple[l
     own = [c for c in made if c.rules.compensation != "controller"]
     if not own:
         return made, []
-    words = Message("1 contour is") if len(own) == 1 else Message("{} contours are", len(own))
-    words += Message(
-        " compensated by the program for a kerf of {:g} mm: no room for a controller's lead-in, ", scrap.rules.kerf
+    words = Message(
+        "{} contours are compensated by the program for a kerf of {:g} mm: no room for a controller's lead-in, or a "
+        "concave arc that is too tight for it",
+        len(own),
+        scrap.rules.kerf,
     )
-    words += Message("or a concave arc that is too tight for it")
+    if len(own) == 1:
+        words = Message(
+            "1 contour is compensated by the program for a kerf of {:g} mm: no room for a controller's lead-in, or a "
+            "concave arc that is too tight for it",
+            scrap.rules.kerf,
+        )
     return made, [Issue("L626", words, names_of(own), Severity.NOTE)]
 
 

@@ -507,11 +507,15 @@ def _warn_of_frame(contours: Sequence[Contour], outline: Polyline | None, issues
         return
     # A part may have a window with a smaller part in it; several such outlines are parts with holes.
     if alone or len({c.parent for c in rest if c.depth == 2}) > (1 if beyond else 0):
-        what = "everything" if not beyond else Message("all but {}", count_of(beyond, "contour"))
+        what = Message("everything") if not beyond else Message("all but {}", count_of(beyond, "contour"))
         message = Message(
-            "one rectangle of {:g} × {:g} mm on layer {} lies around {} and is ", x1 - x0, y1 - y0, layer or "0", what
+            "one rectangle of {:g} × {:g} mm on layer {} lies around {} and is cut as a part; if it is the sheet, use "
+            "--sheet-layers",
+            x1 - x0,
+            y1 - y0,
+            layer or "0",
+            what,
         )
-        message += Message("cut as a part; if it is the sheet, use --sheet-layers")
         issues.append(Issue("L422", message))
 
 
