@@ -61,6 +61,17 @@ def test_values_of_a_message_are_translated_only_if_they_are_messages_too() -> N
     assert spanish.translate(message) == "un agujero no es x 'a hole'"
 
 
+def test_a_message_with_an_unknown_template_is_matched_as_a_whole() -> None:
+    spanish = Messages(
+        {"{}: {}": "{}: {}", "no room for {}": "no hay sitio para {}", "the {} holes": "los {} agujeros"}
+    )
+    assert (
+        spanish.translate(Message("no room for {}", Message("the {} {}", 3, "holes")))
+        == "no hay sitio para los 3 agujeros"
+    )
+    assert spanish.translate(Message("no {} for {}", "room", "x")) == "no hay sitio para x"
+
+
 def test_quoted_input_is_not_translated() -> None:
     made = Messages({"'{}' is no {}": "'{}' no es {}", "a hole": "un agujero"})
     assert made.translate("'a thing' is no a hole") == "'a thing' no es un agujero"

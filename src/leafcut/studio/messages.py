@@ -16,6 +16,8 @@ _DEEPEST = 6
 #: Maximum number of positions at which a line is split.
 _MAX_PARTS = 8
 _GAP = "{}"
+#: Template of joined messages. The table has some of them as a whole.
+_JOINED = "{}{}"
 #: Separators between the parts of a message: file and problem, problem and advice, remark.
 _BETWEEN = re.compile(r"; |: | \(")
 _WORD = re.compile(r"\w+")
@@ -57,22 +59,26 @@ class Messages:
         self._matched = lru_cache(maxsize=4096)(self._match)
 
     def translate(self, line: str) -> str:
-        """Return a message in the language of the table; an unknown text remains English."""
-        if isinstance(line, Message) and (translation := self._template(line.template)) is not None:
-            values = (
-                value if quoted and not isinstance(value, Message) else self.translate(value)
-                for value, quoted in zip(line.values, quoted_gaps(line.template), strict=True)
-            )
-            return translation.format(*values)
-        return self._matched(line.text if isinstance(line, Message) else line)
+        """Return a message in the language of the table; an unknown text remains English.
 
-    def _template(self, template: str) -> str | None:
-        """Return the translation of a template; None if it is unknown. A template without words needs none.
-
-        Joined messages are matched, because the table has some of them as a whole.
+        A text without templates, or with a template that the table lacks, is matched with all templates.
         """
-        needs_words = _WORDS.search(template) or template == "{}{}"
-        return self.table.get(template, None if needs_words else template)
+        if isinstance(line, Message):
+            return self._filled(line) if self._knows(line) else self._matched(line.text)
+        return self._matched(line)
+
+    def _filled(self, message: Message) -> str:
+        values = (
+            value if quoted and not isinstance(value, Message) else self.translate(value)
+            for value, quoted in zip(message.values, quoted_gaps(message.template), strict=True)
+        )
+        return self.table.get(message.template, message.template).format(*values)
+
+    def _knows(self, message: Message) -> bool:
+        """Return whether the table has all templates of a message; a template without words needs no translation."""
+        if message.template not in self.table and (_WORDS.search(message.template) or message.template == _JOINED):
+            return False
+        return all(self._knows(value) for value in message.values if isinstance(value, Message))
 
     def _match(self, line: str) -> str:
         return self._translated(line, 0, {}).text
