@@ -171,8 +171,8 @@ class ToolChooser:
             yield Issue(
                 "L401",
                 Message(
-                    "{} is assumed, with {:.6g} mm/min at {:.0f} rpm{}: load it under this number, and check these values, "
-                    "or give --tools{}",
+                    "{} is assumed, with {:.6g} mm/min at {:.0f} rpm{}: load it under this number, and check these "
+                    "values, or give --tools{}",
                     tool.label,
                     tool.feed * 60,
                     tool.spindle_rpm,
