@@ -206,14 +206,12 @@ class PocketReport(PathReport[PocketDetail]):
         return facts
 
     def _uncut_words(self, m: PocketMeasures) -> str:
-        """Return the uncut area as a part of the reachable area, and the area that issue L701 reports as not cut."""
+        """Return the uncut area as a part of the reachable area; issue L701 reports the area out of reach as not cut."""
         area, whole = area_words(m.uncovered_mm2), area_words(m.reachable_mm2)
         if all(issue.code != "L701" for issue in self.outcome.issues):
             return translatable("{area} of {whole}", area=area, whole=whole)
-        plans = self.outcome.detail.plans
-        drawn = sum(plan.pocket.region(plan.rules.tolerance).area for plan in plans)
-        words = "{area} of the {whole} that the tool reaches; it does not reach the other {rest}"
-        return translatable(words, area=area, whole=whole, rest=area_words(max(drawn - m.reachable_mm2, 0.0)))
+        words = "{area} of the {whole} that the tool reaches; the rest is stated as not cut"
+        return translatable(words, area=area, whole=whole)
 
     def _tool_facts(self) -> list[Fact]:
         plans, tool = self.outcome.detail.plans, self.outcome.operations[0].tool
