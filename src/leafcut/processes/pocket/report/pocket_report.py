@@ -206,7 +206,7 @@ class PocketReport(PathReport[PocketDetail]):
         return facts
 
     def _uncut_words(self, m: PocketMeasures) -> str:
-        """Return the uncut area as a part of the reachable area; issue L701 reports the area out of reach as not cut."""
+        """Return the uncut area as a part of the reachable area; issue L701 reports the area out of reach."""
         area, whole = area_words(m.uncovered_mm2), area_words(m.reachable_mm2)
         if all(issue.code != "L701" for issue in self.outcome.issues):
             return translatable("{area} of {whole}", area=area, whole=whole)
