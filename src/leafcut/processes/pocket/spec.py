@@ -149,7 +149,7 @@ def _assumed_number(options: PocketOptions, mill: Tool | None, tool: Tool) -> li
     """Return a note if neither the tool library nor an option states the number of the end mill."""
     if mill is not None or options.tool_number is not None:
         return []
-    words = f"{tool.label} is assumed: load it under this number, or give --tool-number"
+    words = Message("{} is assumed: load it under this number, or give --tool-number", tool.label)
     return [Issue("L401", words, severity=Severity.NOTE)]
 
 
