@@ -77,6 +77,16 @@ def test_a_shortened_message_has_shortened_values() -> None:
     assert shortened.template.format(*shortened.values) == shortened
 
 
+def test_a_message_with_literal_braces_can_be_shortened() -> None:
+    message = Message(
+        "row {}: {{'operation': number, 'holes': [numbers]}} was expected, but '{}' was found", 1, "x" * 80
+    )
+    shortened = shorten_message(message)
+    assert shortened == shorten_message(message.text)
+    assert isinstance(shortened, Message)
+    assert shortened.values[0] == "1"
+
+
 def test_a_function_is_applied_to_plain_texts_and_to_all_values() -> None:
     assert map_text("a", str.upper) == "A"
     mapped = Message("the {} '{}'", Message("hole {}", "b"), "c").map(lambda text: text.replace("b", "B"))

@@ -83,8 +83,8 @@ def map_text(text: str, function: Callable[[str], str]) -> str:
 @cache
 def quoted_gaps(template: str) -> tuple[bool, ...]:
     """Return for each gap of a template whether it is in single quotes, and so contains a user's own text."""
-    parts = list(Formatter().parse(f"{template} "))
-    return tuple(a[0].endswith("'") and b[0].startswith("'") for a, b in pairwise(parts))
+    parts = template.replace("{{", "").replace("}}", "").split(GAP)
+    return tuple(before.endswith("'") and after.startswith("'") for before, after in pairwise(parts))
 
 
 @cache

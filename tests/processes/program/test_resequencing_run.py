@@ -157,7 +157,7 @@ def spoilt_second_section(monkeypatch: pytest.MonkeyPatch, error: PostError | No
     monkeypatch.setattr(rewriter, "rewrite", wrong)
 
 
-@pytest.mark.parametrize("error", [None, PostError("no words for it", 1)])
+@pytest.mark.parametrize("error", [None, PostError("no words for it", section=1)])
 def test_a_section_that_cannot_be_written_or_proved_keeps_its_own_order(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: PostError | None
 ) -> None:

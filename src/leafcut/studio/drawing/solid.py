@@ -2,7 +2,8 @@
 
 A scene (`studio.drawing.scene`) of the kind ``solid``. Its header has
 
-- ``refused``: why the stock cannot be shown; the header then has no other key;
+- ``refused``: why the stock cannot be shown; the header then has no other key, except ``message``, the same text with
+  its template and values;
 - ``origin``: x and y, mm, subtracted from all positions;
 - ``grid``: ``x`` and ``y`` of the middle of the first cell and ``cell``, its side, mm; ``rows`` and ``columns``;
 - ``of``: number of rows of the toolpath's scene;
@@ -111,7 +112,8 @@ def _shown_run(path: Toolpath, machine: Machine, stock: ShownStock, measured: Me
 
 
 def _refusal(problem: LeafcutError) -> bytes:
-    return pack_scene({**_HEAD, "refused": messages_to_json(replace_unprintable(str(problem)))}, {})
+    message = replace_unprintable(str(problem))
+    return pack_scene({**_HEAD, "refused": message, "message": messages_to_json(message)}, {})
 
 
 def _scenes(first: _ShownRun, second: _ShownRun) -> tuple[bytes, bytes]:
@@ -146,7 +148,9 @@ def translate_refusal(scene: bytes, say: Callable[[str], str]) -> bytes:
     """Return the scene; if it contains a reason why no stock is shown, translate the reason with `say`."""
     size = int.from_bytes(scene[8:12], "little")
     header = messages_from_json(scene[16 : 16 + size])
-    return pack_scene({**_HEAD, "refused": say(header["refused"])}, {}) if header["refused"] else scene
+    # Scenes of leafcut 0.2 have no template.
+    message = header.get("message", header["refused"])
+    return pack_scene({**_HEAD, "refused": say(message)}, {}) if message else scene
 
 
 _HEAD: dict[str, Any] = {"kind": "solid", "name": "solid", "origin": [0.0, 0.0], "extents": None, "refused": ""}
