@@ -75,14 +75,14 @@ class KlartextWriter(Writer):
 
     # -- moves -------------------------------------------------------------------------------------------------------
 
-    def _rapid(self, row: Motion) -> None:
+    def _rapid_move(self, row: Motion) -> None:
         sideways = self._is_changed(row.end[0], 0) or self._is_changed(row.end[1], 1)
         if not self.safe and (sideways or math.isnan(row.end[2])):
             raise PostError("at the start, and after a change of tool, the first move must be in Z only")
         self.out.write("L", *self._axes(row, only_z=not self.safe), "R0", "FMAX")
         self._track_position(row)
 
-    def _feed(self, row: Motion) -> None:
+    def _feed_move(self, row: Motion) -> None:
         self._check_cutting(row)
         self.out.write("L", *self._axes(row), "R0", "F" + self.numbers.feed(row.value))
         self._track_position(row)

@@ -89,8 +89,8 @@ class Writer:
 
     def _writers(self) -> dict[Kind, Callable[[Motion], None]]:
         return {
-            Kind.RAPID: self._rapid,
-            Kind.FEED: self._feed,
+            Kind.RAPID: self._rapid_move,
+            Kind.FEED: self._feed_move,
             Kind.ARC_CW: self._arc,
             Kind.ARC_CCW: self._arc,
             Kind.DRILL: self._drill,
@@ -129,7 +129,7 @@ class Writer:
 
     # -- moves -------------------------------------------------------------------------------------------------------
 
-    def _rapid(self, row: Motion) -> None:
+    def _rapid_move(self, row: Motion) -> None:
         sideways = self._is_changed(row.end[0], 0) or self._is_changed(row.end[1], 1)
         z = row.end[2]
         if not self.safe and (sideways or math.isnan(z)):
@@ -152,7 +152,7 @@ class Writer:
             return ""
         return self.out.modal("F", "F" + self.numbers.feed(self.rapid_velocity))
 
-    def _feed(self, row: Motion) -> None:
+    def _feed_move(self, row: Motion) -> None:
         self._check_cutting(row)
         self.out.write(self.out.modal("motion", "G1"), *self._axes(row), self._feed_word(row))
         self._track_position(row)
@@ -335,7 +335,7 @@ class Writer:
                 end = (current[0] if math.isnan(x) else x, current[1] if math.isnan(y) else y, z)
                 if step.kind is Kind.RAPID and end == tuple(current):
                     continue
-                (self._rapid if step.kind is Kind.RAPID else self._feed)(step._replace(end=end))
+                (self._rapid_move if step.kind is Kind.RAPID else self._feed_move)(step._replace(end=end))
 
     def _leave_cycle(self) -> None:
         if self.cycle is not None:

@@ -76,7 +76,7 @@ class Frame:
         return placed
 
     @property
-    def origin(self) -> tuple[float, float]:
+    def upper_left(self) -> tuple[float, float]:
         """Upper left corner of the window in the drawing, user units."""
         return (self.left, _TOP)
 
@@ -86,7 +86,7 @@ class Frame:
         `inside` are elements in user units relative to the window, `window` is the id of the clip path, and `kind` is
         the CSS class. With `size`, the SVG states its width and height, as a separate file needs them.
         """
-        (width, height), (x, y) = self.size, self.origin
+        (width, height), (x, y) = self.size, self.upper_left
         edge = element("rect", x=0.0, y=0.0, width=self.width, height=self.height)
         return element(
             "svg",
@@ -106,7 +106,7 @@ class Frame:
         """Return the edge of the frame, ticks in mm on the left and below, and a scale bar."""
         step = nice_step(max(self.high[0] - self.low[0], self.high[1] - self.low[1]), 6)
         marks, numbers = [], []
-        x0, y0 = self.origin
+        x0, y0 = self.upper_left
         bottom = y0 + self.height
         for value in ticks(self.low[0], self.high[0], step):
             x = x0 + (value - self.low[0]) * self.scale

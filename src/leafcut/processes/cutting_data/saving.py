@@ -30,15 +30,15 @@ def library_text(data: CuttingData, settings: Settings, file: str | Path) -> str
     chosen = {front.tool.number: front.best for front in data.tools}
     library = settings.job.tools
     if library is not None and library.suffix.lower() == ".toml":
-        return _updated_library(library, chosen)
+        return _updated_library_text(library, chosen)
     tools = [front.tool for front in data.tools]
     full_library = library_of(settings, data.machine)
     if full_library is not None:
         tools = list(full_library.tools)
-    return _new_library(tools, chosen)
+    return _new_library_text(tools, chosen)
 
 
-def _updated_library(library: Path, chosen: dict[int, CuttingPoint]) -> str:
+def _updated_library_text(library: Path, chosen: dict[int, CuttingPoint]) -> str:
     import tomlkit
 
     document = tomlkit.parse(library.read_text(encoding="utf-8-sig"))
@@ -51,7 +51,7 @@ def _updated_library(library: Path, chosen: dict[int, CuttingPoint]) -> str:
     return tomlkit.dumps(document)
 
 
-def _new_library(tools: list[Tool], chosen: dict[int, CuttingPoint]) -> str:
+def _new_library_text(tools: list[Tool], chosen: dict[int, CuttingPoint]) -> str:
     import tomlkit
 
     document, rows = tomlkit.document(), tomlkit.aot()

@@ -123,9 +123,9 @@ class _TorchWriter(Writer):
 
     # -- moves -------------------------------------------------------------------------------------------------------
 
-    def _feed(self, row: Motion) -> None:
+    def _feed_move(self, row: Motion) -> None:
         self._set_feed_share(row)
-        super()._feed(row)
+        super()._feed_move(row)
 
     def _arc(self, row: Motion) -> None:
         self._set_feed_share(row)

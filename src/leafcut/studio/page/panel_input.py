@@ -328,7 +328,7 @@ class InputPanel:
         if read_again and not await self.read(work):
             return
         if work == "nest":
-            self.parts.adopt()
+            self.parts.add_open_drawing()
             self.view.leave_unsuitable_machine()  # a nest has no machine
         self.draw()
 

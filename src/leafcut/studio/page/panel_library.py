@@ -88,7 +88,7 @@ class LibraryPanel:
             else library.shipped_text(self.kind, self.chosen)
         )
 
-    def _as_shown(self) -> bool:
+    def _ensure_current(self) -> bool:
         """Return whether this page shows the current text. If not, show the current text with a message."""
         try:
             self._read()
@@ -204,7 +204,7 @@ class LibraryPanel:
             self._pick(self.array, max(self.entry - 1, 0))
 
     def _edit(self, change: Callable[[str], str]) -> bool:
-        if not self._as_shown():
+        if not self._ensure_current():
             return False
         try:
             self._change(change(self.now))
@@ -227,7 +227,7 @@ class LibraryPanel:
         self._check()
 
     def _typed(self, words: str) -> None:
-        if self._as_shown():
+        if self._ensure_current():
             self._change(words)
             self._check()
 
@@ -236,7 +236,7 @@ class LibraryPanel:
         self.drafts[self.chosen] = words
 
     def _discard(self) -> None:
-        if not self._as_shown():
+        if not self._ensure_current():
             return
         self.drafts.pop(self.chosen, None)
         self.draw()
@@ -282,7 +282,7 @@ class LibraryPanel:
         return profile_form.rename_profile(words, shown, name) if self.kind == "machines" else words
 
     def _save(self, name: str) -> None:
-        if not self._as_shown():
+        if not self._ensure_current():
             return
         shown, name = self.chosen, name.strip()
         if name != shown and name in self.view.studio.folder.own_names(self.kind) and name != self._asked:

@@ -104,7 +104,7 @@ class PartsPanel:
                         return part.input
         return ""
 
-    def adopt(self) -> None:
+    def add_open_drawing(self) -> None:
         """Add the open drawing as the first part."""
         view = self.view
         known = {part.input for part in view.parts}
