@@ -281,7 +281,7 @@ class InterpreterState(Modal):
 
     def set_length(self, register: int) -> None:
         """Select the tool length offset of a register; 0 cancels it. A different register, or the same one after a
-        change of tool or table, moves the Z origin by an unknown amount, except in leafcut's own programs.
+        change of the tool or the tool table, moves the Z origin by an unknown amount, except in leafcut's own programs.
         """
         self.offset_on = register != 0
         since, self.length_row = self.length_row, len(self.path)

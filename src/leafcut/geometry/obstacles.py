@@ -244,9 +244,9 @@ class ObstacleMap:
     def _shortest(
         self, nodes: Sequence[_Nodes], standing: set[int], radius: float, seen: set[int]
     ) -> tuple[list[Point] | None, set[int]]:
-        """Return the shortest path from the first node to the second along lines that no standing obstacle blocks.
+        """Return the shortest path from the first node to the second along lines that no remaining obstacle blocks.
 
-        Without such a path, return None and the standing polygons that block lines.
+        If there is no such path, return None and the remaining polygons that block lines.
         """
         places = np.concatenate([of for _, of in nodes])
         length = np.hypot(*(places[:, None] - places[None, :]).transpose(2, 0, 1))

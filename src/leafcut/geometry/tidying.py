@@ -91,7 +91,7 @@ def _source_strokes(joined: Joined, pieces: Sequence[tuple[Polyline, int]], loos
 
 
 def polygons(paths: Sequence[Polyline]) -> Any:
-    """Return shapely polygons of closed paths, arcs in chords.
+    """Return closed paths as shapely polygons, with arcs approximated by chords.
 
     Raises
     ------

@@ -103,7 +103,7 @@ def plunge_feed(limits: FeedLimits, feed: float) -> float:
 
 
 def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> float:
-    """Return the feed of a ramp or a helix with a slope up to `angle`, rad, mm/s: `feed`, reduced to the power limit.
+    """Return the feed, mm/s, of a ramp or helix with a slope of up to `angle`, rad: `feed`, reduced to the power limit.
 
     The full feed is assumed to be horizontal, as on a flat ramp.
     """

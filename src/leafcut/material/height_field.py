@@ -80,9 +80,7 @@ class HeightField:
         return HeightField(self.heights.copy(), self.x, self.y, self.cell, self.floor)
 
     def contains(self, ends: Floats, margins: Floats) -> NDArray[np.bool_]:
-        """Return a mask of the moves, float64[m, 6], that stay within the cells together with a margin around
-        them, mm.
-        """
+        """Return a mask of the moves, float64[m, 6], that stay inside the cells by at least their margins, mm."""
         half = 0.5 * self.cell
         inside = np.ones(len(ends), dtype=np.bool_)
         for axis, first, count in ((0, self.x, self.heights.shape[1]), (1, self.y, self.heights.shape[0])):

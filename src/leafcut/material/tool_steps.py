@@ -1,4 +1,4 @@
-"""The path of a tool in a pocket in small steps, to measure engagement and step-over, and for pictures."""
+"""A tool's path through a pocket, sampled in small steps to measure engagement and step-over and to draw it."""
 
 from __future__ import annotations
 

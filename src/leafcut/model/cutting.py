@@ -175,7 +175,7 @@ class Cut:
     lead_in, lead_out
         Positions along the path at which the lead-in ends and the lead-out (or the overcut) starts, mm.
     torch_off_at
-        Position at which the torch is switched off while the head moves on, mm; otherwise the length of the path.
+        Position at which the torch is switched off while the head moves on, mm; the length of the path if it stays on.
     joints
         Micro-joints as pairs (from, to), mm along the path: the torch is off, so the part stays attached.
     speeds

@@ -19,7 +19,7 @@ class Measure:
     start
         Position before the first move, (x, y) in mm, if the time includes the move from there.
     lines
-        Numbers of bytes and words of the sent lines, int64[n] each, if the time depends on them (GRBL).
+        Byte and word counts of the sent lines, int64[n] each, if the time depends on them (GRBL).
     """
 
     travel_mm: float

@@ -330,7 +330,7 @@ class _CutOptions1(TypedDict, total=False):
     chains: bool | None
     """Cut neighbouring outlines as a chain, with one pierce and bridges through the scrap, if that is faster."""
     common_lines: bool | None
-    """Common-line cutting: separate edges that are one kerf apart by a single cut."""
+    """Common-line cutting: make a single cut between edges that are one kerf apart."""
     heat_distance: Quantity | None
     """Minimum distance between consecutive starts (mm)."""
     sweep: Literal["free", "x", "y", "-x", "-y", None]
@@ -520,7 +520,7 @@ class _AcoOptions1(TypedDict, total=False):
     (partners), or in threads of a CUDA GPU, not with acs (gpu) (default: threads).
     """
     n_processes: int | None
-    """Number of worker processes; changes the result with --parallel exchange and partners (default: 2)."""
+    """Number of worker processes; changes the result with --parallel exchange or --parallel partners (default: 2)."""
     greedy_probability: float | None
     """Probability of taking the best edge (q₀ of acs) (default: 0.9)."""
 

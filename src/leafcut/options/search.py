@@ -183,7 +183,7 @@ class AcoOptions(OptionGroup):
     n_processes: int = option(
         "whole",
         2,
-        "number of worker processes; changes the result with --parallel exchange and partners",
+        "number of worker processes; changes the result with --parallel exchange or --parallel partners",
         minimum=1,
         maximum=256,
         needs=(_ANTS, when_one_of("parallel", "processes", "exchange", "partners")),

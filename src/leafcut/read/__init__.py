@@ -38,8 +38,8 @@ def read_contours(source: Input, options: ReadOptions | None = None, on_progress
     Raises
     ------
     ReadError
-        The file cannot be read, contains no contours, or its format has none; with `options.strict`, also if anything
-        was skipped or repaired.
+        The file cannot be read, or contains no contours; with `options.strict`, also if anything was skipped or
+        repaired.
     """
     options = options or ReadOptions()
     format_, loaded = read_source(source, on_progress)

@@ -95,7 +95,7 @@ def read_dxf_pockets(
 ) -> Part:
     """Return the outlines of a DXF drawing as pockets with islands, in mm.
 
-    Raises like `read_dxf_contours` and `pockets_of_drawing`.
+    Raises the errors of `read_dxf_contours` and `pockets_of_drawing`.
     """
     from leafcut.read.pocket_outlines import pockets_of_drawing  # start-up
 

@@ -131,9 +131,7 @@ class PathReport(Generic[D]):
     # -- tables ------------------------------------------------------------------------------------------------------
 
     def table(self) -> list[tuple[tuple[str, ...], bool]]:
-        """Return the rows of the summary's table, titles first, each with its cells and a flag for the written
-        order.
-        """
+        """Return the rows of the summary's table, titles first: cells, and whether it is the order of the program."""
         rows = views.order_cards(self.outcome, self.orders())
         cells = [
             (

@@ -84,7 +84,7 @@ class SendJob:
 
     @cached_property
     def seconds(self) -> tuple[Floats, Floats]:
-        """Seconds per line at feed, and in all other lines: two float64[lines + 1], indexed by line number."""
+        """Seconds of feed moves, and all other seconds, of each line: float64[lines + 1] each, by line number."""
         from leafcut.timing.grbl import sent_lines
         from leafcut.timing.toolpath import time_rows
 

@@ -92,7 +92,7 @@ def _requested_flags(run: Job) -> list[str]:
 
 
 def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
-    """Return a program with the requested heights and speeds, where they save time and can be proved.
+    """Return a program with the requested heights and speeds, where they save time and can be proved safe.
 
     The new program has to leave the same stock as the original.
 
@@ -217,7 +217,7 @@ class _PaceSteps:
 
     def lower_retracts(self, found: PacedProgram) -> PacedProgram:
         """Return the program with lower retracts, cycle returns and R planes; unchanged if no lower height can be
-        proved.
+        proved safe.
         """
         from leafcut.processes.program.plan.heights import HeightLowering
         from leafcut.processes.program.post.pace_writer import with_heights, with_returns

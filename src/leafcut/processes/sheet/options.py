@@ -134,7 +134,7 @@ class CutOptions(OptionGroup):
     common_lines: bool = option(
         "flag",
         False,
-        "common-line cutting: separate edges that are one kerf apart by a single cut",
+        "common-line cutting: make a single cut between edges that are one kerf apart",
     )
     heat_distance: float = option("quantity", 0.0, "minimum distance between consecutive starts", unit="mm", minimum=0)
     sweep: str = option(

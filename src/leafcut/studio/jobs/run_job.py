@@ -48,7 +48,7 @@ _MAX_SEARCHES = 50
 
 @dataclass(frozen=True)
 class JobResult:
-    """The result of a job: its ``--json`` answer, figures for lists, and files."""
+    """The result of a job: its ``--json`` answer, the figures that lists of jobs show, and its files."""
 
     answer: dict[str, Any]
     figures: dict[str, Any]

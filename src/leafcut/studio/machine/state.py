@@ -31,7 +31,7 @@ class MachineTask(StrEnum):
 
 @dataclass(frozen=True)
 class MachineQuestion:
-    """A question to the user during a program. `said` lists the controller's answers to manual actions meanwhile."""
+    """A question to the user while a program runs. `said` lists the controller's replies to manual actions."""
 
     kind: str
     words: str

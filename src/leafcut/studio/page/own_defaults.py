@@ -19,7 +19,7 @@ from leafcut.studio.jobs.task import OWN_KINDS
 
 @dataclass(frozen=True)
 class OwnDefaults:
-    """The content of the defaults file in the format of a form.
+    """The content of the defaults file, as values of a form.
 
     Attributes
     ----------

@@ -1,4 +1,5 @@
-"""The Lab view: published experiments, and experiments on the open part, with start, progress and report."""
+"""The Lab view: published experiments, and experiments on the open part. Users start them, follow the runs and read
+the reports."""
 
 from __future__ import annotations
 

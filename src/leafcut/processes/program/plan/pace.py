@@ -351,7 +351,7 @@ def _clear_intervals(clear: NDArray[np.bool_]) -> list[tuple[float, float]]:
 
 
 def _leaves_freely(pieces: StraightMoves, tools: Mapping[int, Tool]) -> NDArray[np.bool_]:
-    """Return a mask of the moves whose tool may retract at any speed, as in drilling cycles."""
+    """Return a mask of the moves of tools that may retract at any speed, as in drilling cycles."""
     slow = [number for number, tool in tools.items() if tool.kind in _FED_OUT]
     return ~np.isin(pieces.tool, slow)
 

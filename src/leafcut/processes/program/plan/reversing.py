@@ -30,7 +30,7 @@ _BACK = -0.866
 
 
 def with_reversible(program: Program, sequence: Sequence, rows: Rows) -> Sequence:
-    """Mark the reversible cuts of a sequence, and add a note with their number."""
+    """Mark the reversible cuts of a sequence, and add a note that says how many there are."""
     finder = _ReversalFinder(program, rows, sequence.process)
     items = tuple(
         replace(item, pieces=tuple(map(finder.mark_reversible, item.pieces))) if isinstance(item, Section) else item

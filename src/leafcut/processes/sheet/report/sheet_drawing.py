@@ -51,8 +51,8 @@ _AT_ITS_END = 12.0
 class SheetScene:
     """Data shared by all drawings of a sheet.
 
-    `every` is the interval of the numbered cuts. If `many`, rapids are coloured from first to last. `kerf` is the drawn
-    width of the kerf, user units; `true_kerf` is whether that width is to scale.
+    `every` is the interval between numbered cuts. If `many`, rapids are coloured from first to last. `kerf` is the
+    drawn width of the kerf, user units; `true_kerf` tells whether that width is to scale.
     """
 
     frame: Frame
