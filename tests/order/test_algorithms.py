@@ -88,6 +88,13 @@ class Stopped(Toy):
         return SearchResult(run.best.tour)
 
 
+class StoppedTwice(Stopped):
+    """Is ended by Ctrl-C after it has offered a tour that visits a node twice."""
+
+    def tour(self, instance: Instance) -> Any:
+        return np.maximum(np.arange(instance.n, dtype=np.int32), instance.n == 30)
+
+
 class Telling(Toy):
     """Reports its progress."""
 
@@ -103,7 +110,7 @@ class Untitled(Toy):
     title = None  # type: ignore[assignment]
 
 
-HERE = (Toy, Short, Twice, Nothing, Torn, Crashing, Boasting, Stopped, Telling, Untitled)
+HERE = (Toy, Short, Twice, Nothing, Torn, Crashing, Boasting, Stopped, StoppedTwice, Telling, Untitled)
 
 
 @pytest.fixture(autouse=True)
@@ -161,6 +168,11 @@ def test_ctrl_c_keeps_its_best_tour() -> None:
     assert found.stopped_early
     assert cancelled.is_set()
     assert sorted(found.nodes.tolist()) == list(range(30))
+
+
+def test_ctrl_c_keeps_no_tour_that_is_wrong() -> None:
+    with pytest.raises(SolveError, match="did not return a tour that visits each of the 30 nodes once"):
+        found_by("stoppedtwice")
 
 
 def test_the_iterations_that_it_counts_are_those_of_the_result() -> None:

@@ -54,6 +54,11 @@ def test_a_message_is_translated_with_the_labels_of_the_form(english: str, spani
     assert words("en").plain("the file is empty") == "the file is empty"
 
 
+@pytest.mark.parametrize("name", ["part 7.dxf", "holder.nc", "dialect x.toml"])
+def test_the_name_of_a_file_is_not_translated(name: str) -> None:
+    assert ES.plain(Message("{}: {}", name, "the file is empty")) == f"{name}: el archivo está vacío"
+
+
 def test_values_of_a_message_are_translated_only_if_they_are_messages_too() -> None:
     spanish = Messages({"{} '{}' is no {}": "{2} no es {0} '{1}'", "a hole": "un agujero"})
     message = Message("{} '{}' is no {}", "x", "a hole", Message("a hole"))

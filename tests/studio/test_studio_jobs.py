@@ -16,6 +16,7 @@ import works
 from waiting import until
 
 from leafcut.errors import OptionError
+from leafcut.files.schemas import HISTORY
 from leafcut.files.whole_files import OutputError
 from leafcut.message import Message
 from leafcut.model.heartbeat import Progress, Trial
@@ -280,7 +281,7 @@ def test_a_history_of_leafcut_0_2_which_has_no_numbers_is_read_and_numbered(tmp_
     assert (job.task, job.state, history.answer("a")) == (SHORT, JobState.DONE, {"schema": 1, "n": 1})
     history.close()
     with closing(sqlite3.connect(file)) as data:
-        assert data.execute("PRAGMA user_version").fetchone() == (1,)
+        assert data.execute("PRAGMA user_version").fetchone() == (HISTORY.current,)
 
 
 def test_stored_messages_are_translated_and_their_english_text_is_searched(tmp_path: Path) -> None:

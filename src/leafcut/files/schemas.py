@@ -44,7 +44,7 @@ ORDER = Schema("order file", key="leafcut_order")
 #: Results file of experiments (SQLite; the number is its user_version).
 RESULTS = Schema("results file")
 #: The stored jobs of the studio (SQLite; the number is its user_version).
-HISTORY = Schema("job history")
+HISTORY = Schema("job history", current=2)
 
 SCHEMAS = (
     ANSWER, OPTIONS, MACHINE, MACHINE_ANSWERS, TOOLS, MATERIAL, DIALECT, EXPERIMENT, PLAN, ORDER, RESULTS, HISTORY,

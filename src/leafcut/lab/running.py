@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import itertools
 import json
 import math
 import os
@@ -280,14 +279,16 @@ class SearchStudy(Study):
         self._last = 0.0
         #: Lowest cost among the tours that the last search itself built.
         self._own = math.inf
-        #: Time since the start of the last search and time of its workers after each iteration, s.
-        self._times: list[tuple[float, float]] = []
+        #: Time since the start of the last search and time of its workers after the last iteration, s.
+        self._before: tuple[float, float] | None = None
+        #: Shortest iteration of the last search, and shortest part of one in which a single worker does nothing, s.
+        self._iteration_s = self._rest_s = math.inf
 
     def begin(self) -> None:
         """Start the record of another search."""
         super().begin()
         self._last, self._own = time.process_time(), math.inf
-        self._times = []
+        self._before, self._iteration_s, self._rest_s = None, math.inf, math.inf
 
     def note(
         self, number: int, seconds: float, shortest: float, costs: Floats | None = None,
@@ -295,7 +296,11 @@ class SearchStudy(Study):
     ) -> None:  # fmt: skip
         """Record an iteration, its processor time and the time of its workers."""
         super().note(number, seconds, shortest, costs, branching, working)
-        self._times.append((seconds, working))
+        if self._before is not None:
+            step, worked = seconds - self._before[0], working - self._before[1]
+            self._iteration_s = min(self._iteration_s, step)
+            self._rest_s = min(self._rest_s, max(0.0, step - worked))  # several workers together work longer
+        self._before = seconds, working
         if costs is not None:
             self._own = min(self._own, float(costs.min(initial=math.inf)))
         now = time.process_time()
@@ -309,10 +314,8 @@ class SearchStudy(Study):
         if not searches:
             return {}
         times = {"processor_s": self.processor, "seconds": sum(rows[-1].seconds for rows in searches)}
-        steps = [(b[0] - a[0], b[1] - a[1]) for a, b in itertools.pairwise(self._times)]
-        if steps:
-            times["iteration_s"] = min(step for step, _ in steps)
-            times["rest_s"] = min(step - working for step, working in steps)
+        if self._iteration_s < math.inf:
+            times |= {"iteration_s": self._iteration_s, "rest_s": self._rest_s}
         return {**times, "cost": searches[-1][-1].shortest, **({"own_cost": self._own} if self._own < math.inf else {})}
 
 

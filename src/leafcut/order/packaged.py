@@ -56,6 +56,10 @@ def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResu
     best.progress = None if best.progress is None else ends
     try:
         found = algorithm.solve(instance, run)
+    except KeyboardInterrupt:
+        if len(best.tour):
+            best.tour = _checked_tour(name, instance, best.tour)
+        raise
     except (LeafcutError, MemoryError):
         raise
     except Exception as problem:

@@ -249,11 +249,13 @@ def offer_path_of_ants(
     moves = Choices(instance, True, layers, greedy)
     parameters = AntParameters.of("acs", AcoOptions(), instance.n, True)
     ants = Ants(moves, initial_trails(moves, parameters, moves.start(own), seed), seed, own_stop)
-    if own.cost > 0.0:
-        search(ants, own)
-    nodes = moves.result(own.tour)
-    path = route_of(instance, *instance.path_of(nodes))
-    best.offer(nodes, instance.length(path.node, path.enter, path.leave), 0)
+    try:
+        if own.cost > 0.0:
+            search(ants, own)
+    finally:  # also after Ctrl-C
+        nodes = moves.result(own.tour)
+        path = route_of(instance, *instance.path_of(nodes))
+        best.offer(nodes, instance.length(path.node, path.enter, path.leave), 0)
 
 
 def warm_paths(instance: DirectedInstance, run: AlgorithmRun, large: bool) -> Ints:

@@ -22,6 +22,8 @@ _JOINED = "{}{}"
 _BETWEEN = re.compile(r"; |: | \(")
 _WORD = re.compile(r"\w+")
 _WORDS = re.compile(r"[^\W\d_]{2}")
+#: A file name, which is never translated.
+_FILE = re.compile(r"[^:;,()]{1,80}\.[A-Za-z][A-Za-z0-9]{0,4}")
 
 
 class _Pattern(NamedTuple):
@@ -69,7 +71,7 @@ class Messages:
 
     def _filled(self, message: Message) -> str:
         values = (
-            value if quoted and not isinstance(value, Message) else self.translate(value)
+            value if not isinstance(value, Message) and (quoted or _FILE.fullmatch(value)) else self.translate(value)
             for value, quoted in zip(message.values, quoted_gaps(message.template), strict=True)
         )
         return self.table.get(message.template, message.template).format(*values)
@@ -88,7 +90,7 @@ class Messages:
         if line in seen:
             return seen[line]
         best = _Translation(line, 0)
-        if depth > _DEEPEST or not any(c.isalpha() for c in line):
+        if depth > _DEEPEST or (depth > 0 and _FILE.fullmatch(line)) or not any(c.isalpha() for c in line):
             return best
         if line in self._whole:
             best = _Translation(self._whole[line], len(line))

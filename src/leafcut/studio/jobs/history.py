@@ -44,7 +44,7 @@ CREATE TABLE IF NOT EXISTS message (
     PRIMARY KEY (job, number)
 );
 """
-#: Columns that leafcut 0.2 did not create: a message with its template and values, as JSON; "" for the plain text.
+#: Columns that schema 1 lacks: a message with its template and values, as JSON; "" for the plain text.
 _ADDED = {"job": "line_parts", "message": "parts"}
 #: zlib level with most of the compression in a tenth of the time.
 _LEVEL = 3
@@ -137,7 +137,7 @@ class History:
         try:
             (schema,) = connection.execute("PRAGMA user_version").fetchone()
             # leafcut 0.2 wrote schema 1 without a number.
-            check_schema(HISTORY, schema or 1, str(self._path))
+            check_schema(HISTORY, max(schema, HISTORY.current), str(self._path))  # an older history is converted below
             connection.execute("PRAGMA journal_mode = WAL")
             connection.execute("PRAGMA foreign_keys = ON")
             check_result = connection.execute("PRAGMA quick_check(1)").fetchone()

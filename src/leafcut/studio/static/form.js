@@ -88,7 +88,7 @@ export default defineComponent({
           onChange: (/** @type {FieldEvent} */ { target }) => change(field, target.checked),
         });
       }
-      if (field.file) return chooser(field, about, value);
+      if (field.file) return chooser(field, about, props.values[field.name]); // with its name, which the server knows
       if (field.choices.length && field.kind !== "names") return selection(field, about, value);
       if (field.kind === "axes") return axes(field, about, value ?? []);
       return textField(field, about, value);
@@ -159,7 +159,10 @@ export default defineComponent({
             placeholder: k && values.length === 1 ? values[0] : k ? "" : field.default,
             title: axis.toUpperCase(),
             value: values[k] ?? "",
-            onChange: (/** @type {FieldEvent} */ { target }) => change(field, names.map((_, j) => (j === k ? target.value.trim() : values[j] ?? ""))),
+            onChange: (/** @type {FieldEvent} */ { target }) => {
+              const now = valueOf(field) ?? []; // with changes that the server has not answered yet
+              change(field, names.map((_, j) => (j === k ? target.value.trim() : now[j] ?? "")));
+            },
           }),
         ])));
     }
