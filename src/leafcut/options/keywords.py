@@ -268,8 +268,8 @@ class _DrillOptions1(TypedDict, total=False):
     depth_to: Literal["shoulder", "tip", None]
     """Depth reference: full diameter (shoulder) or drill point (tip) (default: shoulder)."""
     surface: str | Path | None
-    """STL file of the part or its blank, with the origin of the drawing: each hole starts at this surface, and
-    travel moves are as low as the surface allows (default: flat).
+    """STL or STEP file of the part or its blank, with the origin of the drawing: each hole starts at this surface,
+    and travel moves are as low as the surface allows (default: flat).
     """
     surface_unit: Literal["mm", "in", "cm", "m", None]
     """Unit of the STL files (default: mm)."""

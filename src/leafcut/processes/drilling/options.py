@@ -31,8 +31,8 @@ class DrillOptions(OptionGroup):
     surface: Path | None = option(
         "path",
         None,
-        "STL file of the part or its blank, with the origin of the drawing: each hole starts at this surface, and "
-        "travel moves are as low as the surface allows",
+        "STL or STEP file of the part or its blank, with the origin of the drawing: each hole starts at this surface, "
+        "and travel moves are as low as the surface allows",
         default_words="flat",
         of_file=True,
     )
