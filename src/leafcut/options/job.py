@@ -113,7 +113,7 @@ class JobOptions(OptionGroup):
         "names",
         (),
         "keep-out zones such as clamps, separated by commas: rectangles 'x0 y0 x1 y1' in mm, or 'x0 y0 x1 y1 h' with "
-        "the height h above Z0. Cuts stay outside. Rapids cross a zone 1 mm above h (without h, at "
+        "the height h above Z0. Cuts stay outside. Rapids cross a zone at least 1 mm above h (without h, at "
         "--clearance-height), or go around it. The margin is the radius of the tool, or of a shank or holder below h",
         default_words="none",
         of_file=True,

@@ -195,9 +195,9 @@ class _JobOptions5(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, reorder, tool_speeds.
     keep_out: str | Sequence[str] | None
     """Keep-out zones such as clamps, separated by commas: rectangles 'x0 y0 x1 y1' in mm, or 'x0 y0 x1 y1 h' with
-    the height h above Z0. Cuts stay outside. Rapids cross a zone 1 mm above h (without h, at --clearance-
-    height), or go around it. The margin is the radius of the tool, or of a shank or holder below h (default:
-    none).
+    the height h above Z0. Cuts stay outside. Rapids cross a zone at least 1 mm above h (without h, at
+    --clearance-height), or go around it. The margin is the radius of the tool, or of a shank or holder below h
+    (default: none).
     """
     start_point: str | Sequence[Quantity] | None
     """Start point of the tool, x,y, or free; for a program, its position before the first rapid (mm; default:
