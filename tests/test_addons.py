@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import re
 import runpy
@@ -24,6 +25,14 @@ from outside_programs import missing
 
 HERE = Path(__file__).parent
 PROGRAM = "G21 G90 G17\nT1 M6\nS1200 M3\nG0 Z10\nG98 G81 X5 Y5 Z-5 R2 F120\nX90 Y5\nX9 Y7\nX80\nG80\nG0 Z50\nM5\nM30\n"
+
+
+@pytest.mark.parametrize("name", ["freecad/leafcut_post.py", "inkscape/leafcut_inkscape.py"])
+def test_an_addon_needs_nothing_of_leafcut_in_the_python_of_its_program(name: str) -> None:
+    tree = ast.parse((Path(leafcut.__file__).parent / "addons" / name).read_text(encoding="utf-8"))
+    modules = [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    modules += [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
+    assert modules and not any(module.partition(".")[0] == "leafcut" for module in modules)
 
 
 def motions(text: str) -> list[str]:

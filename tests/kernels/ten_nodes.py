@@ -193,7 +193,7 @@ def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
               firefly=FireflyOptions(n_fireflies=3)).nodes.tolist()
         for name in ("acs", "firefly", "nn")
     ]  # fmt: skip
-    forgotten = ant.anneal(found.nodes, 20.0, 30, 1e-9, lambda _: True)
+    *_, (forgotten, _) = ant.anneal(found.nodes, 20.0, 30, 1e-9)
     return [found.nodes.tolist(), found.cost, directed.rules.onward.near.tolist(), forgotten.tolist(), orders]
 
 

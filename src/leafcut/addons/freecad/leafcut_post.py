@@ -12,8 +12,6 @@ import shlex
 import subprocess
 from typing import Any
 
-from leafcut.message import Message
-
 #: Command that starts leafcut; `leafcut install addon freecad` writes the path of this installation here.
 LEAFCUT = ["leafcut"]
 
@@ -75,7 +73,7 @@ def _write(filename: str, data: bytes) -> None:
             file.write(data)
         os.replace(passing, filename)  # noqa: PTH105
     except OSError as problem:
-        raise RuntimeError(Message("{}: cannot be written ({})", filename, problem.strerror)) from None
+        raise RuntimeError(f"{filename}: cannot be written ({problem.strerror})") from None
 
 
 def _warn(told: str) -> None:
