@@ -77,6 +77,11 @@ def messages_block(results: Results, analysis: Analysis, response: Response) -> 
     return ReportBlock(title, sentences, (costs, break_even, *speedups), (_chart(instances[-1], models, workers),))
 
 
+def _worker_counts(workers: Factor) -> dict[str, float]:
+    """Return the number of workers of each level."""
+    return {level.name: level.value or 0.0 for level in workers.levels}
+
+
 def break_even_size(points: Sequence[tuple[float, float]]) -> str:
     """Return the size from which the speed-up exceeds 1, given (size, speed-up), interpolated on logarithms."""
     points = sorted(points)
@@ -95,15 +100,14 @@ def break_even_size(points: Sequence[tuple[float, float]]) -> str:
 def _break_even_table(instances: Sequence[_Instance], models: Sequence[str], workers: Factor) -> Table:
     rows = []
     for name in models:
-        for level in workers.levels:
-            p = level.value or 0.0
+        for level, p in _worker_counts(workers).items():
             if p == 1.0:
                 continue
             points = [
                 [(item.size, item.speedup(name, p, simulated)) for item in instances] for simulated in (False, True)
             ]
             sizes = [break_even_size([(n, s) for n, s in pairs if s is not None]) for pairs in points]
-            rows.append((name, level.name, *sizes))
+            rows.append((name, level, *sizes))
     return Table(("Model", workers.title, "Measured", "Simulated"), tuple(rows), 2, "Break-even sizes")
 
 
@@ -112,7 +116,7 @@ def _instances(
 ) -> list[_Instance]:
     """Return the instances with a size and the times of one thread, the smallest first."""
     figures, rests = results.figures(response.name), results.figures(analysis.against)
-    numbers = {level.name: level.value or 0.0 for level in workers.levels}
+    numbers = _worker_counts(workers)
     one = next((name for name, value in numbers.items() if value == 1.0), "")
     instances = []
     for instance in results.description.instances:
@@ -135,13 +139,12 @@ def _instances(
 def _speedup_table(item: _Instance, models: Sequence[str], workers: Factor, response: Response) -> Table:
     rows = []
     for name in models:
-        for level in workers.levels:
-            p = level.value or 0.0
+        for level, p in _worker_counts(workers).items():
             speedup, simulated = item.speedup(name, p, False), item.speedup(name, p, True)
             rows.append(
                 (
                     name,
-                    level.name,
+                    level,
                     number_or_dash(item.measured.get((name, p))),
                     "–" if speedup is None else f"{speedup:.2f}",
                     "–" if speedup is None else f"{100.0 * speedup / p:.0f} %",
@@ -153,16 +156,16 @@ def _speedup_table(item: _Instance, models: Sequence[str], workers: Factor, resp
 
 
 def _chart(item: _Instance, models: Sequence[str], workers: Factor) -> tuple[str, str]:
-    series = {}
+    series, counts = {}, list(_worker_counts(workers).values())
     for simulated, suffix in ((False, ""), (True, ", simulated")):
         for name in models:
             points = [
                 (p, speedup, speedup, speedup)
-                for level in workers.levels
-                if (speedup := item.speedup(name, p := level.value or 0.0, simulated)) is not None
+                for p in counts
+                if (speedup := item.speedup(name, p, simulated)) is not None
             ]
             if points:
                 series[f"{name}{suffix}"] = points
-    most = max(level.value or 0.0 for level in workers.levels)
+    most = max(counts)
     label = f"Speed-up over one thread on {item.name}, measured and simulated"
     return item.name, charts.means(series, workers.title, "speed-up", label, [(1, 1), (most, most)])

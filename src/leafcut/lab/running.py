@@ -151,9 +151,8 @@ def run(
     versions = sorted({rows[key].leafcut for key in stored_keys} - {__version__})
     if versions and todo and not mixed:
         raise OptionError(
-            "{} has runs of '{}' by leafcut {}, and this is "
-            "{}; "
-            "give another --results, or --mixed to put both into one table",
+            "{} has runs of '{}' by leafcut {}, and this is {}; give another --results, or --mixed to put both into "
+            "one table",
             store.path,
             description.key,
             ", ".join(versions),
@@ -281,7 +280,8 @@ class SearchStudy(Study):
         self._own = math.inf
         #: Time since the start of the last search and time of its workers after the last iteration, s.
         self._before: tuple[float, float] | None = None
-        #: Shortest iteration of the last search, and shortest part of one in which a single worker does nothing, s.
+        #: Shortest iteration of the last search, and shortest part of an iteration in which a single worker does
+        #: nothing, s.
         self._iteration_s = self._rest_s = math.inf
 
     def begin(self) -> None:
@@ -307,8 +307,8 @@ class SearchStudy(Study):
         self.processor, self._last = self.processor + now - self._last, now
 
     def figures(self) -> dict[str, float]:
-        """Return the total times of all searches, and the cost and shortest iteration of the last one; empty without an
-        iteration.
+        """Return the total times of all searches, and the cost and shortest iteration of the last search; empty
+        without an iteration.
         """
         searches = [rows for k in range(len(self.searches)) if (rows := self.iterations(k))]
         if not searches:

@@ -74,8 +74,8 @@ class PathAnnealing:
         self.number[instance.rules.way] = np.arange(len(instance.rules.way), dtype=np.int32)
 
     def anneal(self, nodes: Ints, mean: float, steps: int, least: float) -> Iterator[tuple[Ints, int]]:
-        """Anneal from a given path for `steps` steps; yield the best path so far, as the problem's nodes
-        int32[clusters], and the number of steps since the last one. `mean` is the mean cost of a move.
+        """Anneal from a given path for a number of steps, with the mean cost of a move. Yield the best path, as the
+        problem's nodes int32[clusters], and the number of steps since the previous yield.
         """
         walk, instance = self.walk, self.instance
         path = self.number[nodes]

@@ -219,7 +219,7 @@ def _join_strokes(
     gaps = [gap for joined_path in tidied.paths for gap in joined_path.gaps]
     if gaps:
         message = Message(
-            "{} closed; the widest is {:.3g} mm", count_of(len(gaps), "gap"), max((width for _, width in gaps))
+            "{} closed; the widest is {:.3g} mm", count_of(len(gaps), "gap"), max(width for _, width in gaps)
         )
         issues.append(Issue("L311", message, places_text([point for point, _ in gaps], len(gaps))))
     if tidied.branches:

@@ -532,8 +532,7 @@ class _PaceSteps:
         elif not spindle.limited:
             yield (
                 "power and torque do not limit feeds: the machine's profile does not state them; set spindle.power in "
-                "its "
-                "profile"
+                "its profile"
             )
         elif toothless:
             yield Message(

@@ -85,9 +85,8 @@ def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
     return Issue(
         "L402",
         Message(
-            "{} ends {:g} mm below the plate, but its tapered lead may be {:g} mm long: "
-            "for a "
-            "full thread at the exit, set a larger --break-through if there is room below the plate",
+            "{} ends {:g} mm below the plate, but its tapered lead may be {:g} mm long: for a full thread at "
+            "the exit, set a larger --break-through if there is room below the plate",
             tool.label,
             rule.break_through,
             lead,

@@ -129,7 +129,7 @@ def _join_strokes(strokes: list[Contour], kind: str, options: SheetOptions, issu
     gaps = [gap for made in tidied.paths for gap in made.gaps]
     if gaps and not marked:
         message = Message(
-            "{} closed; the widest is {:.3g} mm", count_of(len(gaps), "gap"), max((width for _, width in gaps))
+            "{} closed; the widest is {:.3g} mm", count_of(len(gaps), "gap"), max(width for _, width in gaps)
         )
         issues.append(Issue("L311", message, _places_text([place for place, _ in gaps])))
     if tidied.branches and tidied.doubles and not marked and options.open_paths == "refuse":
