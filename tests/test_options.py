@@ -11,11 +11,10 @@ import pytest
 
 from leafcut.errors import OptionError
 from leafcut.nesting.options import NestOptions
-from leafcut.options import JobOptions, PostOptions, ReadOptions, SolveOptions
+from leafcut.options import JobOptions, MillingOptions, PostOptions, ReadOptions, SolveOptions
 from leafcut.options.option_spec import flag_name, typed_text
 from leafcut.processes import registry
 from leafcut.processes.drilling.options import DrillOptions
-from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.settings import all_options, collect_settings, group_of
 
 
@@ -70,7 +69,7 @@ def test_what_cannot_be_used_is_refused_with_its_flag(group: Any, name: str, val
 @pytest.mark.parametrize(
     "group, name, value, words",
     [
-        (PocketOptions, "entry_angle", "95", "95 deg is above the maximum of 45.8366 deg"),
+        (MillingOptions, "entry_angle", "95", "95 deg is above the maximum of 45.8366 deg"),
         (JobOptions, "feed", "0", "0 mm/min is below the minimum of 0.06 mm/min"),
         (JobOptions, "depth", "0", "0 mm is below the minimum of 0.001 mm"),
         (JobOptions, "step_over", 2, "2 is above the maximum of 0.95"),

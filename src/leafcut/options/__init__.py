@@ -12,6 +12,7 @@ from leafcut.options.cut_data import CutDataOptions
 from leafcut.options.drawings import ORIGINS, PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.options.feeds import FeedOptions
 from leafcut.options.job import CYCLES, JobOptions, MachineOptions
+from leafcut.options.milling import MillingOptions
 from leafcut.options.option_spec import OptionGroup, flag_name
 from leafcut.options.post import PostOptions
 from leafcut.options.search import (
@@ -36,6 +37,7 @@ SHARED: tuple[type[OptionGroup], ...] = (
     JobOptions,
     CutDataOptions,
     PocketDrawingOptions,
+    MillingOptions,
     SolveOptions,
     AcoOptions,
     FireflyOptions,
@@ -60,6 +62,7 @@ __all__ = [
     "FireflyOptions",
     "JobOptions",
     "MachineOptions",
+    "MillingOptions",
     "PocketDrawingOptions",
     "PostOptions",
     "ReadOptions",

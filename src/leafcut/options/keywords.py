@@ -353,26 +353,16 @@ class _PocketOptions1(TypedDict, total=False):
     # Of optimize, pocket.
     strategy: Literal["best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive", None]
     """Clearing strategy; best tries all and writes the fastest (default: best)."""
-    tool_number: int | None
-    """Tool number of the end mill, also used to select it in the tool library (default: 1; with a library, the end
-    mill of --tool-diameter, or the only end mill).
-    """
     pocket_top: Literal["highest", "surface", None]
     """Top of the material over the pockets of a solid: its highest point, or the surface around each pocket if the
     rest of the solid is already milled (default: highest).
     """
     stock: Quantity | None
     """Stock that roughing leaves on the walls for the finishing pass (mm)."""
-    milling: Literal["climb", "conventional", None]
-    """Milling direction (default: climb)."""
     max_engagement: Quantity | None
     """Maximum tool engagement angle (deg; default: unlimited)."""
     entry: Literal["ramp", "helix", "plunge", "predrilled", None]
     """Entry move to each level (default: ramp: along the start of the path)."""
-    entry_angle: Quantity | None
-    """Maximum ramp angle (deg; default: 3deg)."""
-    plunge_feed: Quantity | None
-    """Plunge rate (mm/min; default: the tool library's, else a third of the feed rate)."""
 
 
 class _ResequenceOptions1(TypedDict, total=False):
@@ -438,6 +428,20 @@ class _PocketDrawingOptions1(TypedDict, total=False):
     """Ignore spots in a picture narrower than this (mm; default: 1mm)."""
     invert: bool | None
     """Mill the bright areas of a picture."""
+
+
+class _MillingOptions1(TypedDict, total=False):
+    # Of optimize, pocket.
+    tool_number: int | None
+    """Tool number of the end mill, also used to select it in the tool library (default: 1; with a library, the end
+    mill of --tool-diameter, or the only end mill).
+    """
+    milling: Literal["climb", "conventional", None]
+    """Milling direction (default: climb)."""
+    entry_angle: Quantity | None
+    """Maximum ramp angle (deg; default: 3deg)."""
+    plunge_feed: Quantity | None
+    """Plunge rate (mm/min; default: the tool library's, else a third of the feed rate)."""
 
 
 class _SolveOptions1(TypedDict, total=False):
@@ -653,6 +657,7 @@ class OptimizeKeywords(
     _PocketOptions1,
     _ResequenceOptions1,
     _PocketDrawingOptions1,
+    _MillingOptions1,
     _SolveOptions1,
     _SolveOptions2,
     _SolveOptions3,
@@ -766,6 +771,7 @@ class PocketKeywords(
     _JobOptions8,
     _PocketOptions1,
     _PocketDrawingOptions1,
+    _MillingOptions1,
     _SolveOptions1,
     _SolveOptions2,
     _SolveOptions3,

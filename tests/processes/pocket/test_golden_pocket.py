@@ -15,12 +15,11 @@ from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketLevels, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Toolpath
-from leafcut.options import JobOptions, PostOptions
+from leafcut.options import JobOptions, MillingOptions, PostOptions
 from leafcut.post.writer import write_program
-from leafcut.processes.pocket.options import PocketOptions
+from leafcut.processes.milling.mill import milling_data
 from leafcut.processes.pocket.plan.arcs import fit_arcs_to_path
 from leafcut.processes.pocket.plan.region import centre_regions
-from leafcut.processes.pocket.plan.rules import milling_data
 from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, pocket_motion
 from leafcut.processes.pocket.plan.walls import wall_passes
 from leafcut.processes.pocket.proof.pocket import check_pockets
@@ -47,7 +46,7 @@ def path() -> Toolpath:
     walls = fit_arcs_to_path(wall_passes(region, rough.polygon), 0.01)
     clearing = Clearing(region, rough.polygon, fit_arcs_to_path(rings, 0.01), PocketLevels(0.0, (-2.0, -4.0)), walls)
     job = JobOptions(spindle_speed=3000.0, feed=800 / 60)
-    data = milling_data(PocketOptions(), job, RULES, MACHINE)[0]
+    data = milling_data(MillingOptions(), job, RULES.tool_diameter, MACHINE)[0]
     return pocket_motion([clearing], PocketHeights(10.0, 2.0), data, MACHINE)[0]
 
 

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from leafcut.model.issue import Issue
     from leafcut.model.mesh import Mesh
     from leafcut.model.part import Part
-    from leafcut.processes.pocket.plan.entries import Descent
-    from leafcut.processes.pocket.plan.rules import MillingData
+    from leafcut.processes.milling.entries import Descent
+    from leafcut.processes.milling.mill import MillingData
     from leafcut.processes.pocket.plan.toolpath import PocketHeights
     from leafcut.processes.pocket.proof.chips import MeasuredChips
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from leafcut.options.condition import when_one_of
 from leafcut.options.option_spec import OptionGroup, option
 
 
@@ -25,14 +24,6 @@ class PocketOptions(OptionGroup):
         "clearing strategy; best tries all and writes the fastest",
         choices=("best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive"),
     )
-    tool_number: int | None = option(
-        "whole",
-        None,
-        "tool number of the end mill, also used to select it in the tool library",
-        minimum=1,
-        maximum=99_999_999,
-        default_words="1; with a library, the end mill of --tool-diameter, or the only end mill",
-    )
     pocket_top: str = option(
         "text",
         "highest",
@@ -49,7 +40,6 @@ class PocketOptions(OptionGroup):
         minimum=0,
         maximum=100,
     )
-    milling: str = option("text", "climb", "milling direction", choices=("climb", "conventional"))
     max_engagement: float | None = option(
         "quantity",
         None,
@@ -65,21 +55,4 @@ class PocketOptions(OptionGroup):
         "entry move to each level",
         choices=("ramp", "helix", "plunge", "predrilled"),
         default_words="ramp: along the start of the path",
-    )
-    entry_angle: float = option(
-        "quantity",
-        0.05235987755982989,
-        "maximum ramp angle",
-        unit="rad",
-        minimum=0.001,
-        maximum=0.8,
-        needs=(when_one_of("entry", "ramp", "helix"),),
-    )
-    plunge_feed: float | None = option(
-        "quantity",
-        None,
-        "plunge rate",
-        unit="mm/s",
-        minimum=0.001,
-        default_words="the tool library's, else a third of the feed rate",
     )

@@ -13,6 +13,7 @@ from leafcut.options import (
     FireflyOptions,
     JobOptions,
     MachineOptions,
+    MillingOptions,
     PocketDrawingOptions,
     ReadOptions,
     Settings,
@@ -75,7 +76,14 @@ class Pocketing(Process):
         SheetOptions, "join_tolerance", "open_paths"
     )
     uses |= use(FeedOptions)
-    uses |= use(PocketDrawingOptions) | use(MachineOptions) | use(JobOptions, but=("plan",)) | ORDERED | WRITTEN
+    uses |= (
+        use(MillingOptions)
+        | use(PocketDrawingOptions)
+        | use(MachineOptions)
+        | use(JobOptions, but=("plan",))
+        | ORDERED
+        | WRITTEN
+    )
     #: Options of the fireflies apply with any --algorithm, because every strategy is tried.
     uses |= {name: tuple(one for one in needs if one != FIREFLIES) for name, needs in use(FireflyOptions).items()}
     helps = {  # noqa: RUF012  # a class attribute of the protocol
@@ -121,6 +129,7 @@ class Pocketing(Process):
             "pocket",
             (
                 *option_names(PocketOptions, _MAIN),
+                *option_names(MillingOptions),
                 *option_names(PocketDrawingOptions, _MAIN),
                 "spindle_speed",
                 "material",

@@ -17,7 +17,7 @@ from leafcut.units import MM_PER_INCH
 
 if TYPE_CHECKING:
     from leafcut.material.removal import Removal
-    from leafcut.processes.pocket.plan.entries import Descent
+    from leafcut.processes.milling.entries import Descent
     from leafcut.processes.pocket.proof.chips import MeasuredChips
 
 

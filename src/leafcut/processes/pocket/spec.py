@@ -20,7 +20,7 @@ from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.model.work_material import WorkMaterial
-from leafcut.options import FeedOptions, JobOptions, Settings
+from leafcut.options import FeedOptions, JobOptions, MillingOptions, Settings
 from leafcut.processes.job import Job, check_dialect_options, library_of, refuse_missing, refuse_too_large
 from leafcut.processes.pocket.job import PocketJob, PocketSolid, raise_path
 from leafcut.processes.pocket.options import PocketOptions
@@ -37,9 +37,10 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
     Raises ReadError, OptionError, PlanError or VerifyError.
     """
     from leafcut.gcode.dialects import dialect
+    from leafcut.processes.milling.mill import milling_data
     from leafcut.processes.placing import place_part, placement_text
     from leafcut.processes.pocket.plan.feed_limits import feed_limits
-    from leafcut.processes.pocket.plan.rules import enclosing_pockets, levels_of, milled_pockets, milling_data, rules_of
+    from leafcut.processes.pocket.plan.rules import enclosing_pockets, levels_of, milled_pockets, rules_of
     from leafcut.processes.pocket.plan.toolpath import PocketHeights
     from leafcut.processes.pocket.strategies import check_algorithm
     from leafcut.proof.envelope import check_envelope
@@ -47,7 +48,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
 
     settings = run.settings
     check_algorithm(settings)
-    options = settings.of(PocketOptions)
+    options, milling = settings.of(PocketOptions), settings.of(MillingOptions)
     if settings.job.is_through:
         raise OptionError("--depth through: a pocket has a bottom; give its depth")
     part = read_pockets(source, settings.read, settings.pocket_drawing, settings.sheet, run.start_step("reading"))
@@ -59,7 +60,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
     if mill is not None:
         # The depths of a solid are known now: the mill may be too short.
         mill = _library_mill(run, max(depths))
-    rules = rules_of(options, settings.job.step_over, diameter)
+    rules = rules_of(options, milling.milling, settings.job.step_over, diameter)
     around = enclosing_pockets(part.pockets, rules.tolerance)
     solid, tops = _solid(run, source, whole, part, rules.radius)
     levels = tuple(
@@ -73,8 +74,8 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
         )
         for depth, over, top in zip(depths, around, tops, strict=True)
     )
-    data, issues = milling_data(options, settings.job, rules, run.machine, mill)
-    issues = [*_assumed_number(options, mill, data.tool), *issues]
+    data, issues = milling_data(milling, settings.job, rules.tool_diameter, run.machine, mill, options.entry)
+    issues = [*_assumed_number(milling, mill, data.tool), *issues]
     limits = None
     if settings.of(FeedOptions).feeds:
         limits, limit_issues = feed_limits(settings, run.machine, levels, data, mill, _material(settings))
@@ -145,7 +146,7 @@ def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> 
     return PocketSolid(triangles, whole.pockets, part.pockets, before), tops
 
 
-def _assumed_number(options: PocketOptions, mill: Tool | None, tool: Tool) -> list[Issue]:
+def _assumed_number(options: MillingOptions, mill: Tool | None, tool: Tool) -> list[Issue]:
     """Return a note if neither the tool library nor an option states the number of the end mill."""
     if mill is not None or options.tool_number is not None:
         return []
@@ -168,14 +169,14 @@ def _lower_top_issues(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[
 
 def _library_mill(run: Job, depth: float | None) -> Tool | None:
     """Return the end mill of the tool library; None without a library. `depth` is the depth that it must reach, mm."""
-    from leafcut.processes.pocket.plan.tool import library_mill
+    from leafcut.processes.milling.mill import library_mill
 
     tools = library_of(run.settings, run.machine)
     if tools is None:
         return None
     job = run.settings.job
     return library_mill(
-        tools, run.settings.of(PocketOptions).tool_number, job.tool_diameter, job.diameter_tolerance, depth
+        tools, run.settings.of(MillingOptions).tool_number, job.tool_diameter, job.diameter_tolerance, depth
     )
 
 

@@ -15,13 +15,12 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import SAME_PLACE, Pocket, PocketLevels, PocketMeasures, PocketPath, PocketRules
 from leafcut.model.toolpath import Kind
-from leafcut.options import JobOptions
+from leafcut.options import JobOptions, MillingOptions
+from leafcut.processes.milling.mill import milling_data
 from leafcut.processes.pocket.measures import measure_path
-from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.adaptive import adaptive
 from leafcut.processes.pocket.plan.medial_axis import medial_axis
 from leafcut.processes.pocket.plan.region import centre_regions
-from leafcut.processes.pocket.plan.rules import milling_data
 from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, pocket_motion
 from leafcut.read.machine import load_machine
 
@@ -107,9 +106,8 @@ def test_a_path_that_begins_with_a_loop_is_entered_round_and_round_it_no_steeper
     rules = PocketRules(tool_diameter=10.0, step_over=6.0, max_engagement=1.2)
     region = centre_regions(Pocket(Polyline.circle(0, 0, 15)), rules)[0][0]
     angle = math.radians(3.0)
-    options = PocketOptions(entry="ramp", entry_angle=angle)
     mill = load_machine("linuxcnc-mill")
-    data = milling_data(options, JobOptions(spindle_speed=3000.0, feed=10.0), rules, mill)[0]
+    data = milling_data(MillingOptions(entry_angle=angle), JobOptions(spindle_speed=3000.0, feed=10.0), 10.0, mill)[0]
     clearing = Clearing(region, region.polygon, adaptive(region), PocketLevels(0.0, (-2.0, -4.0)))
     toolpath, down = pocket_motion([clearing], PocketHeights(10.0, 2.0), data, mill)
     before, end = toolpath.before, toolpath.end

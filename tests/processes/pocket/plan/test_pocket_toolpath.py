@@ -15,18 +15,17 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.part import Part
 from leafcut.model.pocket import Pocket, PocketLevels, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.options import JobOptions
+from leafcut.options import JobOptions, MillingOptions
+from leafcut.processes.milling.entries import ABOVE
+from leafcut.processes.milling.mill import MillingData, milling_data
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.arcs import fit_arcs_to_path
-from leafcut.processes.pocket.plan.entries import ABOVE
 from leafcut.processes.pocket.plan.region import CentreRegion, centre_regions
 from leafcut.processes.pocket.plan.rings import contour_parallel_path
 from leafcut.processes.pocket.plan.rules import (
-    MillingData,
     finishing_levels,
     levels_of,
     milled_pockets,
-    milling_data,
     rules_of,
 )
 from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, pocket_motion
@@ -63,7 +62,7 @@ def rings(*sizes: float, joined: bool = True) -> PocketPath:
 
 
 def data_of(entry: str = "ramp", feed: float = 10.0) -> MillingData:
-    return milling_data(PocketOptions(entry=entry), JobOptions(spindle_speed=3000.0, feed=feed), RULES, MILL)[0]
+    return milling_data(MillingOptions(), JobOptions(spindle_speed=3000.0, feed=feed), 10.0, MILL, entry=entry)[0]
 
 
 def lay(path: PocketPath, levels: tuple[float, ...] = (-2.0,), entry: str = "ramp", **changes: object) -> Toolpath:
@@ -90,7 +89,7 @@ def test_finishing_passes_are_two_diameters_deep_at_most() -> None:
 )
 def test_rules_say_in_one_line_what_is_missing_or_wrong(diameter: float | None, strategy: str, words: str) -> None:
     with pytest.raises(OptionError, match=words):
-        rules_of(PocketOptions(strategy=strategy), None, diameter)
+        rules_of(PocketOptions(strategy=strategy), "climb", None, diameter)
 
 
 def test_depth_is_needed_and_levels_are_counted() -> None:
@@ -102,11 +101,11 @@ def test_depth_is_needed_and_levels_are_counted() -> None:
 
 def test_a_spindle_or_a_feed_that_the_machine_does_not_have_is_refused() -> None:
     with pytest.raises(PlanError, match="rpm"):
-        milling_data(PocketOptions(), JobOptions(spindle_speed=50_000.0), RULES, MILL)
+        milling_data(MillingOptions(), JobOptions(spindle_speed=50_000.0), 10.0, MILL)
     with pytest.raises(PlanError, match="feeds at most"):
-        milling_data(PocketOptions(), JobOptions(feed=1000.0), RULES, MILL)
+        milling_data(MillingOptions(), JobOptions(feed=1000.0), 10.0, MILL)
     with pytest.raises(PlanError, match="cannot mill"):
-        milling_data(PocketOptions(), JobOptions(), RULES, load_machine("plasma-table"))
+        milling_data(MillingOptions(), JobOptions(), 10.0, load_machine("plasma-table"))
 
 
 # -- entries -----------------------------------------------------------------------------------------------------------

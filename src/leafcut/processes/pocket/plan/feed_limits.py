@@ -17,8 +17,9 @@ from leafcut.model.pocket import FILM, PocketLevels
 from leafcut.model.tool import Tool
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import Settings
+from leafcut.processes.milling.mill import MillingData
 from leafcut.processes.pocket.options import PocketOptions
-from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
+from leafcut.processes.pocket.plan.rules import finishing_levels
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Minimum feed, relative to the tool's feed; at a lower feed, the tool rubs more than it cuts.

@@ -1,74 +1,37 @@
-"""Rules, levels, end mill and feeds for the pockets of a job, derived from its options."""
+"""Rules and levels for the pockets of a job, derived from its options."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from leafcut.errors import OptionError, PlanError, count_of
-from leafcut.material.chip_feeds import plunge_feed, ramp_feed
 from leafcut.message import Message
-from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.part import Part
 from leafcut.model.pocket import Pocket, PocketLevels, PocketRules
-from leafcut.model.tool import Tool
-from leafcut.options import JobOptions
 from leafcut.processes.pocket.options import PocketOptions
-from leafcut.processes.pocket.plan.tool import add_cutting_data
-from leafcut.processes.spindle_moves import check_spindle_heights
 
 #: Maximum path tolerance: in mm, and relative to the step-over, because close passes need a finer tolerance.
 TOLERANCE, TOLERANCE_SHARE = 0.01, 0.05
 
 #: Default step-over, tool diameters.
 STEP_OVER = 0.6
-#: Default plunge rate, relative to the feed: a plunging end mill cuts with its centre, where the cutting speed is 0.
-PLUNGE_PART = 1.0 / 3.0
 #: Maximum number of levels: a larger number indicates a mistake.
 MOST_LEVELS = 2000
 #: Maximum depth of a finishing pass, tool diameters.
 FINISHING_DEPTH = 2.0
 
 
-@dataclass(frozen=True)
-class MillingData:
-    """The tool, its plunge rate (mm/s), and its entry to a level (angle in rad).
-
-    Attributes
-    ----------
-    air_feed
-        Feed at depth in air, mm/s; not used if it is not above the feed of the tool.
-    limits
-        Limits of feeds that follow the load. None: the plunge rate limits the vertical speed on a ramp.
-    """
-
-    tool: Tool
-    plunge_feed: float
-    entry: str = "ramp"
-    entry_angle: float = math.radians(3.0)
-    air_feed: float = 0.0
-    limits: FeedLimits | None = None
-
-    def ramp_feed(self, depth: float) -> float:
-        """Return the feed along a ramp or helix into material `depth` mm deep, mm/s."""
-        feed = min(self.tool.feed, self.plunge_feed / math.sin(self.entry_angle))
-        return feed if self.limits is None else ramp_feed(self.limits, feed, self.entry_angle, depth)
-
-    @property
-    def straight_feed(self) -> float:
-        """The feed of a plunge into material, mm/s, within the power of the spindle."""
-        return self.plunge_feed if self.limits is None else plunge_feed(self.limits, self.plunge_feed)
-
-
 def rules_of(
-    options: PocketOptions, step_over: float | None, diameter: float | None, tolerance: float = TOLERANCE
+    options: PocketOptions, milling: str, step_over: float | None, diameter: float | None, tolerance: float = TOLERANCE
 ) -> PocketRules:
-    """Return the rules for clearing a level; `step_over` is a share of the diameter, the other lengths are in mm.
+    """Return the rules for clearing a level. `milling` is ``climb`` or ``conventional``, `step_over` is a share of the
+    diameter, and the other lengths are in mm.
 
     Raises OptionError if the tool's diameter is missing, if the stock is wider than the step-over, or if the strategy
     `adaptive` has no engagement limit.
@@ -91,7 +54,7 @@ def rules_of(
         tool_diameter=diameter,
         step_over=widest,
         stock=options.stock,
-        climb=options.milling == "climb",
+        climb=milling == "climb",
         tolerance=min(tolerance, TOLERANCE_SHARE * widest),
         max_engagement=options.max_engagement,
     )
@@ -218,26 +181,6 @@ def finishing_levels(levels: PocketLevels, diameter: float) -> tuple[float, ...]
     depth = levels.depth
     count = max(math.ceil(depth / (FINISHING_DEPTH * diameter) - 1e-9), 1)
     return tuple(levels.begin - depth * level / count for level in range(1, count + 1))
-
-
-def milling_data(
-    options: PocketOptions,
-    job: JobOptions,
-    rules: PocketRules,
-    machine: Machine,
-    mill: Tool | None = None,
-) -> tuple[MillingData, list[Issue]]:
-    """Return the end mill with its feeds, and issues about assumptions.
-
-    Without a `mill` from a library, an end mill is assumed. Raises PlanError if the machine has no spindle, if heights
-    contradict each other, or if the speed or feed is out of the machine's range.
-    """
-    check_spindle_heights(machine, job, "mill a pocket")
-    tool, issues = add_cutting_data(mill, options, job, rules, machine)
-    plunge = options.plunge_feed or tool.plunge_feed or PLUNGE_PART * tool.feed
-    return MillingData(
-        tool, min(plunge, machine.max_feed), options.entry, options.entry_angle, machine.max_feed
-    ), issues
 
 
 def corner_rounding(machine: Machine, feed: float) -> float:

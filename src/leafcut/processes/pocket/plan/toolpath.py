@@ -21,9 +21,10 @@ from leafcut.material.removal import cleared_area, steps_near
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import FILM, SAME_PLACE, PocketLevels, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.processes.pocket.plan.entries import ABOVE, TOUCH, Descent, descend_along_loop, enter_level, follow
+from leafcut.processes.milling.entries import ABOVE, TOUCH, Descent, descend_along_loop, enter_level, follow
+from leafcut.processes.milling.mill import MillingData
 from leafcut.processes.pocket.plan.region import CentreRegion
-from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
+from leafcut.processes.pocket.plan.rules import finishing_levels
 from leafcut.processes.spindle_moves import rise, stop_spindle, take_tool
 from leafcut.units import SECONDS_PER_MINUTE
 

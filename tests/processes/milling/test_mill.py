@@ -8,12 +8,9 @@ import pytest
 
 from leafcut.errors import LeafcutError, PlanError
 from leafcut.model.issue import Severity
-from leafcut.model.pocket import PocketRules
 from leafcut.model.tool import Tool, ToolKind, ToolLibrary
-from leafcut.options import JobOptions
-from leafcut.processes.pocket.options import PocketOptions
-from leafcut.processes.pocket.plan.rules import milling_data
-from leafcut.processes.pocket.plan.tool import library_mill
+from leafcut.options import JobOptions, MillingOptions
+from leafcut.processes.milling.mill import library_mill, milling_data
 from leafcut.read.machine import load_machine
 
 DRILL = Tool(3, 6.0, feed=5.0, spindle_rpm=2000)
@@ -41,13 +38,13 @@ def test_the_mill_is_that_of_the_number_or_of_the_diameter_or_the_only_one() -> 
 @pytest.mark.parametrize(
     "library, options, depth, words",
     [
-        (SHOP, {"tool_number": 3}, 4.0, "T3 drill Ø6 is a drill, and a pocket needs an end mill"),
+        (SHOP, {"tool_number": 3}, 4.0, "T3 drill Ø6 is a drill, not an end mill"),
         (SHOP, {"tool_number": 9}, 4.0, "shop.toml has no such tool"),
         (SHOP, {"tool_number": 7, "tool_diameter": 10.0}, 4.0, "T7 end-mill Ø6 differs from"),
         (SHOP, {"tool_diameter": 8.0}, 4.0, "shop.toml has these end mills: T7 end-mill Ø6, T8 end-mill Ø10"),
         (SHOP, {}, 4.0, "choose one with --tool-number or --tool-diameter"),
         (SHOP, {"tool_number": 7}, 14.0, "T7 end-mill Ø6 cuts 13 mm deep at most"),
-        (ToolLibrary((DRILL,), source="shop.toml"), {}, 4.0, "no end mill for a pocket"),
+        (ToolLibrary((DRILL,), source="shop.toml"), {}, 4.0, "no end mill; add a"),
         (ToolLibrary((DRILL,), source="shop.toml"), {"tool_number": 3}, 4.0, "shop.toml has no end mill"),
     ],
 )
@@ -60,11 +57,10 @@ def test_a_tool_that_cannot_clear_the_pocket_is_refused_by_name_in_one_line(
 
 
 def test_an_option_counts_before_the_library_and_the_library_before_what_is_assumed() -> None:
-    rules = PocketRules(tool_diameter=6.0, step_over=3.6)
-    data, issues = milling_data(PocketOptions(), JobOptions(), rules, MACHINE, SMALL)
+    data, issues = milling_data(MillingOptions(), JobOptions(), 6.0, MACHINE, SMALL)
     assert (data.tool.number, data.tool.feed, data.plunge_feed, data.tool.spindle_rpm) == (7, 10.0, 2.5, 5000)
     assert issues == [] and not data.tool.assumed
-    data, issues = milling_data(PocketOptions(), JobOptions(feed=12.0), rules, MACHINE, SMALL)
+    data, issues = milling_data(MillingOptions(), JobOptions(feed=12.0), 6.0, MACHINE, SMALL)
     assert (data.tool.feed, data.tool.spindle_rpm, issues) == (12.0, 5000, [])
 
 
@@ -82,9 +78,8 @@ def test_an_option_counts_before_the_library_and_the_library_before_what_is_assu
 def test_what_nobody_says_is_assumed_for_the_material_and_told(
     diameter: float, teeth: int | None, material: str, rpm: float, feed: float
 ) -> None:
-    rules = PocketRules(tool_diameter=diameter, step_over=0.6 * diameter)
     tool = None if teeth is None else Tool(2, diameter, ToolKind.END_MILL, teeth=teeth)
-    data, [told] = milling_data(PocketOptions(), JobOptions(material=material), rules, MACHINE, tool)
+    data, [told] = milling_data(MillingOptions(), JobOptions(material=material), diameter, MACHINE, tool)
     assert data.tool.spindle_rpm == rpm
     assert data.tool.feed == pytest.approx(feed * rpm / 60.0)
     assert data.plunge_feed == pytest.approx(data.tool.feed / 3.0)
@@ -94,12 +89,10 @@ def test_what_nobody_says_is_assumed_for_the_material_and_told(
 def test_a_spindle_that_turns_no_slower_than_too_fast_for_the_mill_is_a_warning() -> None:
     """60 m/min at 5 mm are 3820 rpm; a router's spindle turns 6000 at least, and 3 mm in aluminium may turn 6366."""
     router = load_machine("mach3-router")
-    rules = PocketRules(tool_diameter=5.0, step_over=3.0)
-    data, [told] = milling_data(PocketOptions(), JobOptions(material="aluminium"), rules, router)
+    data, [told] = milling_data(MillingOptions(), JobOptions(material="aluminium"), 5.0, router)
     assert data.tool.spindle_rpm == router.spindle_min_rpm == 6000
     assert told.severity is Severity.WARNING and "Recommended spindle speed: 3820 rpm" in told.message
-    rules = PocketRules(tool_diameter=3.0, step_over=1.8)
-    _, [told] = milling_data(PocketOptions(), JobOptions(material="aluminium"), rules, router)
+    _, [told] = milling_data(MillingOptions(), JobOptions(material="aluminium"), 3.0, router)
     assert told.severity is Severity.NOTE
 
 
@@ -115,19 +108,17 @@ def test_a_mill_that_needs_less_than_half_of_the_lowest_speed_or_more_than_twice
         (router, 6.4, "aluminium", (r"6\.4", 2984, "aluminium", "mach3-router", "6000 to 24000", "smaller")),
         (MACHINE, 0.2, "stainless", (r"0\.2", 12732, "stainless 304", "linuxcnc-mill", "60 to 6000", "larger")),
     ):
-        rules = PocketRules(tool_diameter=diameter, step_over=0.6 * diameter)
         with pytest.raises(PlanError, match=slow.format(*words)) as refused:
-            milling_data(PocketOptions(), JobOptions(material=material), rules, machine)
+            milling_data(MillingOptions(), JobOptions(material=material), diameter, machine)
         assert "\n" not in str(refused.value)
         given = JobOptions(material=material, spindle_speed=6000.0)
-        assert milling_data(PocketOptions(), given, rules, machine)[0].tool.spindle_rpm == 6000.0
+        assert milling_data(MillingOptions(), given, diameter, machine)[0].tool.spindle_rpm == 6000.0
 
 
 @pytest.mark.hazard
 def test_a_feed_that_is_assumed_for_a_speed_far_above_the_right_one_is_a_warning() -> None:
     """20 m/min at 20 mm are 318 rpm in mild steel; with a given feed, nothing is reported."""
     router = load_machine("mach3-router")
-    rules = PocketRules(tool_diameter=20.0, step_over=12.0)
-    _, [told] = milling_data(PocketOptions(), JobOptions(spindle_speed=6000.0), rules, router)
+    _, [told] = milling_data(MillingOptions(), JobOptions(spindle_speed=6000.0), 20.0, router)
     assert told.severity is Severity.WARNING and told.message.endswith(". Recommended spindle speed: 318 rpm")
-    assert not milling_data(PocketOptions(), JobOptions(spindle_speed=6000.0, feed=2.0), rules, router)[1]
+    assert not milling_data(MillingOptions(), JobOptions(spindle_speed=6000.0, feed=2.0), 20.0, router)[1]

@@ -1,18 +1,19 @@
-"""The end mill for a pocket: from the tool library, or assumed with cautious cutting data."""
+"""The end mill of a job with its feeds: from the tool library, or assumed with cautious cutting data."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from leafcut.errors import OptionError, PlanError
+from leafcut.material.chip_feeds import plunge_feed, ramp_feed
 from leafcut.message import Message
+from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
-from leafcut.model.pocket import PocketRules
 from leafcut.model.tool import Tool, ToolKind, ToolLibrary
-from leafcut.options import JobOptions
-from leafcut.processes.pocket.options import PocketOptions
+from leafcut.options import JobOptions, MillingOptions
+from leafcut.processes.spindle_moves import check_spindle_heights
 
 #: Surface speed of high-speed steel end mills, m/min: the low end of workshop tables for milling (mild steel 25 … 35,
 #: stainless 9 … 20, aluminium and brass 60 … 150, plastics from 20), less 40 % because end and side cut at once.
@@ -36,6 +37,38 @@ FEED_PER_TOOTH, MOST_PER_TOOTH = 0.01, 0.05
 MOST_OFF, FAST = 2.0, 1.5
 #: Assumed number of teeth (slot mills have two).
 TEETH = 2
+#: Default plunge rate, relative to the feed: a plunging end mill cuts with its centre, where the cutting speed is 0.
+PLUNGE_PART = 1.0 / 3.0
+
+
+@dataclass(frozen=True)
+class MillingData:
+    """The tool, its plunge rate (mm/s), and its entry to a level (angle in rad).
+
+    Attributes
+    ----------
+    air_feed
+        Feed at depth in air, mm/s; not used if it is not above the feed of the tool.
+    limits
+        Limits of feeds that follow the load. None: the plunge rate limits the vertical speed on a ramp.
+    """
+
+    tool: Tool
+    plunge_feed: float
+    entry: str = "ramp"
+    entry_angle: float = math.radians(3.0)
+    air_feed: float = 0.0
+    limits: FeedLimits | None = None
+
+    def ramp_feed(self, depth: float) -> float:
+        """Return the feed along a ramp or helix into material `depth` mm deep, mm/s."""
+        feed = min(self.tool.feed, self.plunge_feed / math.sin(self.entry_angle))
+        return feed if self.limits is None else ramp_feed(self.limits, feed, self.entry_angle, depth)
+
+    @property
+    def straight_feed(self) -> float:
+        """The feed of a plunge into material, mm/s, within the power of the spindle."""
+        return self.plunge_feed if self.limits is None else plunge_feed(self.limits, self.plunge_feed)
 
 
 def library_mill(
@@ -43,7 +76,7 @@ def library_mill(
 ) -> Tool:
     """Return the end mill of a library: by number, else by the diameter `asked`, mm, else the only end mill.
 
-    `depth` is the depth of the deepest pocket, mm. Raises OptionError if the library lacks the requested number, or has
+    `depth` is the greatest depth to mill, mm. Raises OptionError if the library lacks the requested number, or has
     several end mills and none was requested. Raises PlanError if the library has no end mill, or if the tool is of
     another kind, has another diameter, or is too short.
     """
@@ -58,7 +91,7 @@ def library_mill(
         )
     if depth is not None and tool.flute_length is not None and depth > tool.flute_length + 1e-9:
         raise PlanError(
-            "{} cuts {:g} mm deep at most, but the deepest pocket has {:g} mm; use a longer tool",
+            "{} cuts {:g} mm deep at most, but {:g} mm are needed; use a longer tool",
             tool.label,
             tool.flute_length,
             depth,
@@ -72,7 +105,7 @@ def _mill_by_number(library: ToolLibrary, number: int) -> Tool:
         raise OptionError("--tool-number {}: {} has no such tool; {}", number, library.source, _mill_list_text(library))
     if tool.kind is not ToolKind.END_MILL:
         raise PlanError(
-            "--tool-number {}: {} is a {}, and a pocket needs an end mill; {}",
+            "--tool-number {}: {} is a {}, not an end mill; {}",
             number,
             tool.label,
             tool.kind.value,
@@ -84,7 +117,7 @@ def _mill_by_number(library: ToolLibrary, number: int) -> Tool:
 def _mill_by_diameter(library: ToolLibrary, asked: float | None) -> Tool:
     mills = _end_mills(library)
     if not mills:
-        raise PlanError('{}: no end mill for a pocket; add a [[tool]] of kind = "end-mill"', library.source)
+        raise PlanError('{}: no end mill; add a [[tool]] of kind = "end-mill"', library.source)
     if asked is None and len(mills) > 1:
         raise OptionError("{}; choose one with --tool-number or --tool-diameter", _mill_list_text(library))
     return mills[0] if asked is None else min(mills, key=lambda tool: abs(tool.diameter - asked))
@@ -105,9 +138,9 @@ def _mill_list_text(library: ToolLibrary) -> str:
 
 def add_cutting_data(
     mill: Tool | None,
-    options: PocketOptions,
+    number: int | None,
     job: JobOptions,
-    rules: PocketRules,
+    diameter: float,
     machine: Machine,
 ) -> tuple[Tool, list[Issue]]:
     """Return the end mill with its feed and speed, and issues about assumptions.
@@ -116,8 +149,7 @@ def add_cutting_data(
     material. Raises PlanError if speed or feed is out of the range of the machine, or if no speed is given and the
     spindle cannot turn at a suitable speed.
     """
-    number = options.tool_number or 1
-    tool = mill or Tool(number, rules.tool_diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
+    tool = mill or Tool(number or 1, diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
     asked_rpm, asked_feed = job.spindle_speed or tool.spindle_rpm, job.feed or tool.feed
     known = _NAMES.get(_material_key(job.material), _material_key(job.material))
     known = known if known in SURFACE_SPEEDS else UNKNOWN
@@ -170,3 +202,22 @@ def add_cutting_data(
 
 def _material_key(material: str) -> str:
     return "_".join(material.lower().replace("-", " ").split())
+
+
+def milling_data(
+    options: MillingOptions,
+    job: JobOptions,
+    diameter: float,
+    machine: Machine,
+    mill: Tool | None = None,
+    entry: str = "ramp",
+) -> tuple[MillingData, list[Issue]]:
+    """Return the end mill with its feeds, and issues about assumptions.
+
+    Without a `mill` from a library, an end mill of the given diameter, mm, is assumed. Raises PlanError if the machine
+    has no spindle, if heights contradict each other, or if the speed or feed is out of the machine's range.
+    """
+    check_spindle_heights(machine, job, "mill")
+    tool, issues = add_cutting_data(mill, options.tool_number, job, diameter, machine)
+    plunge = options.plunge_feed or tool.plunge_feed or PLUNGE_PART * tool.feed
+    return MillingData(tool, min(plunge, machine.max_feed), entry, options.entry_angle, machine.max_feed), issues

@@ -11,7 +11,7 @@ import shapely
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.toolpath import Arc, ToolpathBuilder
-from leafcut.processes.pocket.plan.rules import MillingData
+from leafcut.processes.milling.mill import MillingData
 
 #: Height above the material at which a ramp or helix starts, mm.
 ABOVE = 0.5

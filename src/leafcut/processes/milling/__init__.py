@@ -1,0 +1,1 @@
+"""Tool, feeds and entries of end mills, shared by all milling processes."""
