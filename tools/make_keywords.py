@@ -16,10 +16,11 @@ WIDTH = 120
 
 #: Class → the function that takes it, the kinds of work whose options it has, and the classes of its other keywords.
 CLASSES = {
-    "OptimizeKeywords": ("optimize", ("drill", "cut", "pocket", "program"), ""),
+    "OptimizeKeywords": ("optimize", ("drill", "cut", "pocket", "part", "program"), ""),
     "DrillKeywords": ("drill", ("drill",), "RunKeywords"),
     "CutKeywords": ("cut", ("cut",), "RunKeywords"),
     "PocketKeywords": ("pocket", ("pocket",), "RunKeywords"),
+    "PartKeywords": ("part", ("part",), "RunKeywords"),
     "ReorderKeywords": ("reorder", ("program",), "RunKeywords"),
     "NestKeywords": ("nest", ("nest",), ""),
     "SolveKeywords": ("solve", ("solve",), ""),

@@ -16,6 +16,7 @@ _HOMES = {
     "drill": "leafcut.api",
     "cut": "leafcut.api",
     "pocket": "leafcut.api",
+    "part": "leafcut.api",
     "reorder": "leafcut.api",
     "nest": "leafcut.api",
     "simulate": "leafcut.api",
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
     from leafcut.api import drill as drill
     from leafcut.api import nest as nest
     from leafcut.api import optimize as optimize
+    from leafcut.api import part as part
     from leafcut.api import pocket as pocket
     from leafcut.api import read_part as read_part
     from leafcut.api import reorder as reorder

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         DrillKeywords,
         NestKeywords,
         OptimizeKeywords,
+        PartKeywords,
         PocketKeywords,
         ReorderKeywords,
         SimulateKeywords,
@@ -172,6 +173,14 @@ def pocket(source: Input, output: str | Path | None = None, **keywords: Unpack[P
     The arguments are as in `optimize`, without `process`.
     """
     return optimize(source, output, process="pocket", **keywords)
+
+
+def part(source: Input, output: str | Path | None = None, **keywords: Unpack[PartKeywords]) -> ProgramResult:
+    """Return a verified program that mills the outlines, windows and large holes of a drawing through a plate.
+
+    The arguments are as in `optimize`, without `process`.
+    """
+    return optimize(source, output, process="part", **keywords)
 
 
 def reorder(

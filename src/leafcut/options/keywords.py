@@ -38,13 +38,13 @@ class RunKeywords(TypedDict, total=False):
 
 
 class _ReadOptions1(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, reorder, nest, solve, simulate, stock, tool_speeds, verify.
+    # Of optimize, drill, cut, pocket, part, reorder, nest, solve, simulate, stock, tool_speeds, verify.
     units: Literal["mm", "cm", "m", "in", "mil", "ft", None]
     """Units of a file that does not state them (default: the file's, else mm)."""
 
 
 class _ReadOptions2(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, nest, solve, tool_speeds.
+    # Of optimize, drill, cut, pocket, part, nest, solve, tool_speeds.
     layers: str | Sequence[str] | None
     """Read only these layers; * and ? are wildcards (default: all visible layers)."""
 
@@ -58,7 +58,7 @@ class _ReadOptions3(TypedDict, total=False):
 
 
 class _ReadOptions4(TypedDict, total=False):
-    # Of optimize, drill, cut, nest, solve, tool_speeds.
+    # Of optimize, drill, cut, part, nest, solve, tool_speeds.
     concentric: Literal["smallest", "largest", "all", None]
     """Which of several concentric circles to drill, or to cut as a hole of a sheet (default: smallest)."""
 
@@ -87,7 +87,7 @@ class _ReadOptions7(TypedDict, total=False):
 
 
 class _ReadOptions8(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, tool_speeds.
+    # Of optimize, drill, cut, pocket, part, tool_speeds.
     mirror: Literal["x", "y", None]
     """Mirror the drawing: x reverses X (a board flipped sideways), y reverses Y (default: as drawn)."""
     rotate: Quantity | None
@@ -99,13 +99,13 @@ class _ReadOptions8(TypedDict, total=False):
 
 
 class _ReadOptions9(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, reorder, nest, solve, simulate, stock, tool_speeds.
+    # Of optimize, drill, cut, pocket, part, reorder, nest, solve, simulate, stock, tool_speeds.
     strict: bool | None
     """Refuse input with skipped or repaired entities, and programs with dangerous moves."""
 
 
 class _SheetOptions1(TypedDict, total=False):
-    # Of optimize, cut, nest.
+    # Of optimize, cut, part, nest.
     cut_layers: str | Sequence[str] | None
     """Layers to cut; * and ? are wildcards (default: all others)."""
     mark_layers: str | Sequence[str] | None
@@ -119,7 +119,7 @@ class _SheetOptions1(TypedDict, total=False):
 
 
 class _SheetOptions2(TypedDict, total=False):
-    # Of optimize, cut, pocket, nest.
+    # Of optimize, cut, pocket, part, nest.
     join_tolerance: Quantity | None
     """Join line ends closer than this (mm; default: 0.05mm)."""
     open_paths: Literal["refuse", "cut", "mark", "drop", None]
@@ -127,19 +127,19 @@ class _SheetOptions2(TypedDict, total=False):
 
 
 class _MachineOptions1(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, reorder, nest, simulate, stock, tool_speeds, verify.
+    # Of optimize, drill, cut, pocket, part, reorder, nest, simulate, stock, tool_speeds, verify.
     machine: str | None
     """Machine name (see `leafcut list machines`), or path of a TOML profile (default: linuxcnc-mill)."""
 
 
 class _MachineOptions2(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, reorder, simulate, stock, tool_speeds, verify.
+    # Of optimize, drill, cut, pocket, part, reorder, simulate, stock, tool_speeds, verify.
     work_offset: str | Sequence[Quantity] | None
     """Work offset: program zero in machine coordinates, x,y,z (mm; default: the machine's, else unknown)."""
 
 
 class _JobOptions1(TypedDict, total=False):
-    # Of optimize, drill, pocket, reorder, stock, tool_speeds.
+    # Of optimize, drill, pocket, part, reorder, stock, tool_speeds.
     tools: str | Path | None
     """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, or a .csv table (default: one
     assumed drill per diameter).
@@ -152,6 +152,23 @@ class _JobOptions2(TypedDict, total=False):
     """Depth of blind holes or pockets below Z0; through: each hole goes through the part under --surface (mm;
     default: required, except for holes with --thickness).
     """
+
+
+class _JobOptions3(TypedDict, total=False):
+    # Of optimize, drill, cut, pocket, part, reorder, simulate, tool_speeds, verify.
+    thickness: Quantity | None
+    """Thickness of the plate (holes go through), or of the sheet to cut (mm; default: unknown; required for
+    sheets, and for holes without --depth).
+    """
+    material: str | None
+    """Material: for sheets, a name in the cut chart; for `leafcut tools speeds` and for feeds of a program, a name
+    in `leafcut list materials` or a TOML file. For pockets, it sets the speed of an end mill without data. It
+    also selects the presets of a Fusion tool library (default: mild_steel).
+    """
+
+
+class _JobOptions4(TypedDict, total=False):
+    # Of optimize, drill, pocket, part, tool_speeds.
     break_through: Quantity | None
     """Break-through: distance that through holes extend below the plate (mm; default: 0.5mm)."""
     retract_height: Quantity | None
@@ -172,27 +189,14 @@ class _JobOptions2(TypedDict, total=False):
     """
 
 
-class _JobOptions3(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, reorder, simulate, tool_speeds, verify.
-    thickness: Quantity | None
-    """Thickness of the plate (holes go through), or of the sheet to cut (mm; default: unknown; required for
-    sheets, and for holes without --depth).
-    """
-    material: str | None
-    """Material: for sheets, a name in the cut chart; for `leafcut tools speeds` and for feeds of a program, a name
-    in `leafcut list materials` or a TOML file. For pockets, it sets the speed of an end mill without data. It
-    also selects the presets of a Fusion tool library (default: mild_steel).
-    """
-
-
-class _JobOptions4(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, reorder, simulate, tool_speeds.
+class _JobOptions5(TypedDict, total=False):
+    # Of optimize, drill, cut, pocket, part, reorder, simulate, tool_speeds.
     clearance_height: Quantity | None
     """Clearance height (initial plane): safe above part and clamps (mm; default: 10mm)."""
 
 
-class _JobOptions5(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, reorder, tool_speeds.
+class _JobOptions6(TypedDict, total=False):
+    # Of optimize, drill, cut, pocket, part, reorder, tool_speeds.
     keep_out: str | Sequence[str] | None
     """Keep-out zones such as clamps, separated by commas: rectangles 'x0 y0 x1 y1' in mm, or 'x0 y0 x1 y1 h' with
     the height h above Z0. Cuts stay outside. Rapids cross a zone at least 1 mm above h (without h, at
@@ -205,31 +209,35 @@ class _JobOptions5(TypedDict, total=False):
     """
 
 
-class _JobOptions6(TypedDict, total=False):
-    # Of optimize, pocket, reorder, stock, tool_speeds, verify.
+class _JobOptions7(TypedDict, total=False):
+    # Of optimize, pocket, part, reorder, stock, tool_speeds, verify.
     tool_diameter: Quantity | None
     """Diameter of the end mill for a pocket, of the drill for `leafcut tools speeds` without a library, or of the
     flat mills that a program does not describe (mm; default: from the tool library).
     """
 
 
-class _JobOptions7(TypedDict, total=False):
+class _JobOptions8(TypedDict, total=False):
     # Of optimize, pocket, tool_speeds.
     step_over: float | str | None
     """Maximum step-over in a pocket, or width of an end mill's cut, as a share of the tool diameter (default: 0.6
     in pockets, else a full slot).
     """
+
+
+class _JobOptions9(TypedDict, total=False):
+    # Of optimize, pocket, part, tool_speeds.
     step_down: Quantity | None
     """Step-down: depth per level of a pocket, or of an end mill's cut (mm; default: half the tool diameter)."""
 
 
-class _JobOptions8(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, tool_speeds.
+class _JobOptions10(TypedDict, total=False):
+    # Of optimize, drill, cut, pocket, part, tool_speeds.
     end_point: str | Sequence[Quantity] | None
     """End point of the tool, x,y, or free (mm; default: at the last hole)."""
 
 
-class _JobOptions9(TypedDict, total=False):
+class _JobOptions11(TypedDict, total=False):
     # Of optimize, drill, cut, tool_speeds.
     plan: str | Path | None
     """Plan file with choices to keep: cuts of a sheet, or holes to drill first; the search completes the rest
@@ -365,6 +373,16 @@ class _PocketOptions1(TypedDict, total=False):
     """Entry move to each level (default: ramp: along the start of the path)."""
 
 
+class _PartOptions1(TypedDict, total=False):
+    # Of optimize, part.
+    tabs: int | None
+    """Tabs on each outline, and on each window whose slug they can hold; 0 for none (default: 4)."""
+    tab_width: Quantity | None
+    """Width of a tab between the cuts (mm; default: 6mm)."""
+    tab_height: Quantity | None
+    """Height of a tab over the underside of the plate (mm; default: 1.5mm)."""
+
+
 class _ResequenceOptions1(TypedDict, total=False):
     # Of optimize, reorder.
     merge_tools: bool | None
@@ -431,7 +449,7 @@ class _PocketDrawingOptions1(TypedDict, total=False):
 
 
 class _MillingOptions1(TypedDict, total=False):
-    # Of optimize, pocket.
+    # Of optimize, pocket, part.
     tool_number: int | None
     """Tool number of the end mill, also used to select it in the tool library (default: 1; with a library, the end
     mill of --tool-diameter, or the only end mill).
@@ -445,7 +463,7 @@ class _MillingOptions1(TypedDict, total=False):
 
 
 class _SolveOptions1(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, reorder, solve.
+    # Of optimize, drill, cut, pocket, part, reorder, solve.
     algorithm: Literal[
         "auto",
         "colony",
@@ -475,7 +493,7 @@ class _SolveOptions1(TypedDict, total=False):
 
 
 class _SolveOptions2(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, reorder, nest, solve, tool_speeds.
+    # Of optimize, drill, cut, pocket, part, reorder, nest, solve, tool_speeds.
     preset: Literal["fast", "default", "thorough", None]
     """Search effort; the result is the same on every machine (default: default)."""
     time_limit: Quantity | None
@@ -489,19 +507,19 @@ class _SolveOptions2(TypedDict, total=False):
 
 
 class _SolveOptions3(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, reorder.
+    # Of optimize, drill, cut, pocket, part, reorder.
     objective: Literal["time", "distance", None]
     """Quantity to minimise: machine time or travel distance (default: time)."""
 
 
 class _SolveOptions4(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, reorder, nest, solve.
+    # Of optimize, drill, cut, pocket, part, reorder, nest, solve.
     iterations: int | None
     """Stop after this many iterations (default: the preset decides)."""
 
 
 class _AcoOptions1(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, reorder, solve.
+    # Of optimize, drill, cut, pocket, part, reorder, solve.
     n_ants: int | str | None
     """Ants per iteration (m); parts: one per part of a sheet, else one per node (default: one per node; 25 with
     local search; 10 for acs).
@@ -530,7 +548,7 @@ class _AcoOptions1(TypedDict, total=False):
 
 
 class _FireflyOptions1(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, reorder, solve.
+    # Of optimize, drill, cut, pocket, part, reorder, solve.
     variant: Literal["leafcut", "published", "published-complex", None]
     """Firefly variant; in the published variants, for simple and for complex pockets, every pair makes β₀
     inversions, the n shortest tours survive, and there is no local search (default: leafcut).
@@ -550,7 +568,7 @@ class _FireflyOptions1(TypedDict, total=False):
 
 
 class _PostOptions1(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, reorder.
+    # Of optimize, drill, cut, pocket, part, reorder.
     dialect: str | None
     """Dialect of the controller (see `leafcut list dialects`), or path of a TOML file (default: the machine's)."""
     line_numbers: bool | None
@@ -560,7 +578,7 @@ class _PostOptions1(TypedDict, total=False):
 
 
 class _PostOptions2(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket.
+    # Of optimize, drill, cut, pocket, part.
     output_units: Literal["mm", "inch", None]
     """Units of the program (default: mm)."""
     program_number: int | None
@@ -568,7 +586,7 @@ class _PostOptions2(TypedDict, total=False):
 
 
 class _PostOptions3(TypedDict, total=False):
-    # Of optimize, drill, pocket.
+    # Of optimize, drill, pocket, part.
     coolant: bool | None
     """Turn coolant on while cutting."""
 
@@ -649,12 +667,15 @@ class OptimizeKeywords(
     _JobOptions7,
     _JobOptions8,
     _JobOptions9,
+    _JobOptions10,
+    _JobOptions11,
     _CutDataOptions1,
     _CutDataOptions2,
     _CutDataOptions3,
     _DrillOptions1,
     _CutOptions1,
     _PocketOptions1,
+    _PartOptions1,
     _ResequenceOptions1,
     _PocketDrawingOptions1,
     _MillingOptions1,
@@ -694,8 +715,9 @@ class DrillKeywords(
     _JobOptions3,
     _JobOptions4,
     _JobOptions5,
-    _JobOptions8,
-    _JobOptions9,
+    _JobOptions6,
+    _JobOptions10,
+    _JobOptions11,
     _DrillOptions1,
     _SolveOptions1,
     _SolveOptions2,
@@ -726,10 +748,10 @@ class CutKeywords(
     _MachineOptions1,
     _MachineOptions2,
     _JobOptions3,
-    _JobOptions4,
     _JobOptions5,
-    _JobOptions8,
-    _JobOptions9,
+    _JobOptions6,
+    _JobOptions10,
+    _JobOptions11,
     _CutDataOptions1,
     _CutDataOptions2,
     _CutDataOptions3,
@@ -769,6 +791,8 @@ class PocketKeywords(
     _JobOptions6,
     _JobOptions7,
     _JobOptions8,
+    _JobOptions9,
+    _JobOptions10,
     _PocketOptions1,
     _PocketDrawingOptions1,
     _MillingOptions1,
@@ -787,6 +811,41 @@ class PocketKeywords(
     """Keywords of `leafcut.pocket`."""
 
 
+class PartKeywords(
+    RunKeywords,
+    _ReadOptions1,
+    _ReadOptions2,
+    _ReadOptions4,
+    _ReadOptions8,
+    _ReadOptions9,
+    _SheetOptions1,
+    _SheetOptions2,
+    _MachineOptions1,
+    _MachineOptions2,
+    _JobOptions1,
+    _JobOptions3,
+    _JobOptions4,
+    _JobOptions5,
+    _JobOptions6,
+    _JobOptions7,
+    _JobOptions9,
+    _JobOptions10,
+    _PartOptions1,
+    _MillingOptions1,
+    _SolveOptions1,
+    _SolveOptions2,
+    _SolveOptions3,
+    _SolveOptions4,
+    _AcoOptions1,
+    _FireflyOptions1,
+    _PostOptions1,
+    _PostOptions2,
+    _PostOptions3,
+    total=False,
+):
+    """Keywords of `leafcut.part`."""
+
+
 class ReorderKeywords(
     RunKeywords,
     _ReadOptions1,
@@ -798,9 +857,9 @@ class ReorderKeywords(
     _MachineOptions2,
     _JobOptions1,
     _JobOptions3,
-    _JobOptions4,
     _JobOptions5,
     _JobOptions6,
+    _JobOptions7,
     _CutDataOptions1,
     _CutDataOptions2,
     _ResequenceOptions1,
@@ -861,7 +920,7 @@ class SimulateKeywords(
     _MachineOptions1,
     _MachineOptions2,
     _JobOptions3,
-    _JobOptions4,
+    _JobOptions5,
     _CutDataOptions1,
     _CutDataOptions2,
     total=False,
@@ -878,7 +937,7 @@ class StockKeywords(
     _MachineOptions1,
     _MachineOptions2,
     _JobOptions1,
-    _JobOptions6,
+    _JobOptions7,
     _StockOptions1,
     _StockOptions2,
     total=False,
@@ -907,6 +966,8 @@ class ToolSpeedsKeywords(
     _JobOptions7,
     _JobOptions8,
     _JobOptions9,
+    _JobOptions10,
+    _JobOptions11,
     _DrillOptions1,
     _SolveOptions2,
     _SpeedOptions1,
@@ -921,7 +982,7 @@ class VerifyKeywords(
     _MachineOptions1,
     _MachineOptions2,
     _JobOptions3,
-    _JobOptions6,
+    _JobOptions7,
     _CutDataOptions1,
     _CutDataOptions2,
     total=False,

@@ -28,6 +28,7 @@ BUILT_IN = {
     "drill": "leafcut.processes.drilling.process:Drilling",
     "cut": "leafcut.processes.sheet.process:SheetCutting",
     "pocket": "leafcut.processes.pocket.process:Pocketing",
+    "part": "leafcut.processes.part.process:PartMilling",
     "program": "leafcut.processes.program.process:ForeignProgram",
 }
 #: Work that generates no programs, in the order of all lists: name → module and class.

@@ -1,0 +1,186 @@
+"""Check that a program mills each edge of the part once, on the right side, through the plate, and leaves its tabs.
+
+The judge reads the program as straight moves of the mill and compares them with the drawn edges. It computes the path
+beside each edge with shapely, not with the offset of the planner.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from leafcut.geometry.arrays import Points
+from leafcut.material.straight_moves import straight_moves
+from leafcut.message import Message
+from leafcut.model.difference import Difference
+from leafcut.model.toolpath import Toolpath
+from leafcut.processes.part.model import Edge, PartRequest
+from leafcut.proof.difference import limit_differences, position_text
+
+#: Largest distance between the tool's path and the ideal path, mm: tolerance of the plan, chords, and written decimals.
+TOLERANCE = 0.03
+#: Maximum distance of chords from the arcs of the program and of the drawing, mm.
+_CHORD = 0.002
+#: Tolerance of heights, mm.
+_HEIGHT = 0.002
+#: Chords per quarter of the circle that grows an edge.
+_QUARTER = 256
+#: Maximum length of a straight move, mm; no move is divided.
+_WHOLE = 1e9
+
+
+def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
+    """Return the differences between a program and the request; an empty list is the proof.
+
+    1. No cut takes the tool into the finished part or below the request's `bottom`.
+    2. Each cut runs along an edge, and each edge is cut through all around, except at its tabs.
+    3. Each tab is as wide as requested or wider, and the cut over it is at its top.
+    4. An edge is finished before the cut of an edge around it starts.
+    """
+    moves = straight_moves(written, _CHORD, _WHOLE)
+    cutting = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < -_HEIGHT)
+    ends, rows = moves.ends[cutting], moves.row[cutting]
+    lines = shapely.linestrings(ends.reshape(-1, 2, 3)[:, :, :2])
+    shapes = [shapely.Polygon(edge.path.flattened(_CHORD)) for edge in request.edges]
+    rings = [_centre_rings(shape, edge, request.radius) for shape, edge in zip(shapes, request.edges, strict=True)]
+
+    def at(row: int) -> int:
+        return int(moves.path.line[row])
+
+    differences = [
+        Difference("tool", 0, at(row), Message("the cut uses tool {}, not tool {}", tool, request.tool))
+        for row, tool in zip(rows.tolist(), moves.tool[cutting].tolist(), strict=True)
+        if tool != request.tool
+    ]
+    differences += [
+        Difference("gouge", 0, at(int(rows[k])), Message("the cut ends inside the part, at {}", _place(ends[k])))
+        for k in np.flatnonzero(_gouges(lines, shapes, request)).tolist()
+    ]
+    differences += [
+        Difference(
+            "depth", 0, at(int(rows[k])), Message("the cut is below Z{:g}, at {}", request.bottom, _place(ends[k]))
+        )
+        for k in np.flatnonzero(ends[:, [2, 5]].min(axis=1) < request.bottom - _HEIGHT).tolist()
+    ]
+    owner = _owners(lines, rings)
+    differences += [
+        Difference("cut not drawn", 0, at(int(rows[k])), Message("a cut at {} follows no edge", _place(ends[k])))
+        for k in np.flatnonzero(owner < 0).tolist()
+    ]
+    for number, (edge, own_rings) in enumerate(zip(request.edges, rings, strict=True)):
+        mine = owner == number
+        for ring in own_rings:
+            differences += _check_ring(request, edge, ring, ends[mine], lines[mine])
+    return limit_differences([*differences, *_check_order(request, owner, rows, at)])
+
+
+def milled_edges(request: PartRequest) -> list[int]:
+    """Return the indices of the edges that the mill can follow: all outlines, and windows wider than the mill."""
+    shapes = [shapely.Polygon(edge.path.flattened(_CHORD)) for edge in request.edges]
+    return [k for k, edge in enumerate(request.edges) if _centre_rings(shapes[k], edge, request.radius)]
+
+
+def _centre_rings(shape: Any, edge: Edge, radius: float) -> list[Any]:
+    """Return the closed paths of the tool's centre along an edge, as shapely lines."""
+    grown = shape.buffer(-radius if edge.inside else radius, quad_segs=_QUARTER)
+    pieces = [piece for piece in getattr(grown, "geoms", [grown]) if not piece.is_empty]
+    # The remainder of a passage exactly as wide as the tool is no path.
+    return [piece.exterior for piece in pieces if 2.0 * piece.area > TOLERANCE * piece.exterior.length]
+
+
+def _gouges(lines: NDArray[Any], shapes: Sequence[Any], request: PartRequest) -> NDArray[np.bool_]:
+    """Return the moves whose tool overlaps the finished part by more than the tolerance, bool[n]."""
+    material = shapely.Polygon()
+    for shape in sorted(shapes, key=lambda one: -one.area):
+        # An edge inside another one always has the smaller area, so that windows cut outlines and contain others.
+        material = material.symmetric_difference(shape)
+    shapely.prepare(material)
+    near = shapely.dwithin(lines, material, request.radius - TOLERANCE)
+    return np.asarray(near, dtype=bool)
+
+
+def _owners(lines: NDArray[Any], rings: Sequence[Sequence[Any]]) -> NDArray[np.int64]:
+    """Return the edge whose path each move follows, int64[n]; -1 if a move follows none."""
+    paths = [(number, ring) for number, own in enumerate(rings) for ring in own]
+    owner = np.full(len(lines), -1, dtype=np.int64)
+    if not paths or not len(lines):
+        return owner
+    tree = shapely.STRtree(lines)
+    for number, ring in paths:
+        owner[tree.query(ring.buffer(TOLERANCE), predicate="covers")] = number
+    return owner
+
+
+def _check_ring(
+    request: PartRequest, edge: Edge, ring: Any, ends: NDArray[np.float64], lines: NDArray[Any]
+) -> list[Difference]:
+    """Check that the moves along a ring cut through the plate, apart from its tabs."""
+    tabs, diameter = request.tabs, 2.0 * request.radius
+    highest = ends[:, [2, 5]].max(axis=1)
+    through = ring.difference(_followed(lines[highest <= request.bottom + _HEIGHT]))
+    left = [piece for piece in shapely.get_parts(_joined(through)) if piece.length > TOLERANCE]
+    wanted = tabs.count if ring.length >= tabs.needed_length(diameter) * (1.0 + 1e-6) else None
+    differences = []
+    if wanted is not None and len(left) != wanted:
+        words = Message(
+            "{} has {} places that are not cut through, and {} tabs were requested", edge.name, len(left), wanted
+        )
+        differences.append(Difference("tabs", 0, 0, words))
+    if wanted is None and left and not (edge.inside and len(left) == tabs.count):
+        words = Message("{} is not cut through at {}", edge.name, position_text(*left[0].coords[0][:2]))
+        differences.append(Difference("not cut", 0, 0, words))
+    differences += [
+        Difference(
+            "tabs",
+            0,
+            0,
+            Message(
+                "a tab of {} at {} is {:.3g} mm wide",
+                edge.name,
+                position_text(*piece.coords[0][:2]),
+                piece.length - diameter,
+            ),
+        )
+        for piece in left
+        if not tabs.width - 4.0 * TOLERANCE <= piece.length - diameter <= tabs.width + 4.0 * TOLERANCE
+    ]
+    top = tabs.height - request.thickness
+    above = ring.difference(_followed(lines[highest <= (top if left else request.bottom) + _HEIGHT]))
+    if not above.is_empty and above.length > TOLERANCE:
+        at = shapely.get_parts(above)[0].coords[0]
+        words = Message("material above the tabs of {} is not cut at {}", edge.name, position_text(*at[:2]))
+        differences.append(Difference("not cut", 0, 0, words))
+    return differences
+
+
+def _followed(lines: NDArray[Any]) -> Any:
+    """Return the strip along some moves, without round ends, so that it does not reach into the tabs."""
+    return shapely.union_all(shapely.buffer(lines, 2.0 * TOLERANCE, cap_style="flat"))
+
+
+def _joined(pieces: Any) -> Any:
+    """Return pieces of a ring with the two pieces at the start of the ring joined."""
+    return shapely.line_merge(pieces) if pieces.geom_type == "MultiLineString" else pieces
+
+
+def _check_order(request: PartRequest, owner: NDArray[np.int64], rows: NDArray[np.int64], at: Any) -> list[Difference]:
+    span = {number: rows[owner == number] for number in np.unique(owner[owner >= 0]).tolist()}
+    return [
+        Difference(
+            "order",
+            0,
+            at(int(own[-1])),
+            Message("{} is milled after {}", request.edges[number].name, request.edges[around].name),
+        )
+        for number, own in span.items()
+        for around in request.edges[number].within
+        if around in span and own[-1] > span[around][0]
+    ]
+
+
+def _place(ends: Points) -> str:
+    return position_text(*ends[3:].tolist())

@@ -1,0 +1,33 @@
+"""Options of a part: tabs that hold it while it is milled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from leafcut.options.condition import when_given
+from leafcut.options.option_spec import OptionGroup, option
+
+
+@dataclass(frozen=True)
+class PartOptions(OptionGroup):
+    """Tabs: bridges of material that hold a part, or the slug of a large window, until all work is done."""
+
+    section: ClassVar[str] = "part"
+    title: ClassVar[str] = "Parts"
+
+    tabs: int = option(
+        "whole",
+        4,
+        "tabs on each outline, and on each window whose slug they can hold; 0 for none",
+        minimum=0,
+        maximum=100,
+    )
+    tab_width: float = option(
+        "quantity", 6.0, "width of a tab between the cuts", unit="mm", minimum=0.1, maximum=200,
+        needs=(when_given("tabs"),),
+    )  # fmt: skip
+    tab_height: float = option(
+        "quantity", 1.5, "height of a tab over the underside of the plate", unit="mm", minimum=0.05, maximum=100,
+        needs=(when_given("tabs"),),
+    )  # fmt: skip

@@ -1,0 +1,1 @@
+"""Planning of a part: tool paths beside the outlines, tabs, and start points."""

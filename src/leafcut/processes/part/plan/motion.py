@@ -1,0 +1,125 @@
+"""Motion of a part program: spiral along each path, then cut the rest between the tabs, level by level."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from leafcut.geometry.arrays import Point
+from leafcut.geometry.polyline import Polyline
+from leafcut.geometry.zones import touches_any_zone, widen_zones
+from leafcut.model.machine import Machine
+from leafcut.model.toolpath import Toolpath, ToolpathBuilder
+from leafcut.processes.milling.entries import ABOVE, enter_level, follow
+from leafcut.processes.milling.mill import MillingData
+from leafcut.processes.part.plan.outlines import OutlineCut
+from leafcut.processes.spindle_moves import rise, stop_spindle, take_tool
+
+
+@dataclass(frozen=True, eq=False)
+class PartHeights:
+    """Heights of a program, mm: rapids, tops of the tabs (`bottom` without tabs), lowest cut, and largest step-down.
+
+    `zones`, float64[k, 4], are crossed at the clearance height. `end` is the last position.
+    """
+
+    clearance: float
+    retract: float
+    tab_top: float
+    bottom: float
+    step: float
+    zones: NDArray[np.float64]
+    end: Point | None = None
+
+
+def part_motion(
+    cuts: Sequence[tuple[OutlineCut, float]],
+    heights: PartHeights,
+    data: MillingData,
+    machine: Machine,
+    *,
+    climb: bool,
+    coolant: bool,
+    pause: bool,
+) -> Toolpath:
+    """Return the motion of the whole program for cuts with their start points (distance along the path, mm)."""
+    builder = ToolpathBuilder()
+    if machine.safe_z is not None:
+        builder.machine(z=machine.safe_z)
+    take_tool(builder, machine, data.tool, heights.clearance, coolant=coolant, pause=pause)
+    zones = widen_zones(heights.zones, 0.5 * data.tool.diameter)
+    here: Point | None = None
+    for cut, start in cuts:
+        place = cut.path.point_at(start)
+        if here is None:
+            builder.rapid(*place)
+        else:
+            high = touches_any_zone([here], [place], zones, dogleg=machine.rapid_style == "dogleg")[0]
+            builder.rapid(z=heights.clearance if high else heights.retract)
+            builder.rapid(*place)
+        if builder.position[2] != heights.retract:
+            builder.rapid(z=heights.retract)
+        _cut_outline(builder, cut, start, heights, data, climb)
+        here = place
+    builder.rapid(z=heights.clearance)
+    if heights.end is not None:
+        builder.rapid(*heights.end)
+    rise(builder, machine, heights.clearance)
+    stop_spindle(builder, coolant)
+    builder.end()
+    return builder.build()
+
+
+def _cut_outline(
+    builder: ToolpathBuilder, cut: OutlineCut, start: float, heights: PartHeights, data: MillingData, climb: bool
+) -> None:
+    """Spiral down along the whole path to the tops of the tabs, cut a level turn there, then cut between the tabs."""
+    length, feed = cut.path.length, data.tool.feed
+    loop = cut.path.piece(start, start + length)
+    level = heights.tab_top if cut.tabs else heights.bottom
+    builder.feed(z=ABOVE, feed=feed)
+    drop = ABOVE - level
+    turns = max(
+        math.ceil(-level / heights.step - 1e-9), math.ceil(drop / (length * math.tan(data.entry_angle)) - 1e-9), 1
+    )
+    slope = math.atan2(drop / turns, length)
+    for turn in range(turns):
+        high, low = (ABOVE - drop * (turn + k) / turns for k in (0, 1))
+        follow(builder, loop, min(feed, data.plunge_feed / math.sin(slope)), (high, low))
+    follow(builder, loop, feed)
+    if cut.tabs:
+        _cut_between_tabs(builder, cut, start, heights, data, climb)
+
+
+def _cut_between_tabs(
+    builder: ToolpathBuilder, cut: OutlineCut, start: float, heights: PartHeights, data: MillingData, climb: bool
+) -> None:
+    feed, nowhere = data.tool.feed, shapely.Polygon()
+    count = max(math.ceil((heights.tab_top - heights.bottom) / heights.step - 1e-9), 1)
+    top = heights.tab_top
+    for level in (heights.tab_top - (heights.tab_top - heights.bottom) * k / count for k in range(1, count + 1)):
+        for piece, is_tab in _pieces_from(cut, start):
+            if is_tab:
+                builder.feed(z=heights.tab_top, feed=feed)
+                follow(builder, piece, feed)
+            else:
+                enter_level(builder, piece, top, level, data, nowhere, climb)
+                follow(builder, piece, feed)
+        top = level
+
+
+def _pieces_from(cut: OutlineCut, start: float) -> list[tuple[Polyline, bool]]:
+    """Return the pieces of the path from a start point on, each with whether it lies over a tab."""
+    length, pieces, position = cut.path.length, [], start
+    ahead = sorted(
+        (low + (length if low < start else 0.0), high + (length if low < start else 0.0)) for low, high in cut.tabs
+    )
+    for low, high in ahead:
+        pieces += [(cut.path.piece(position, low), False), (cut.path.piece(low, high), True)]
+        position = high
+    return [*pieces, (cut.path.piece(position, start + length), False)]

@@ -1,0 +1,158 @@
+"""The tool path along each edge of a part, with its tabs and possible start points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+
+from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Point
+from leafcut.geometry.offset import offset
+from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
+from leafcut.model.contour import Contour
+from leafcut.model.issue import Issue, MissingWork, Severity
+from leafcut.processes.part.model import Edge, TabRules
+
+#: Tolerance of the tool path, mm.
+TOLERANCE = 0.01
+#: Number of start points for each tool path; those on a tab are left out.
+STARTS = 16
+#: Positions of a tab within its share of the path, in order of preference: the first on a straight section is taken.
+_TAB_POSITIONS = (0.5, 0.4, 0.6, 0.3, 0.7)
+
+
+@dataclass(frozen=True, eq=False)
+class OutlineCut:
+    """A closed path of the tool's centre along an edge, in milling direction.
+
+    `tabs` are intervals (from, to) along the path, and `starts` are start points as distances along the path, mm.
+    """
+
+    edge: int
+    path: Polyline
+    tabs: tuple[tuple[float, float], ...]
+    starts: tuple[float, ...]
+
+
+def edges_of(contours: Sequence[Contour]) -> tuple[list[Edge], list[Issue]]:
+    """Return the closed edges of a part, and issues about marks and open paths, which are not milled.
+
+    Contours of even depth are outlines, and contours of odd depth are windows.
+    """
+    chosen = [k for k, contour in enumerate(contours) if contour.path.closed and contour.kind == "cut"]
+    number = {index: k for k, index in enumerate(chosen)}
+    edges = []
+    for index in chosen:
+        around, parent = [], contours[index].parent
+        while parent >= 0:
+            around.append(number[parent])
+            parent = contours[parent].parent
+        edges.append(Edge(contours[index].path, contours[index].is_hole, tuple(around), _name(contours[index])))
+    left = [contour.path for k, contour in enumerate(contours) if k not in number]
+    issues = []
+    if left:
+        words = Message("not milled: {} open or marked lines; engraving is not available", len(left))
+        issues.append(Issue("L707", words, missing=_missing("line", left)))
+    return edges, issues
+
+
+def plan_cuts(
+    edges: Sequence[Edge], radius: float, climb: bool, tabs: TabRules
+) -> tuple[list[OutlineCut], list[Issue]]:
+    """Return the tool paths of all edges, and issues about edges that are not milled completely or without tabs.
+
+    Raises PlanError if an outline is too short for its tabs.
+    """
+    cuts, narrow, necks, loose = [], [], [], []
+    for number, edge in enumerate(edges):
+        rings = offset(edge.path, -radius if edge.inside else radius, TOLERANCE)
+        # Growing an outline may enclose a notch whose mouth is narrower than the tool.
+        rings, closed_notches = [ring for ring in rings if ring.area > 0.0], [ring for ring in rings if ring.area < 0.0]
+        if not rings:
+            narrow.append(edge)
+        if len(rings) > 1 or closed_notches:
+            necks.append(edge)
+        for ring in rings:
+            path = ring if climb == edge.inside else ring.reversed()
+            fits = tabs.count > 0 and path.length >= tabs.needed_length(2.0 * radius)
+            if tabs.count and not fits and not edge.inside:
+                raise PlanError(
+                    "{}: the tool path of {:.4g} mm has no room for {} tabs of {:g} mm; give fewer --tabs or a smaller "
+                    "--tab-width",
+                    edge.name,
+                    path.length,
+                    tabs.count,
+                    tabs.width,
+                )
+            if not fits and edge.inside and not _polygon(path).buffer(-radius).is_empty:
+                loose.append(edge)
+            intervals = _tab_intervals(path, tabs, radius) if fits else ()
+            starts = tuple(
+                s for s in (np.arange(STARTS) * path.length / STARTS).tolist()
+                if not any(low <= s <= high for low, high in intervals)
+            )  # fmt: skip
+            cuts.append(OutlineCut(number, path, intervals, starts))
+    return cuts, [*_narrow_issues(narrow, radius), *_neck_issues(necks, radius), *_loose_issues(loose, tabs)]
+
+
+def _tab_intervals(path: Polyline, tabs: TabRules, radius: float) -> tuple[tuple[float, float], ...]:
+    """Return the intervals along the path where the tool rises over a tab, in order.
+
+    The cuts end in half circles, so an interval is one tool diameter longer than the tab is wide.
+    """
+    share, half = path.length / tabs.count, 0.5 * tabs.width + radius
+    intervals = []
+    for number in range(tabs.count):
+        places = [(number + position) * share for position in _TAB_POSITIONS]
+        straight = (
+            s for s in places if (piece := path.piece(s - half, s + half)).n_segments == 1 and not piece.bulges.any()
+        )
+        middle = next(straight, places[0])
+        intervals.append((middle - half, middle + half))
+    return tuple(intervals)
+
+
+def _polygon(path: Polyline) -> Any:
+    return shapely.Polygon(path.flattened(TOLERANCE))
+
+
+def _name(contour: Contour) -> str:
+    x, y = contour.path.start
+    return Message("{} at ({:.4g}, {:.4g})", "window" if contour.is_hole else "outline", x, y)
+
+
+def _missing(what: str, paths: Sequence[Polyline]) -> MissingWork:
+    places: list[Point] = [path.start for path in paths]
+    return MissingWork(what, len(paths), tuple(places), tuple(paths))
+
+
+def _narrow_issues(narrow: Sequence[Edge], radius: float) -> list[Issue]:
+    if not narrow:
+        return []
+    words = Message("not milled: {} windows or holes are narrower than the mill of {:g} mm", len(narrow), 2.0 * radius)
+    where = Message("the first at ({:.4g}, {:.4g}): drill it, or use a smaller mill", *narrow[0].path.start)
+    return [Issue("L707", words, where, missing=_missing("hole", [edge.path for edge in narrow]))]
+
+
+def _neck_issues(necks: Sequence[Edge], radius: float) -> list[Issue]:
+    if not necks:
+        return []
+    words = Message(
+        "not milled completely: {} edges with a gap narrower than the mill of {:g} mm", len(necks), 2 * radius
+    )
+    where = Message("the first is the {}", necks[0].name)
+    return [Issue("L707", words, where, missing=_missing("place", [edge.path for edge in necks]))]
+
+
+def _loose_issues(loose: Sequence[Edge], tabs: TabRules) -> list[Issue]:
+    if not loose:
+        return []
+    words = Message("{} windows without tabs: their slugs come loose", len(loose))
+    if tabs.count:
+        words = Message("{} windows are too short for {} tabs: their slugs come loose", len(loose), tabs.count)
+    return [Issue("L708", words, severity=Severity.NOTE)]

@@ -1,0 +1,147 @@
+"""The process of milling a part: options, planning steps, and form."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from leafcut.model.kinds import Head
+from leafcut.options import JobOptions, MachineOptions, MillingOptions, ReadOptions, Settings, SheetOptions
+from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, use
+from leafcut.processes.part.options import PartOptions
+
+if TYPE_CHECKING:
+    from leafcut.model.difference import Difference
+    from leafcut.model.outcome import OperationOutcome, Outcome
+    from leafcut.model.part import Part
+    from leafcut.model.plan import Candidate, Order
+    from leafcut.model.toolpath import Toolpath
+    from leafcut.processes.job import Job
+    from leafcut.processes.part.model import PartDetail
+    from leafcut.processes.part.report import PartReport
+    from leafcut.processes.plan import Plan
+    from leafcut.read.format import Source
+
+_MAIN = (
+    "machine", "thickness", "tools", "tool_diameter", "material", "feed", "spindle_speed", "step_down", "tabs",
+    "clearance_height",
+)  # fmt: skip
+_MORE = (
+    "tab_width", "tab_height", "milling", "entry_angle", "plunge_feed", "tool_number", "diameter_tolerance",
+    "break_through", "retract_height", "retract", "keep_out", "start_point", "end_point",
+)  # fmt: skip
+_JOB = (
+    "tools", "thickness", "break_through", "clearance_height", "retract_height", "retract", "keep_out", "tool_diameter",
+    "feed", "spindle_speed", "step_down", "diameter_tolerance", "material", "start_point", "end_point",
+)  # fmt: skip
+
+
+class PartMilling(Process):
+    """Mills the outlines and windows of a drawing through a plate, and leaves tabs."""
+
+    name = "part"
+    title = "milling parts"
+    options = (PartOptions,)
+    uses = use(ReadOptions, "units", "layers", "concentric", "strict", *PLACE) | use(SheetOptions) | use(MachineOptions)
+    uses |= use(JobOptions, *_JOB) | use(MillingOptions) | use(MillingOptions, entry_angle=()) | ORDERED | WRITTEN
+    helps = {  # noqa: RUF012  # `Process` declares it as a class variable
+        "thickness": ("thickness of the plate: outlines and windows go through", "must be given"),
+        "material": ("material of the plate; it sets the speed of an assumed end mill", ""),
+        "feed": ("feed rate of the end mill", "from the tool library or --material"),
+        "spindle_speed": ("spindle speed of the end mill", "from the tool library or --material"),
+        "tool_diameter": ("diameter of the end mill", ""),
+        "step_down": ("step-down: largest depth per turn around an edge", "half the diameter of the mill"),
+        "break_through": ("break-through: how far the mill goes below the plate", ""),
+        "retract": ("height of rapids between edges: the R plane, or the clearance height (initial)", ""),
+        "diameter_tolerance": ("largest difference between --tool-diameter and the tool of the library", ""),
+        "start_point": ("start point of the tool, x,y, or free", ""),
+        "end_point": ("", "where the last cut ends"),
+        "concentric": ("which of several concentric circles to mill", ""),
+    }
+    command = "part"
+    help = "Mill the outlines, windows and large holes of a drawing through a plate, with tabs."
+    asked_as = ("part",)
+    reads = "drawing"
+    asks = "part"
+    heads = (Head.SPINDLE,)
+    form = (
+        ("main", _MAIN),
+        ("search", SEARCH),
+        ("part", _MORE),
+        ("place", (*PLACE, "work_offset")),
+        ("sheet", tuple(SheetOptions.specs())),
+        ("read", ("units", "layers", "concentric", "strict")),
+        ("post", (*POST, "coolant")),
+        ("solve", SEARCH_MORE),
+    )
+
+    def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
+        """Return a plan with one stage; an edge is a task, and its start points are the choices."""
+        from leafcut.processes.part.spec import plan_part
+
+        return plan_part(job, sources[0])
+
+    def generate(self, plan: Plan, order: Order) -> Candidate:
+        """Generate and time the motion of an order."""
+        from leafcut.processes.part.spec import part_candidate
+
+        return part_candidate(plan, order)
+
+    def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
+        """Compare the program with the motion, the limits of the machine, and the drawing."""
+        from leafcut.model.cutter import bodies_of
+        from leafcut.processes.part.judge import judge_part
+        from leafcut.processes.zones import crossing_heights, parse_zones
+        from leafcut.proof.program import check_program, read_back
+
+        settings, tool = plan.job.settings, plan.tools[0]
+        written = read_back(text, plan.dialect)
+        problems = check_program(
+            best.path,
+            written,
+            plan.dialect,
+            plan.job.machine,
+            settings.post.output_units,
+            zones=parse_zones(settings.job.keep_out),
+            zone_height=crossing_heights(settings.job.keep_out, settings.job.clearance_height),
+            tool_radii={tool.number: 0.5 * tool.diameter},
+            bodies={tool.number: bodies_of(tool)},
+        )
+        return written, [*problems, *judge_part(plan.spec, written)]
+
+    def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
+        """Return the operation of the end mill, with the order of the edges."""
+        from leafcut.model.outcome import OperationOutcome
+
+        (solution,) = best.order.solutions
+        return (OperationOutcome(plan.tools[0], "", (), False, solution, cuts=len(solution.nodes)),)
+
+    def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> PartDetail:
+        """Return the numbers of outlines, windows and tabs, and the heights."""
+        from leafcut.processes.part.model import PartDetail
+
+        job, request, cuts = plan.job.settings.job, plan.spec, plan.work.cuts
+        inside = [request.edges[number].inside for number in {cut.edge for cut in cuts}]
+        retract = job.clearance_height if job.retract == "initial" else job.retract_height
+        return PartDetail(
+            outlines=inside.count(False),
+            windows=inside.count(True),
+            tabs=sum(len(cut.tabs) for cut in cuts),
+            thickness=request.thickness,
+            bottom=request.bottom,
+            clearance=job.clearance_height,
+            retract=retract,
+        )
+
+    def report(self, outcome: Outcome[PartDetail]) -> PartReport:
+        """Return the facts and pictures of an outcome."""
+        from leafcut.processes.part.report import PartReport
+
+        return PartReport(outcome)
+
+    def preview_part(self, source: Source | str, settings: Settings) -> Part:
+        """Return the contours of the drawing, moved to the program zero."""
+        from leafcut.processes.placing import place_part
+        from leafcut.read import read_contours
+
+        return place_part(read_contours(source, settings.read), settings.read)

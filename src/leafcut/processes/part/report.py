@@ -1,0 +1,55 @@
+"""Facts of a milled part: outlines, windows and tabs, tool, depth and heights."""
+
+from __future__ import annotations
+
+from leafcut.model.fact import Fact
+from leafcut.model.shown_stock import ShownStock
+from leafcut.processes.part.model import PartDetail
+from leafcut.report.drawing import Scene
+from leafcut.report.path_report import PathReport
+from leafcut.report.set_up import coordinate_words, height_facts, time_facts, tool_facts
+from leafcut.report.wording import count, translatable
+from leafcut.units import to_fixed
+
+
+class PartReport(PathReport[PartDetail]):
+    """Facts and pictures of a milled part."""
+
+    @property
+    def cleared(self) -> float:  # type: ignore[override]
+        """Width that the mill clears along its path, mm."""
+        return self.outcome.operations[0].tool.diameter
+
+    def counts(self) -> list[Fact]:
+        """Return the numbers of outlines, windows and tabs."""
+        detail = self.outcome.detail
+        return [
+            Fact("counts.outlines", detail.outlines, "", count(detail.outlines, "outline")),
+            Fact("counts.windows", detail.windows, "", count(detail.windows, "window") if detail.windows else ""),
+            Fact("counts.tabs", detail.tabs, "", count(detail.tabs, "tab") if detail.tabs else ""),
+        ]
+
+    def own_facts(self) -> list[Fact]:
+        """Return the tool, the depth, the heights, and the time."""
+        detail = self.outcome.detail
+        below = -detail.thickness - detail.bottom
+        words = translatable(
+            "Z0 is the top; the lowest point is Z{z}, {below} mm below the plate",
+            z=to_fixed(detail.bottom, 2),
+            below=to_fixed(below, 2),
+        )
+        return [
+            *tool_facts(self.outcome.operations),
+            Fact(sentence=words, name=translatable("Depth")),
+            *height_facts(detail.clearance, f"Z{coordinate_words(detail.retract)}"),
+            *time_facts(self.outcome),
+        ]
+
+    def size(self, scene: Scene) -> str:
+        """Return the size of the part as text."""
+        x0, y0, x1, y1 = self.outcome.part.extents
+        return f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
+
+    def stock(self) -> ShownStock:
+        """Return the mill, and a plate around the cuts."""
+        return ShownStock(super().stock().tools, floor=-self.outcome.detail.thickness)

@@ -1,0 +1,174 @@
+"""Preparation of a part: edges, mill, tabs and heights, and the motion of an order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from leafcut.errors import OptionError
+from leafcut.gcode.dialects import dialect
+from leafcut.geometry.arrays import Point
+from leafcut.message import Message
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.plan import Candidate, Order, Stage
+from leafcut.model.problem import RoutingProblem
+from leafcut.options import MillingOptions
+from leafcut.processes.job import Job, check_dialect_options, library_of
+from leafcut.processes.milling.mill import MillingData, library_mill, milling_data
+from leafcut.processes.part.model import Edge, PartRequest, TabRules
+from leafcut.processes.part.options import PartOptions
+from leafcut.processes.part.plan.motion import PartHeights, part_motion
+from leafcut.processes.part.plan.outlines import OutlineCut, edges_of, plan_cuts
+from leafcut.processes.plan import Plan
+from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
+from leafcut.timing.toolpath import measure_toolpath
+from leafcut.timing.travel import travel_metric
+
+if TYPE_CHECKING:
+    from leafcut.model.tool import Tool
+    from leafcut.read.format import Source
+
+
+@dataclass(frozen=True, eq=False)
+class PartWork:
+    """The cuts of a part; `nodes` has the cut and the start point (distance along its path, mm) of each choice."""
+
+    cuts: tuple[OutlineCut, ...]
+    nodes: tuple[tuple[int, float], ...]
+    data: MillingData
+    heights: PartHeights
+    climb: bool
+
+
+def plan_part(job: Job, source: Source) -> Plan:
+    """Return the plan of a part.
+
+    Raises ReadError, OptionError or PlanError if the drawing, the tool or the tabs do not suit.
+    """
+    from leafcut.processes.placing import place_part
+    from leafcut.processes.sheet.plan.sheet import prepare_sheet
+    from leafcut.read import read_contours
+
+    settings, milling = job.settings, job.settings.of(MillingOptions)
+    asked, thickness = settings.job, settings.job.thickness
+    if thickness is None:
+        raise OptionError("a part needs the thickness of its plate; give --thickness")
+    part = place_part(read_contours(source, settings.read, job.start_step("reading")), settings.read)
+    sheet = prepare_sheet(part, settings.sheet, settings.read.concentric)
+    bottom = -thickness - asked.break_through
+    mill, diameter = _mill(job, -bottom)
+    data, issues = milling_data(milling, asked, diameter, job.machine, mill)
+    if mill is None and milling.tool_number is None:
+        words = Message("{} is assumed: load it under this number, or give --tool-number", data.tool.label)
+        issues = [Issue("L401", words, severity=Severity.NOTE), *issues]
+    tabs = _tab_rules(settings.of(PartOptions), thickness)
+    edges, left = edges_of(sheet.contours)
+    climb = milling.milling == "climb"
+    cuts, more = plan_cuts(edges, 0.5 * diameter, climb, tabs)
+    if not cuts:
+        raise OptionError("{}: no edge is wider than the mill of {:g} mm; use a smaller mill", part.name, diameter)
+    words_of = dialect(settings.post.dialect or job.machine.controller)
+    job = job.for_dialect(words_of)
+    check_dialect_options(settings, words_of)
+    refuse_higher_zones(asked.keep_out, asked.clearance_height)
+    retract = asked.clearance_height if asked.retract == "initial" else asked.retract_height
+    high = crossing_heights(asked.keep_out, asked.clearance_height) > retract
+    start, end = _point(asked.start_point), _point(asked.end_point)
+    heights = PartHeights(
+        clearance=asked.clearance_height,
+        retract=retract,
+        tab_top=tabs.height - thickness,
+        bottom=bottom,
+        step=asked.step_down or 0.5 * diameter,
+        zones=parse_zones(asked.keep_out)[high],
+        end=end,
+    )
+    work = PartWork(tuple(cuts), tuple((k, s) for k, cut in enumerate(cuts) for s in cut.starts), data, heights, climb)
+    return Plan(
+        job=job,
+        part=part,
+        dialect=words_of,
+        work=work,
+        spec=PartRequest(tuple(edges), data.tool.number, 0.5 * diameter, thickness, bottom, tabs),
+        stages=(_stage(job, part.name, work, edges, start, end),),
+        kind="part",
+        tools=(data.tool,),
+        box=part.extents,
+        start=start,
+        issues=[*sheet.issues, *left, *more, *issues],
+    )
+
+
+def part_candidate(plan: Plan, order: Order) -> Candidate:
+    """Generate and time the motion of an order."""
+    work: PartWork = plan.work
+    chosen = [work.nodes[node] for node in order.choices[0].tolist()]
+    path = part_motion(
+        [(work.cuts[cut], start) for cut, start in chosen],
+        work.heights,
+        work.data,
+        plan.job.machine,
+        climb=work.climb,
+        coolant=plan.job.settings.post.coolant,
+        pause=plan.dialect.hand_change_pause and not plan.job.machine.tool_changer,
+    )
+    return Candidate(order, path, measure_toolpath(path, plan.job.machine, start=plan.start))
+
+
+def _stage(job: Job, name: str, work: PartWork, edges: Sequence[Edge], start: Point | None, end: Point | None) -> Stage:
+    places = np.array([work.cuts[cut].path.point_at(s) for cut, s in work.nodes], dtype=np.float64)
+    cluster = np.array([cut for cut, _ in work.nodes], dtype=np.int32)
+    pairs = [
+        (inner, outer)
+        for inner, cut in enumerate(work.cuts)
+        for outer, around in enumerate(work.cuts)
+        if around.edge in edges[cut.edge].within
+    ]
+    problem = RoutingProblem(
+        entry=places,
+        exit=places,
+        cluster=cluster,
+        service=np.zeros(len(places)),
+        precedence=np.array(pairs, dtype=np.int32).reshape(-1, 2),
+        metric=travel_metric(job.machine, job.settings.solve.objective),
+        start=start,
+        end=end,
+        name=name,
+    )
+    # The order of the drawing, with the edges inside an edge before it.
+    drawn = sorted(range(len(work.cuts)), key=lambda cut: -len(edges[work.cuts[cut].edge].within))
+    first = np.searchsorted(cluster, drawn).astype(np.int32)
+    return Stage(problem, False, first, "ordering the edges")
+
+
+def _mill(job: Job, depth: float) -> tuple[Tool | None, float]:
+    """Return the end mill of the tool library, None without a library, and the diameter of the mill, mm."""
+    asked, number = job.settings.job, job.settings.of(MillingOptions).tool_number
+    library = library_of(job.settings, job.machine)
+    if library is not None:
+        mill = library_mill(library, number, asked.tool_diameter, asked.diameter_tolerance, depth)
+        return mill, mill.diameter
+    if asked.tool_diameter is None:
+        raise OptionError(
+            "a part needs the diameter of its end mill; give --tool-diameter, or a tool library with --tools"
+        )
+    return None, asked.tool_diameter
+
+
+def _tab_rules(options: PartOptions, thickness: float) -> TabRules:
+    if options.tabs and options.tab_height >= thickness:
+        raise OptionError(
+            "--tab-height {:g} mm: the plate is only {:g} mm thick; give a lower height, or --tabs 0",
+            options.tab_height,
+            thickness,
+        )
+    return TabRules(options.tabs, options.tab_width, options.tab_height)
+
+
+def _point(point: tuple[float, ...] | None) -> Point | None:
+    if point is not None and len(point) != 2:
+        raise OptionError("--start-point and --end-point need two numbers, x,y")
+    return None if point is None else (point[0], point[1])

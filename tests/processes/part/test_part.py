@@ -1,0 +1,114 @@
+"""A part milled from a plate: the height field after the program is the drawn part, cell by cell, with its tabs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import ezdxf
+import numpy as np
+import pytest
+import shapely
+
+import leafcut
+from leafcut.errors import LeafcutError
+
+DIAMETER, THICKNESS, TABS, TAB_WIDTH, TAB_HEIGHT = 4.0, 3.0, 3, 5.0, 1.0
+#: Side of a cell, mm.
+CELL = 0.2
+OUTLINE = [(0, 0), (80, 0), (80, 50), (40, 60), (0, 50)]
+WINDOW = [(10, 10), (50, 10), (50, 40), (10, 40)]
+HOLE = (65.0, 25.0, 5.0)
+FAST = {"thickness": THICKNESS, "tool_diameter": DIAMETER, "preset": "fast", "threads": 1, "feed": "600mm/min"}
+
+
+def drawing(folder: Path, *outlines: list[tuple[float, float]], circles: tuple[tuple[float, ...], ...] = ()) -> Path:
+    document = ezdxf.new(units=4)
+    for points in outlines:
+        document.modelspace().add_lwpolyline(points, close=True)
+    for x, y, radius in circles:
+        document.modelspace().add_circle((x, y), radius)
+    document.saveas(folder / "part.dxf")
+    return folder / "part.dxf"
+
+
+def plate(folder: Path, **options: Any) -> leafcut.ProgramResult:
+    source = drawing(folder, OUTLINE, WINDOW, circles=(HOLE,))
+    given = {"tabs": TABS, "tab_width": TAB_WIDTH, "tab_height": TAB_HEIGHT, **FAST, **options}
+    return leafcut.part(source, folder / "part.ngc", **given)
+
+
+@pytest.mark.parametrize("milling", ["climb", "conventional"])
+def test_the_material_after_the_program_is_the_drawn_part_with_its_tabs(milling: str, tmp_path: Path) -> None:
+    """Cells within a cell of an edge, or of an end of a tab, are not compared."""
+    plate(tmp_path, milling=milling)
+    field = leafcut.stock(
+        tmp_path / "part.ngc", workpiece=f"-10,-10,{-THICKNESS - 1},90,70,0", cell=CELL, tool_diameter=DIAMETER
+    ).field
+    rows, columns = field.heights.shape
+    x, y = np.meshgrid(field.x + CELL * np.arange(columns), field.y + CELL * np.arange(rows))
+    outline, window = shapely.Polygon(OUTLINE), shapely.Polygon(WINDOW)
+    hole = shapely.Point(HOLE[:2]).buffer(HOLE[2], quad_segs=64)
+    slug = window.buffer(-0.5 * DIAMETER).buffer(-0.5 * DIAMETER)
+    hole_slug = shapely.Point(HOLE[:2]).buffer(HOLE[2] - DIAMETER, quad_segs=64)
+    # Corners of the window keep the radius of the mill.
+    cut = [
+        outline.buffer(DIAMETER, quad_segs=64) - outline,
+        window.buffer(-0.5 * DIAMETER).buffer(0.5 * DIAMETER, quad_segs=64) - slug,
+        hole - hole_slug,
+    ]
+    low = np.zeros(field.heights.shape, dtype=bool)
+    for shape in cut:
+        inner, outer = shape.buffer(-CELL), shape.buffer(CELL)
+        own = shapely.contains_xy(inner, x, y)
+        low |= shapely.contains_xy(outer, x, y)
+        heights = np.round(field.heights[own], 3)
+        through, top = heights <= -THICKNESS, heights == round(TAB_HEIGHT - THICKNESS, 3)
+        assert (through | top).all()
+        tabs = 0 if shape is cut[2] else TABS
+        bridges = shapely.union_all(shapely.points(x[own][top], y[own][top])).buffer(1.5 * CELL)
+        assert len(shapely.get_parts(bridges)) * (not bridges.is_empty) == tabs
+        # The cuts on both sides of a tab end in half circles.
+        area = tabs * (TAB_WIDTH + (1 - np.pi / 4) * DIAMETER) * (DIAMETER - 2 * CELL)
+        assert top.sum() * CELL**2 == pytest.approx(area, rel=0.06, abs=0.1)
+    assert (field.heights[~low] == 0.0).all()
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        ({"thickness": None}, "give --thickness"),
+        ({"tool_diameter": None}, "give --tool-diameter"),
+        ({"tab_height": 3.0}, "--tab-height 3 mm: the plate is only 3 mm thick"),
+        ({"tab_width": 30.0}, "has no room for 3 tabs of 30 mm"),
+        ({"tabs": 0}, "only used with --tabs; add --tabs or leave out --tab-"),
+        ({"machine": "plasma-table"}, "cannot mill"),
+        ({"tool_diameter": 70.0, "spindle_speed": 500}, "has no room for 3 tabs"),
+    ],
+)
+def test_a_part_that_cannot_be_milled_as_asked_is_refused_in_one_line(
+    options: dict[str, Any], words: str, tmp_path: Path
+) -> None:
+    with pytest.raises(LeafcutError) as refused:
+        plate(tmp_path, **options)
+    assert words in str(refused.value) and "\n" not in str(refused.value)
+    assert not (tmp_path / "part.ngc").exists()
+
+
+def test_a_hole_narrower_than_the_mill_is_named_as_missing_work(tmp_path: Path) -> None:
+    source = drawing(tmp_path, OUTLINE, circles=((20.0, 20.0, 1.5), HOLE))
+    outcome = leafcut.part(source, **FAST)
+    (missing,) = [issue.missing for issue in outcome.issues if issue.missing is not None]
+    assert (missing.what, missing.count) == ("hole", 1)
+    assert outcome.detail.outlines == 1 and outcome.detail.windows == 1
+
+
+def test_edges_inside_an_edge_are_milled_before_it(tmp_path: Path) -> None:
+    """A part lies in the window of another part; the order of the drawing is the reverse."""
+    squares = [[(a, a), (100 - a, a), (100 - a, 100 - a), (a, 100 - a)] for a in (0, 20, 35)]
+    outcome = leafcut.part(drawing(tmp_path, *squares), tabs=0, **FAST)
+    path = outcome.path_after
+    cut = path.end[(path.end[:, 2] < 0.0) & (path.kind == 1)]
+    distance = np.abs(cut[:, :2] - 50.0).max(axis=1)
+    reached = [float(np.flatnonzero(np.abs(distance - half) < 0.01).mean()) for half in (17.0, 28.0, 52.0)]
+    assert reached == sorted(reached)

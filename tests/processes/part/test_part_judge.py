@@ -1,0 +1,98 @@
+"""The judge of a part finds each error of a program: depth, side, missing cut, tabs, tool, order."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import leafcut
+from leafcut.gcode.dialects import dialect
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.difference import Difference
+from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.processes.part.judge import judge_part
+from leafcut.processes.part.model import Edge, PartRequest, TabRules
+from leafcut.proof.program import read_back
+
+RADIUS, THICKNESS, BOTTOM = 2.0, 3.0, -3.5
+SQUARES = [[(a, a), (100 - a, a), (100 - a, 100 - a), (a, 100 - a)] for a in (0, 30)]
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="100mm" viewBox="0 0 100 100">{}</svg>'
+REQUEST = PartRequest(
+    (
+        Edge(Polyline.of_points(SQUARES[0], closed=True), inside=False, name="outline"),
+        Edge(Polyline.of_points(SQUARES[1], closed=True), inside=True, within=(0,), name="window"),
+    ),
+    tool=1,
+    radius=RADIUS,
+    thickness=THICKNESS,
+    bottom=BOTTOM,
+    tabs=TabRules(2, 5.0, 1.0),
+)
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A square of 100 mm with a window of 40 mm, milled with two tabs each."""
+    source = tmp_path_factory.mktemp("part") / "part.svg"
+    rings = "".join(f'<path d="M{" L".join(f"{x},{100 - y}" for x, y in one)} Z"/>' for one in SQUARES)
+    source.write_text(SVG.format(rings))
+    return leafcut.part(
+        source, thickness=THICKNESS, tool_diameter=2 * RADIUS, tabs=2, tab_width=5.0, tab_height=1.0, preset="fast",
+        threads=1,
+    ).text  # fmt: skip
+
+
+def judged(text: str) -> list[Difference]:
+    return judge_part(REQUEST, read_back(text, dialect("linuxcnc")))
+
+
+def test_the_program_as_written_has_no_difference(program: str) -> None:
+    assert judged(program) == []
+
+
+def _blocks(path: Toolpath) -> tuple[list[int], list[int], list[int], list[int]]:
+    """Return the rows before the first cut, of each of both cuts from its approach on, and after the last cut."""
+    travel = [row for row in np.flatnonzero(path.kind == Kind.RAPID).tolist() if path.end[row, 2] >= 0.0]
+    moved = [row for row in travel if not np.array_equal(path.end[row, :2], path.before[row, :2])]
+    first, second, end = moved[0], moved[1], travel[-1]
+    rows = list(range(len(path)))
+    return rows[:first], rows[first:second], rows[second:end], rows[end:]
+
+
+def test_a_cut_that_is_left_out_is_found(program: str) -> None:
+    path = read_back(program, dialect("linuxcnc"))
+    head, window, outline, tail = _blocks(path)
+    for kept in (window, outline):
+        assert "not cut" in {one.what for one in judge_part(REQUEST, path.take([*head, *kept, *tail]))}
+
+
+def test_an_outline_before_its_window_is_found(program: str) -> None:
+    path = read_back(program, dialect("linuxcnc"))
+    head, window, outline, tail = _blocks(path)
+    assert judge_part(REQUEST, path.take([*head, *window, *outline, *tail])) == []
+    swapped = judge_part(REQUEST, path.take([*head, *outline, *window, *tail]))
+    assert [one.what for one in swapped] == ["order"] and str(swapped[0].text) == "window is milled after outline"
+
+
+@pytest.mark.parametrize(
+    "change, what",
+    [
+        (lambda text: text.replace("Z-3.5", "Z-2.9"), "tabs"),
+        (lambda text: text.replace("Z-3.5", "Z-3.8"), "depth"),
+        (lambda text: re.sub(r"Z-2\b(?!\.)", "Z-3.5", text), "tabs"),
+        (lambda text: re.sub(r"Z-2\b(?!\.)", "Z-1.5", text), "not cut"),
+        (lambda text: re.sub(r"X(-?[\d.]+)", lambda x: f"X{float(x[1]) + 1.0:.3f}", text), "gouge"),
+        (lambda text: text.replace("T1 M6", "T2 M6").replace("H1", "H2"), "tool"),
+        (
+            lambda text: text.replace("G53 G0 Z0", "G0 Z5\nG0 X200 Y200\nG1 Z-1 F100\nG1 X210\nG0 Z5", 1),
+            "cut not drawn",
+        ),
+    ],
+)
+def test_an_error_in_the_program_is_found(change: Callable[[str], str], what: str, program: str) -> None:
+    changed = change(program)
+    assert changed != program
+    assert what in {difference.what for difference in judged(changed)}
