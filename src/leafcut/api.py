@@ -176,7 +176,7 @@ def pocket(source: Input, output: str | Path | None = None, **keywords: Unpack[P
 
 
 def part(source: Input, output: str | Path | None = None, **keywords: Unpack[PartKeywords]) -> ProgramResult:
-    """Return a verified program that mills the outlines, windows and large holes of a drawing through a plate.
+    """Return a verified program that mills the outlines and openings of a drawing through a plate, with tabs.
 
     The arguments are as in `optimize`, without `process`.
     """

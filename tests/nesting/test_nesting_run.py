@@ -18,8 +18,8 @@ from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError
 from leafcut.model.heartbeat import Progress, Trial
 from leafcut.nesting.plan.strip import NesterError
 from leafcut.options import ReadOptions, SheetOptions
+from leafcut.processes.contours import prepare_sheet
 from leafcut.processes.registry import report_of
-from leafcut.processes.sheet.plan.sheet import prepare_sheet
 from leafcut.read import read_contours
 from leafcut.report.json_answer import as_json
 

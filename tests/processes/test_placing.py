@@ -20,9 +20,9 @@ from leafcut.model.outcome import Outcome
 from leafcut.model.part import Hole, Part, Slot
 from leafcut.model.pocket import Pocket
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
+from leafcut.processes.contours import prepare_sheet
 from leafcut.processes.placing import place_part
 from leafcut.processes.settings import collect_settings
-from leafcut.processes.sheet.plan.sheet import prepare_sheet
 from leafcut.read import read, read_contours, read_pockets
 
 

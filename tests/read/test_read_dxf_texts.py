@@ -14,7 +14,7 @@ from ezdxf.enums import MTextEntityAlignment, TextEntityAlignment
 from leafcut import api
 from leafcut.errors import LeafcutError
 from leafcut.options import ReadOptions, SheetOptions
-from leafcut.processes.sheet.plan.sheet import prepare_sheet
+from leafcut.processes.contours import prepare_sheet
 from leafcut.read import dxf_texts, read_contours
 from leafcut.read.lettering import letters
 

@@ -216,7 +216,7 @@ def _read_inputs(
 
 
 def _prepared_sheet(source: Source, settings: Settings, on_progress: Heartbeat) -> Sheet:
-    from leafcut.processes.sheet.plan.sheet import prepare_sheet
+    from leafcut.processes.contours import prepare_sheet
     from leafcut.read import read_contours
 
     part = read_contours(source, settings.read, on_progress)
@@ -289,7 +289,7 @@ def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
 def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress: Heartbeat) -> Stock:
     """Return the sheet that a drawing shows: one closed outline with holes, on any layer except layers for marks."""
     from leafcut.options.drawings import MARK_NAMES
-    from leafcut.processes.sheet.plan.sheet import prepare_sheet
+    from leafcut.processes.contours import prepare_sheet
     from leafcut.read import read_contours
 
     part = read_contours(source, ReadOptions(), on_progress)
@@ -354,7 +354,7 @@ def _sheet_texts(variant: Nest, names: Sequence[str]) -> tuple[str, ...]:
 def _read_back(variant: Nest, layout: Layout, name: str, text: str) -> None:
     """Raise `VerifyError` if a drawing, read back, differs from the plan."""
     from leafcut.nesting.proof import check_drawing
-    from leafcut.processes.sheet.plan.sheet import prepare_sheet
+    from leafcut.processes.contours import prepare_sheet
     from leafcut.read.dxf_contours import read_dxf_contours
     from leafcut.read.format import Source
 

@@ -50,7 +50,7 @@ class _ReadOptions2(TypedDict, total=False):
 
 
 class _ReadOptions3(TypedDict, total=False):
-    # Of optimize, drill, cut, solve, tool_speeds.
+    # Of optimize, drill, cut, part, solve, tool_speeds.
     min_diameter: Quantity | None
     """Skip round holes smaller than this (mm; default: none)."""
     max_diameter: Quantity | None
@@ -376,7 +376,7 @@ class _PocketOptions1(TypedDict, total=False):
 class _PartOptions1(TypedDict, total=False):
     # Of optimize, part.
     tabs: int | None
-    """Tabs on each outline, and on each window whose slug they can hold; 0 for none (default: 4)."""
+    """Number of tabs on each outline, and on each opening that is long enough; 0 for none (default: 4)."""
     tab_width: Quantity | None
     """Width of a tab between the cuts (mm; default: 6mm)."""
     tab_height: Quantity | None
@@ -815,6 +815,7 @@ class PartKeywords(
     RunKeywords,
     _ReadOptions1,
     _ReadOptions2,
+    _ReadOptions3,
     _ReadOptions4,
     _ReadOptions8,
     _ReadOptions9,

@@ -33,7 +33,7 @@ def read(source: Input, options: ReadOptions | None = None, on_progress: Heartbe
 def read_contours(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = ignore_heartbeat) -> Part:
     """Return the lines and curves of a drawing as contours, unchanged, in mm.
 
-    `processes.sheet.plan.sheet.prepare_sheet` joins and cleans them.
+    `processes.contours.prepare_sheet` joins and cleans them.
 
     Raises
     ------

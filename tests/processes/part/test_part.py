@@ -99,8 +99,8 @@ def test_a_hole_narrower_than_the_mill_is_named_as_missing_work(tmp_path: Path) 
     source = drawing(tmp_path, OUTLINE, circles=((20.0, 20.0, 1.5), HOLE))
     outcome = leafcut.part(source, **FAST)
     (missing,) = [issue.missing for issue in outcome.issues if issue.missing is not None]
-    assert (missing.what, missing.count) == ("hole", 1)
-    assert outcome.detail.outlines == 1 and outcome.detail.windows == 1
+    assert (missing.what, missing.count) == ("opening", 1)
+    assert outcome.detail.outlines == 1 and outcome.detail.openings == 1
 
 
 def test_edges_inside_an_edge_are_milled_before_it(tmp_path: Path) -> None:

@@ -27,6 +27,8 @@ TOLERANCE = 0.03
 _CHORD = 0.002
 #: Tolerance of heights, mm.
 _HEIGHT = 0.002
+#: Half of the width of the strip along a cut in which the ideal path must lie, mm.
+_STRIP = 2.0 * TOLERANCE
 #: Chords per quarter of the circle that grows an edge.
 _QUARTER = 256
 #: Maximum length of a straight move, mm; no move is divided.
@@ -44,7 +46,7 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     moves = straight_moves(written, _CHORD, _WHOLE)
     cutting = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < -_HEIGHT)
     ends, rows = moves.ends[cutting], moves.row[cutting]
-    lines = shapely.linestrings(ends.reshape(-1, 2, 3)[:, :, :2])
+    lines = np.asarray(shapely.linestrings(ends.reshape(-1, 2, 3)[:, :, :2]))
     shapes = [shapely.Polygon(edge.path.flattened(_CHORD)) for edge in request.edges]
     rings = [_centre_rings(shape, edge, request.radius) for shape, edge in zip(shapes, request.edges, strict=True)]
 
@@ -79,7 +81,7 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
 
 
 def milled_edges(request: PartRequest) -> list[int]:
-    """Return the indices of the edges that the mill can follow: all outlines, and windows wider than the mill."""
+    """Return the indices of the edges that the mill can follow: all outlines, and openings wider than the mill."""
     shapes = [shapely.Polygon(edge.path.flattened(_CHORD)) for edge in request.edges]
     return [k for k, edge in enumerate(request.edges) if _centre_rings(shapes[k], edge, request.radius)]
 
@@ -96,7 +98,7 @@ def _gouges(lines: NDArray[Any], shapes: Sequence[Any], request: PartRequest) ->
     """Return the moves whose tool overlaps the finished part by more than the tolerance, bool[n]."""
     material = shapely.Polygon()
     for shape in sorted(shapes, key=lambda one: -one.area):
-        # An edge inside another one always has the smaller area, so that windows cut outlines and contain others.
+        # An edge inside another one always has the smaller area, so that openings cut outlines and contain others.
         material = material.symmetric_difference(shape)
     shapely.prepare(material)
     near = shapely.dwithin(lines, material, request.radius - TOLERANCE)
@@ -133,20 +135,16 @@ def _check_ring(
     if wanted is None and left and not (edge.inside and len(left) == tabs.count):
         words = Message("{} is not cut through at {}", edge.name, position_text(*left[0].coords[0][:2]))
         differences.append(Difference("not cut", 0, 0, words))
+    widths = [piece.length + 2.0 * _STRIP - diameter for piece in left]
     differences += [
         Difference(
             "tabs",
             0,
             0,
-            Message(
-                "a tab of {} at {} is {:.3g} mm wide",
-                edge.name,
-                position_text(*piece.coords[0][:2]),
-                piece.length - diameter,
-            ),
+            Message("a tab of {} at {} is {:.3g} mm wide", edge.name, position_text(*piece.coords[0][:2]), width),
         )
-        for piece in left
-        if not tabs.width - 4.0 * TOLERANCE <= piece.length - diameter <= tabs.width + 4.0 * TOLERANCE
+        for piece, width in zip(left, widths, strict=True)
+        if abs(width - tabs.width) > 2.0 * _STRIP
     ]
     top = tabs.height - request.thickness
     above = ring.difference(_followed(lines[highest <= (top if left else request.bottom) + _HEIGHT]))
@@ -158,8 +156,8 @@ def _check_ring(
 
 
 def _followed(lines: NDArray[Any]) -> Any:
-    """Return the strip along some moves, without round ends, so that it does not reach into the tabs."""
-    return shapely.union_all(shapely.buffer(lines, 2.0 * TOLERANCE, cap_style="flat"))
+    """Return the strip along some moves; its round ends reach `_STRIP` mm into the tabs."""
+    return shapely.union_all(shapely.buffer(lines, _STRIP))
 
 
 def _joined(pieces: Any) -> Any:

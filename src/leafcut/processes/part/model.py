@@ -11,7 +11,7 @@ from leafcut.geometry.polyline import Polyline
 class Edge:
     """A closed edge of the finished part, mm.
 
-    `inside` means that the tool runs inside the edge: a window or a hole. `within` are the indices of the edges around
+    `inside` means that the tool runs inside the edge of an opening. `within` are the indices of the edges around
     this edge, in no order; they are milled later.
     """
 
@@ -51,10 +51,10 @@ class PartRequest:
 
 @dataclass(frozen=True)
 class PartDetail:
-    """Numbers of milled outlines, windows, and tabs, and the heights of rapids and of the lowest cut, mm."""
+    """Numbers of milled outlines, openings, and tabs, and the heights of rapids and of the lowest cut, mm."""
 
     outlines: int
-    windows: int
+    openings: int
     tabs: int
     thickness: float
     bottom: float

@@ -11,7 +11,7 @@ from leafcut.options.option_spec import OptionGroup, option
 
 @dataclass(frozen=True)
 class PartOptions(OptionGroup):
-    """Tabs: bridges of material that hold a part, or the slug of a large window, until all work is done."""
+    """Tabs: bridges of material that hold a part, or the slug of a large opening, until all work is done."""
 
     section: ClassVar[str] = "part"
     title: ClassVar[str] = "Parts"
@@ -19,7 +19,7 @@ class PartOptions(OptionGroup):
     tabs: int = option(
         "whole",
         4,
-        "tabs on each outline, and on each window whose slug they can hold; 0 for none",
+        "number of tabs on each outline, and on each opening that is long enough; 0 for none",
         minimum=0,
         maximum=100,
     )

@@ -30,6 +30,7 @@ _MORE = (
     "tab_width", "tab_height", "milling", "entry_angle", "plunge_feed", "tool_number", "diameter_tolerance",
     "break_through", "retract_height", "retract", "keep_out", "start_point", "end_point",
 )  # fmt: skip
+_READ = ("units", "layers", "min_diameter", "max_diameter", "concentric", "strict")
 _JOB = (
     "tools", "thickness", "break_through", "clearance_height", "retract_height", "retract", "keep_out", "tool_diameter",
     "feed", "spindle_speed", "step_down", "diameter_tolerance", "material", "start_point", "end_point",
@@ -37,15 +38,15 @@ _JOB = (
 
 
 class PartMilling(Process):
-    """Mills the outlines and windows of a drawing through a plate, and leaves tabs."""
+    """Mills the outlines and openings of a drawing through a plate, and leaves tabs."""
 
     name = "part"
     title = "milling parts"
     options = (PartOptions,)
-    uses = use(ReadOptions, "units", "layers", "concentric", "strict", *PLACE) | use(SheetOptions) | use(MachineOptions)
+    uses = use(ReadOptions, *_READ, *PLACE) | use(SheetOptions) | use(MachineOptions)
     uses |= use(JobOptions, *_JOB) | use(MillingOptions) | use(MillingOptions, entry_angle=()) | ORDERED | WRITTEN
     helps = {  # noqa: RUF012  # `Process` declares it as a class variable
-        "thickness": ("thickness of the plate: outlines and windows go through", "must be given"),
+        "thickness": ("thickness of the plate: outlines and openings go through it", "must be given"),
         "material": ("material of the plate; it sets the speed of an assumed end mill", ""),
         "feed": ("feed rate of the end mill", "from the tool library or --material"),
         "spindle_speed": ("spindle speed of the end mill", "from the tool library or --material"),
@@ -56,10 +57,11 @@ class PartMilling(Process):
         "diameter_tolerance": ("largest difference between --tool-diameter and the tool of the library", ""),
         "start_point": ("start point of the tool, x,y, or free", ""),
         "end_point": ("", "where the last cut ends"),
+        "tools": ("tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, or a .csv table", "none"),
         "concentric": ("which of several concentric circles to mill", ""),
     }
     command = "part"
-    help = "Mill the outlines, windows and large holes of a drawing through a plate, with tabs."
+    help = "Mill the outlines and openings of a drawing through a plate, with tabs."
     asked_as = ("part",)
     reads = "drawing"
     asks = "part"
@@ -70,7 +72,7 @@ class PartMilling(Process):
         ("part", _MORE),
         ("place", (*PLACE, "work_offset")),
         ("sheet", tuple(SheetOptions.specs())),
-        ("read", ("units", "layers", "concentric", "strict")),
+        ("read", _READ),
         ("post", (*POST, "coolant")),
         ("solve", SEARCH_MORE),
     )
@@ -117,7 +119,7 @@ class PartMilling(Process):
         return (OperationOutcome(plan.tools[0], "", (), False, solution, cuts=len(solution.nodes)),)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> PartDetail:
-        """Return the numbers of outlines, windows and tabs, and the heights."""
+        """Return the numbers of outlines, openings and tabs, and the heights."""
         from leafcut.processes.part.model import PartDetail
 
         job, request, cuts = plan.job.settings.job, plan.spec, plan.work.cuts
@@ -125,7 +127,7 @@ class PartMilling(Process):
         retract = job.clearance_height if job.retract == "initial" else job.retract_height
         return PartDetail(
             outlines=inside.count(False),
-            windows=inside.count(True),
+            openings=inside.count(True),
             tabs=sum(len(cut.tabs) for cut in cuts),
             thickness=request.thickness,
             bottom=request.bottom,

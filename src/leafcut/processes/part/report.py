@@ -1,4 +1,4 @@
-"""Facts of a milled part: outlines, windows and tabs, tool, depth and heights."""
+"""Facts of a milled part: outlines, openings and tabs, tool, depth and heights."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class PartReport(PathReport[PartDetail]):
         return self.outcome.operations[0].tool.diameter
 
     def counts(self) -> list[Fact]:
-        """Return the numbers of outlines, windows and tabs."""
+        """Return the numbers of outlines, openings and tabs."""
         detail = self.outcome.detail
         return [
             Fact("counts.outlines", detail.outlines, "", count(detail.outlines, "outline")),
-            Fact("counts.windows", detail.windows, "", count(detail.windows, "window") if detail.windows else ""),
+            Fact("counts.openings", detail.openings, "", count(detail.openings, "opening") if detail.openings else ""),
             Fact("counts.tabs", detail.tabs, "", count(detail.tabs, "tab") if detail.tabs else ""),
         ]
 

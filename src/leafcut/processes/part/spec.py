@@ -48,8 +48,8 @@ def plan_part(job: Job, source: Source) -> Plan:
 
     Raises ReadError, OptionError or PlanError if the drawing, the tool or the tabs do not suit.
     """
+    from leafcut.processes.contours import prepare_sheet, without_excluded_holes
     from leafcut.processes.placing import place_part
-    from leafcut.processes.sheet.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 
     settings, milling = job.settings, job.settings.of(MillingOptions)
@@ -58,6 +58,7 @@ def plan_part(job: Job, source: Source) -> Plan:
         raise OptionError("a part needs the thickness of its plate; give --thickness")
     part = place_part(read_contours(source, settings.read, job.start_step("reading")), settings.read)
     sheet = prepare_sheet(part, settings.sheet, settings.read.concentric)
+    sheet = without_excluded_holes(sheet, settings.read)
     bottom = -thickness - asked.break_through
     mill, diameter = _mill(job, -bottom)
     data, issues = milling_data(milling, asked, diameter, job.machine, mill)

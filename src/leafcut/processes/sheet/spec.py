@@ -7,10 +7,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, printable
 from leafcut.gcode.dialects import dialect
 from leafcut.geometry.arrays import Point
+from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.cutting import CutData, PlanFile
 from leafcut.model.issue import Issue, Severity
@@ -18,6 +20,7 @@ from leafcut.model.kinds import CutMethod, Head, method_of
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.plan import Order
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
+from leafcut.processes.contours import prepare_sheet, without_excluded_holes
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
 from leafcut.processes.job import Job, check_dialect_options, refuse_missing, refuse_too_large
 from leafcut.processes.ordering import nearest_order
@@ -45,7 +48,6 @@ from leafcut.processes.sheet.plan.detached_parts import DetachableParts
 from leafcut.processes.sheet.plan.moved_starts import clear_pierces, leads_apart
 from leafcut.processes.sheet.plan.narrow_shapes import with_narrow_shapes
 from leafcut.processes.sheet.plan.plan_file import follow_plan, plan_order
-from leafcut.processes.sheet.plan.sheet import prepare_sheet, with_options, without_excluded_holes
 from leafcut.processes.sheet.plan.toolpath import TORCH_ON, TorchSetup
 from leafcut.processes.sheet.post import check_words
 from leafcut.processes.sheet.proof.matched_runs import CutRequest
@@ -468,3 +470,43 @@ def _plane_point(point: tuple[float, ...] | None) -> Point | None:
     if point is not None and len(point) != 2:
         raise OptionError("--start-point and --end-point need two numbers, x,y")
     return None if point is None else (point[0], point[1])
+
+
+def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) -> Sheet:
+    """Return the sheet with the sheet size in `options`, and with additional keep-out zones (float64[k, 4], mm).
+
+    Raises OptionError if the size is invalid, and PlanError if a contour lies outside a sheet of that size.
+    """
+    outline = sheet.outline
+    if options.sheet_size:
+        width, height = parse_size(options.sheet_size)
+        outline = Polyline.of_points([(0, 0), (width, 0), (width, height), (0, height)], closed=True)
+        for number, c in enumerate(sheet.contours, 1):
+            low_x, low_y, high_x, high_y = c.path.extents
+            if min(low_x, low_y) < -1e-6 or high_x > width + 1e-6 or high_y > height + 1e-6:
+                raise PlanError(
+                    "contour {} (part {}) reaches from ({:.6g}, {:.6g}) to "
+                    "({:.6g}, {:.6g}), outside the sheet of {:g} × {:g} mm; "
+                    "give a larger --sheet-size, or move the drawing with --origin",
+                    number,
+                    c.part,
+                    low_x,
+                    low_y,
+                    high_x,
+                    high_y,
+                    width,
+                    height,
+                )
+    added = tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in zones)
+    return replace(sheet, outline=outline, zones=(*sheet.zones, *added))
+
+
+def parse_size(text: str) -> Point:
+    """Return width and height of a size such as ``3000x1500``, mm. Raises OptionError for other text."""
+    try:
+        width, height = (float(word) for word in text.lower().replace("×", "x").removesuffix("mm").split("x"))
+    except ValueError:
+        raise OptionError("--sheet-size: '{}' is not a size such as 3000x1500", text) from None
+    if not (0.0 < width < 1e6 and 0.0 < height < 1e6):
+        raise OptionError("--sheet-size: '{}' is out of range", text)
+    return width, height

@@ -44,7 +44,7 @@ from leafcut.processes.sheet.plan.cutting import (
 from leafcut.processes.sheet.plan.heat import close_starts, spread_starts
 from leafcut.processes.sheet.plan.moved_starts import slide_starts
 from leafcut.processes.sheet.plan.plan_file import check_fit, follow_plan, plan_order
-from leafcut.processes.sheet.plan.sheet import parse_size, with_options
+from leafcut.processes.sheet.spec import parse_size, with_options
 from leafcut.read.plan_file import load_plan, plan_text
 
 DISTANCE = Metric()

@@ -13,7 +13,7 @@ from leafcut.model.contour import Contour
 from leafcut.model.part import Part
 from leafcut.model.sheet import Sheet
 from leafcut.options import ReadOptions
-from leafcut.processes.sheet.plan.sheet import prepare_sheet, round_diameter, without_excluded_holes
+from leafcut.processes.contours import prepare_sheet, round_diameter, without_excluded_holes
 
 
 def sheet(*paths: Polyline) -> Sheet:

@@ -22,7 +22,7 @@ from leafcut.model.json_values import from_json, to_json
 from leafcut.model.part import Part
 from leafcut.model.sheet import Sheet
 from leafcut.options import SheetOptions
-from leafcut.processes.sheet.plan.sheet import prepare_sheet
+from leafcut.processes.contours import prepare_sheet
 from leafcut.read import read_contours
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from leafcut.errors import PlanError
+from leafcut.errors import PlanError, count_of
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Polyline
@@ -42,7 +42,7 @@ class OutlineCut:
 def edges_of(contours: Sequence[Contour]) -> tuple[list[Edge], list[Issue]]:
     """Return the closed edges of a part, and issues about marks and open paths, which are not milled.
 
-    Contours of even depth are outlines, and contours of odd depth are windows.
+    Contours of even depth are outlines, and contours of odd depth are openings.
     """
     chosen = [k for k, contour in enumerate(contours) if contour.path.closed and contour.kind == "cut"]
     number = {index: k for k, index in enumerate(chosen)}
@@ -56,7 +56,7 @@ def edges_of(contours: Sequence[Contour]) -> tuple[list[Edge], list[Issue]]:
     left = [contour.path for k, contour in enumerate(contours) if k not in number]
     issues = []
     if left:
-        words = Message("not milled: {} open or marked lines; engraving is not available", len(left))
+        words = Message("{} not milled: lines are not engraved", count_of(len(left), "open or marked line"))
         issues.append(Issue("L707", words, missing=_missing("line", left)))
     return edges, issues
 
@@ -123,7 +123,7 @@ def _polygon(path: Polyline) -> Any:
 
 def _name(contour: Contour) -> str:
     x, y = contour.path.start
-    return Message("{} at ({:.4g}, {:.4g})", "window" if contour.is_hole else "outline", x, y)
+    return Message("{} at ({:.4g}, {:.4g})", "opening" if contour.is_hole else "outline", x, y)
 
 
 def _missing(what: str, paths: Sequence[Polyline]) -> MissingWork:
@@ -134,25 +134,28 @@ def _missing(what: str, paths: Sequence[Polyline]) -> MissingWork:
 def _narrow_issues(narrow: Sequence[Edge], radius: float) -> list[Issue]:
     if not narrow:
         return []
-    words = Message("not milled: {} windows or holes are narrower than the mill of {:g} mm", len(narrow), 2.0 * radius)
-    where = Message("the first at ({:.4g}, {:.4g}): drill it, or use a smaller mill", *narrow[0].path.start)
-    return [Issue("L707", words, where, missing=_missing("hole", [edge.path for edge in narrow]))]
+    number = count_of(len(narrow), "opening")
+    words = Message("{} narrower than the mill of {:g} mm, not milled", number, 2.0 * radius)
+    x, y = narrow[0].path.start
+    where = Message("the first at ({:.4g}, {:.4g}): drill it, or use a smaller mill", x, y)
+    return [Issue("L707", words, where, missing=_missing("opening", [edge.path for edge in narrow]))]
 
 
 def _neck_issues(necks: Sequence[Edge], radius: float) -> list[Issue]:
     if not necks:
         return []
-    words = Message(
-        "not milled completely: {} edges with a gap narrower than the mill of {:g} mm", len(necks), 2 * radius
-    )
-    where = Message("the first is the {}", necks[0].name)
+    number = count_of(len(necks), "edge")
+    words = Message("{} with a gap narrower than the mill of {:g} mm, not milled completely", number, 2.0 * radius)
+    x, y = necks[0].path.start
+    where = Message("the first at ({:.4g}, {:.4g})", x, y)
     return [Issue("L707", words, where, missing=_missing("place", [edge.path for edge in necks]))]
 
 
 def _loose_issues(loose: Sequence[Edge], tabs: TabRules) -> list[Issue]:
     if not loose:
         return []
-    words = Message("{} windows without tabs: their slugs come loose", len(loose))
+    number = count_of(len(loose), "opening")
+    words = Message("{} without tabs: the slug inside comes loose", number)
     if tabs.count:
-        words = Message("{} windows are too short for {} tabs: their slugs come loose", len(loose), tabs.count)
+        words = Message("{} too short for {} tabs: the slug inside comes loose", number, tabs.count)
     return [Issue("L708", words, severity=Severity.NOTE)]

@@ -14,8 +14,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.errors import OptionError, PlanError, count_of, printable
-from leafcut.geometry.arrays import Point
+from leafcut.errors import PlanError, count_of, printable
 from leafcut.geometry.cleaning import cleaned_path, counter_clockwise
 from leafcut.geometry.containment import enclosing_polygons, find_conflicts, nesting_depths
 from leafcut.geometry.overlaps import SAME
@@ -28,7 +27,6 @@ from leafcut.model.part import Part
 from leafcut.model.sheet import Sheet
 from leafcut.options import ReadOptions, SheetOptions
 from leafcut.processes.layers import kinds_of, layer_matcher
-from leafcut.processes.sheet.options import CutOptions
 
 #: Size of a closed outline in both directions below which it is likely a drawing error, mm.
 TINY = 0.5
@@ -590,43 +588,3 @@ def _check_empty(sheet: Sheet, gone: set[int]) -> None:
 def _start_of(contour: Contour) -> str:
     x, y = contour.path.start
     return f"({x:g}, {y:g})"
-
-
-def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) -> Sheet:
-    """Return the sheet with the sheet size in `options`, and with additional keep-out zones (float64[k, 4], mm).
-
-    Raises OptionError if the size is invalid, and PlanError if a contour lies outside a sheet of that size.
-    """
-    outline = sheet.outline
-    if options.sheet_size:
-        width, height = parse_size(options.sheet_size)
-        outline = Polyline.of_points([(0, 0), (width, 0), (width, height), (0, height)], closed=True)
-        for number, c in enumerate(sheet.contours, 1):
-            low_x, low_y, high_x, high_y = c.path.extents
-            if min(low_x, low_y) < -1e-6 or high_x > width + 1e-6 or high_y > height + 1e-6:
-                raise PlanError(
-                    "contour {} (part {}) reaches from ({:.6g}, {:.6g}) to "
-                    "({:.6g}, {:.6g}), outside the sheet of {:g} × {:g} mm; "
-                    "give a larger --sheet-size, or move the drawing with --origin",
-                    number,
-                    c.part,
-                    low_x,
-                    low_y,
-                    high_x,
-                    high_y,
-                    width,
-                    height,
-                )
-    added = tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in zones)
-    return replace(sheet, outline=outline, zones=(*sheet.zones, *added))
-
-
-def parse_size(text: str) -> Point:
-    """Return width and height of a size such as ``3000x1500``, mm. Raises OptionError for other text."""
-    try:
-        width, height = (float(word) for word in text.lower().replace("×", "x").removesuffix("mm").split("x"))
-    except ValueError:
-        raise OptionError("--sheet-size: '{}' is not a size such as 3000x1500", text) from None
-    if not (0.0 < width < 1e6 and 0.0 < height < 1e6):
-        raise OptionError("--sheet-size: '{}' is out of range", text)
-    return width, height
