@@ -188,7 +188,7 @@ def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFix
         ("drill plate_10.dxf --start-point here", "--start-point: 'here' is not a point such as '10,20'"),
         (
             "reorder plate_10.dxf",
-            r"plate_10\.dxf: reorder: the input is a drawing, not a program; use drill, cut or pocket",
+            r"plate_10\.dxf: reorder: the input is a drawing, not a program; use drill, cut, pocket or part",
         ),
         ("cut cam_121.nc", r"cam_121\.nc: cut: the input is a program, not a drawing; use leafcut reorder"),
         ("pocket", "pocket needs an INPUT"),

@@ -23,10 +23,11 @@ from leafcut.processes.settings import collect_settings, options_used_by
 
 #: Function → the kinds of work that it does.
 FUNCTIONS: dict[Callable[..., Any], tuple[str, ...]] = {
-    leafcut.optimize: ("drill", "cut", "pocket", "program"),
+    leafcut.optimize: ("drill", "cut", "pocket", "part", "program"),
     leafcut.drill: ("drill",),
     leafcut.cut: ("cut",),
     leafcut.pocket: ("pocket",),
+    leafcut.part: ("part",),
     leafcut.reorder: ("program",),
     leafcut.nest: ("nest",),
     leafcut.solve: ("solve",),

@@ -17,7 +17,7 @@ from leafcut.processes import registry
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 #: Commands whose functions have their names.
-COMMANDS = ("optimize", "drill", "cut", "pocket", "reorder", "nest", "simulate", "verify", "stock", "solve")
+COMMANDS = ("optimize", "drill", "cut", "pocket", "part", "reorder", "nest", "simulate", "verify", "stock", "solve")
 
 
 def test_each_command_has_a_function_of_its_name() -> None:

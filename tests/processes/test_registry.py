@@ -56,9 +56,9 @@ def test_what_is_made_of_a_file_is_what_is_asked_for_else_what_it_is_good_for_al
         (
             "cat",
             ("dxf",),
-            "unknown process 'cat'; choose one of auto, drill, cut, pocket, reorder, mill, laser, plasma",
+            "unknown process 'cat'; choose one of auto, drill, cut, pocket, part, reorder, mill, laser, plasma",
         ),
-        ("mill", ("dxf",), "mill: the input is a drawing, not a program; use drill, cut or pocket"),
+        ("mill", ("dxf",), "mill: the input is a drawing, not a program; use drill, cut, pocket or part"),
         (
             "cut",
             ("gcode",),
@@ -105,6 +105,7 @@ def test_a_process_from_outside_is_asked_for_by_its_own_word(install: Installer)
         "drill",
         "cut",
         "pocket",
+        "part",
         "engrave",
         "reorder",
         "mill",
@@ -182,7 +183,7 @@ def test_a_broken_process_from_outside_is_told_by_name_and_stops_no_other(instal
             OptionError, match=f"the process '{name}' is a plug-in of toys that cannot be used .*{words}"
         ):
             registry.check_asked(name)
-    assert registry.process_words() == ("auto", "drill", "cut", "pocket", "reorder", "mill", "laser", "plasma")
+    assert registry.process_words() == ("auto", "drill", "cut", "pocket", "part", "reorder", "mill", "laser", "plasma")
     assert chosen("auto", "dxf") == "drill"
     assert collect_settings({"machine": "haas-vf2"}).machine.machine == "haas-vf2"
 
@@ -244,7 +245,7 @@ def test_two_packages_that_have_the_same_are_both_told_of_and_neither_is_used(
             registry.check_asked(one)
         assert str(refused.value) == f"the process '{one}' is a plug-in of {its} that cannot be used ({words})"
         assert (one, f"plug-in of {its} that cannot be used ({words})") in registry.PACKAGED.listed()
-    assert registry.process_words() == ("auto", "drill", "cut", "pocket", "reorder", "mill", "laser", "plasma")
+    assert registry.process_words() == ("auto", "drill", "cut", "pocket", "part", "reorder", "mill", "laser", "plasma")
     with pytest.raises(OptionError, match="unknown option 'loudness'"):
         collect_settings({"loudness": 3})
 

@@ -104,6 +104,26 @@ def check_dialect_options(settings: Settings, dialect: Dialect) -> None:
             raise OptionError("{}: {}; leave it out", flag_name(name), reason)
 
 
+def check_tool_changes(machine: Machine, dialect: Dialect) -> None:
+    """Refuse a machine profile with a tool change feature that the controller does not support."""
+    for supported, reason in (
+        (machine.tool_changer, "its tools are changed by hand"),
+        (dialect.tool_change == "M6", f"{dialect.name} has no M6"),
+        (dialect.language != "klartext", f"{dialect.name} programs cannot preselect a tool"),
+        (dialect.length_offset != "D", f"a T word of {dialect.name} also activates the tool length"),
+    ):
+        if machine.preselect_tool and not supported:
+            raise OptionError(
+                "--machine {}: {}; take tool_change.preselect out of the machine's profile", machine.name, reason
+            )
+    if machine.optional_stop and "M1" not in dialect.m_words.split():
+        raise OptionError(
+            "--machine {}: {} has no M1; take tool_change.optional_stop out of the machine's profile",
+            machine.name,
+            dialect.name,
+        )
+
+
 def refuse_differences(problems: Sequence[Difference]) -> None:
     """Raise VerifyError if a program has differences; the message has the first difference and the number of others."""
     if problems:

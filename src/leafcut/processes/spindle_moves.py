@@ -72,3 +72,13 @@ def stop_spindle(builder: ToolpathBuilder, coolant: bool) -> None:
     builder.spindle(0.0)
     if coolant:
         builder.coolant(0)
+
+
+def leave_tool(builder: ToolpathBuilder, machine: Machine, height: float, *, coolant: bool) -> None:
+    """Retract to the safe height, or to `height`, mm, move to the position for tool changes, and stop the spindle."""
+    rise(builder, machine, height)
+    if machine.tool_change_position is not None:
+        builder.machine(*machine.tool_change_position)
+    stop_spindle(builder, coolant)
+    if machine.optional_stop:
+        builder.pause(optional=True)

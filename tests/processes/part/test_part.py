@@ -12,6 +12,7 @@ import shapely
 
 import leafcut
 from leafcut.errors import LeafcutError
+from leafcut.model.toolpath import Kind
 
 DIAMETER, THICKNESS, TABS, TAB_WIDTH, TAB_HEIGHT = 4.0, 3.0, 3, 5.0, 1.0
 #: Side of a cell, mm.
@@ -101,6 +102,37 @@ def test_a_hole_narrower_than_the_mill_is_named_as_missing_work(tmp_path: Path) 
     (missing,) = [issue.missing for issue in outcome.issues if issue.missing is not None]
     assert (missing.what, missing.count) == ("opening", 1)
     assert outcome.detail.outlines == 1 and outcome.detail.openings == 1
+
+
+TOOLS = """
+[[tool]]
+number = 4
+diameter = "3 mm"
+spindle_speed = "4000 rpm"
+feed = "300 mm/min"
+{peck}
+[[tool]]
+number = 7
+kind = "end-mill"
+diameter = "4 mm"
+spindle_speed = "5000 rpm"
+feed = "600 mm/min"
+"""
+
+
+@pytest.mark.parametrize("peck", ["", 'peck = "1 mm"'])
+def test_a_hole_is_drilled_where_the_library_has_its_drill_and_milled_otherwise(peck: str, tmp_path: Path) -> None:
+    (tmp_path / "tools.toml").write_text(TOOLS.format(peck=peck))
+    centres = [(10.0, 10.0), (30.0, 40.0), (70.0, 20.0), (20.0, 30.0)]
+    source = drawing(tmp_path, OUTLINE, circles=(*((x, y, 1.5) for x, y in centres), (50.0, 25.0, 5.0)))
+    outcome = leafcut.part(source, thickness=THICKNESS, tools=tmp_path / "tools.toml", preset="fast", threads=1)
+    assert [operation.tool.number for operation in outcome.operations] == [4, 7]
+    assert (outcome.detail.holes, outcome.detail.openings, outcome.detail.outlines) == (4, 1, 1)
+    drilled = outcome.written.kind == Kind.DRILL
+    assert sorted(map(tuple, outcome.written.end[drilled][:, :2].tolist())) == sorted(centres)
+    # The point of a drill of 118° with a diameter of 3 mm is 0.901 mm long; the full diameter ends 0.5 mm below.
+    assert {cycle.bottom for cycle in outcome.written.cycles} == {-4.401}
+    assert {cycle.peck for cycle in outcome.written.cycles} == ({1.0} if peck else {0.0})
 
 
 def test_edges_inside_an_edge_are_milled_before_it(tmp_path: Path) -> None:

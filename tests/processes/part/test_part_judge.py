@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.part.judge import judge_part
-from leafcut.processes.part.model import Edge, PartRequest, TabRules
+from leafcut.processes.part.model import Edge, PartHole, PartRequest, TabRules
 from leafcut.proof.program import read_back
 
 RADIUS, THICKNESS, BOTTOM = 2.0, 3.0, -3.5
@@ -25,6 +26,7 @@ REQUEST = PartRequest(
         Edge(Polyline.of_points(SQUARES[0], closed=True), inside=False, name="outline"),
         Edge(Polyline.of_points(SQUARES[1], closed=True), inside=True, within=(0,), name="window"),
     ),
+    (),
     tool=1,
     radius=RADIUS,
     thickness=THICKNESS,
@@ -75,6 +77,34 @@ def test_an_outline_before_its_window_is_found(program: str) -> None:
     assert judge_part(REQUEST, path.take([*head, *window, *outline, *tail])) == []
     swapped = judge_part(REQUEST, path.take([*head, *outline, *window, *tail]))
     assert [one.what for one in swapped] == ["order"] and str(swapped[0].text) == "window is milled after outline"
+
+
+DRILLED = replace(REQUEST, holes=(PartHole(10.0, 10.0, 4, -4.4), PartHole(90.0, 10.0, 4, -4.4)))
+DRILLING = [(x, 10.0, z) for x in (10.0, 90.0) for z in (-4.4,)]
+
+
+@pytest.mark.parametrize(
+    "plunges, late, what",
+    [
+        (DRILLING, False, None),
+        (DRILLING[:1], False, "hole"),
+        ([*DRILLING, DRILLING[0]], False, "hole"),
+        ([DRILLING[0], (90.0, 10.0, -4.0)], False, "depth"),
+        ([*DRILLING, (50.0, 10.0, -4.4)], False, "hole not drawn"),
+        ([DRILLING[0], (90.1, 10.0, -4.4)], False, "hole not drawn"),
+        (DRILLING, True, "order"),
+    ],
+)
+def test_errors_of_drilled_holes_are_found(
+    plunges: list[tuple[float, float, float]], late: bool, what: str | None, program: str
+) -> None:
+    cycles = [f"G99 G81 X{x} Y{y} Z{z} R2 F100" for x, y, z in plunges]
+    drilling = ["T4 M6", "G43 H4 Z10", *cycles, "G80", "G0 Z10"]
+    lines = program.splitlines()
+    at = lines.index("M5") - 1 if late else lines.index("G53 G0 Z0") + 1
+    lines[at:at] = drilling
+    differences = judge_part(DRILLED, read_back("\n".join(lines), dialect("linuxcnc")))
+    assert (what in {one.what for one in differences}) if what else differences == []
 
 
 @pytest.mark.parametrize(

@@ -108,8 +108,8 @@ class Drilling(Process):
         """Return a plan with one stage for each tool. A hole has one choice; a slot has two, one per direction."""
         from leafcut.gcode.dialects import dialect
         from leafcut.processes.drilling.plan.drill_toolpath import stages_of
-        from leafcut.processes.drilling.spec import check_tool_changes, nodes_to_visit_first, prepare_drilling
-        from leafcut.processes.job import check_dialect_options
+        from leafcut.processes.drilling.spec import nodes_to_visit_first, prepare_drilling
+        from leafcut.processes.job import check_dialect_options, check_tool_changes
         from leafcut.processes.plan import Plan
 
         drill_plan, request = prepare_drilling(job, sources, everything=asked == "auto")

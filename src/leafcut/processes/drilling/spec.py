@@ -25,8 +25,6 @@ from leafcut.processes.job import Job, library_of
 from leafcut.processes.layers import layer_matcher
 
 if TYPE_CHECKING:
-    from leafcut.gcode.dialects import Dialect
-    from leafcut.model.machine import Machine
     from leafcut.read.format import Source
 
 
@@ -189,23 +187,3 @@ def nodes_to_visit_first(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
                 raise PlanError("{}: hole {} is listed twice", where, hole + 1)
         nodes[number] = np.array([node_of[hole] for hole in holes], dtype=np.int32)
     return nodes
-
-
-def check_tool_changes(machine: Machine, dialect: Dialect) -> None:
-    """Refuse a machine profile with a tool change feature that the controller does not support."""
-    for supported, reason in (
-        (machine.tool_changer, "its tools are changed by hand"),
-        (dialect.tool_change == "M6", f"{dialect.name} has no M6"),
-        (dialect.language != "klartext", f"{dialect.name} programs cannot preselect a tool"),
-        (dialect.length_offset != "D", f"a T word of {dialect.name} also activates the tool length"),
-    ):
-        if machine.preselect_tool and not supported:
-            raise OptionError(
-                "--machine {}: {}; take tool_change.preselect out of the machine's profile", machine.name, reason
-            )
-    if machine.optional_stop and "M1" not in dialect.m_words.split():
-        raise OptionError(
-            "--machine {}: {} has no M1; take tool_change.optional_stop out of the machine's profile",
-            machine.name,
-            dialect.name,
-        )

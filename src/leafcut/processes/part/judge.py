@@ -14,7 +14,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Points
-from leafcut.material.straight_moves import straight_moves
+from leafcut.material.straight_moves import StraightMoves, straight_moves
 from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Toolpath
@@ -42,9 +42,12 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     2. Each cut runs along an edge, and each edge is cut through all around, except at its tabs.
     3. Each tab is as wide as requested or wider, and the cut over it is at its top.
     4. An edge is finished before the cut of an edge around it starts.
+    5. Each hole is drilled once, with its tool, to its depth, before the cuts; nothing else is drilled.
     """
     moves = straight_moves(written, _CHORD, _WHOLE)
-    cutting = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < -_HEIGHT)
+    low = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < -_HEIGHT)
+    drills = {hole.tool for hole in request.holes}
+    cutting = low & ~np.isin(moves.tool, list(drills - {request.tool}))
     ends, rows = moves.ends[cutting], moves.row[cutting]
     lines = np.asarray(shapely.linestrings(ends.reshape(-1, 2, 3)[:, :, :2]))
     shapes = [shapely.Polygon(edge.path.flattened(_CHORD)) for edge in request.edges]
@@ -77,13 +80,8 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
         mine = owner == number
         for ring in own_rings:
             differences += _check_ring(request, edge, ring, ends[mine], lines[mine])
-    return limit_differences([*differences, *_check_order(request, owner, rows, at)])
-
-
-def milled_edges(request: PartRequest) -> list[int]:
-    """Return the indices of the edges that the mill can follow: all outlines, and openings wider than the mill."""
-    shapes = [shapely.Polygon(edge.path.flattened(_CHORD)) for edge in request.edges]
-    return [k for k, edge in enumerate(request.edges) if _centre_rings(shapes[k], edge, request.radius)]
+    differences += _check_order(request, owner, rows, at)
+    return limit_differences([*differences, *_check_holes(request, moves, low & ~cutting, rows, at)])
 
 
 def _centre_rings(shape: Any, edge: Edge, radius: float) -> list[Any]:
@@ -178,6 +176,39 @@ def _check_order(request: PartRequest, owner: NDArray[np.int64], rows: NDArray[n
         for around in request.edges[number].within
         if around in span and own[-1] > span[around][0]
     ]
+
+
+def _check_holes(
+    request: PartRequest, moves: StraightMoves, drilling: NDArray[np.bool_], cuts: NDArray[np.int64], at: Any
+) -> list[Difference]:
+    """Check that the drills go down at the holes only, once each, to their depth, and before the first cut."""
+    ends, tools, rows = moves.ends[drilling], moves.tool[drilling], moves.row[drilling]
+    wanted = np.array([(hole.x, hole.y) for hole in request.holes]).reshape(-1, 2)
+    differences, visits = [], [0] * len(wanted)
+    lowest = [0.0] * len(wanted)
+    last = -1
+    for end, tool, row in zip(ends, tools.tolist(), rows.tolist(), strict=True):
+        away = np.hypot(*(wanted - end[3:5]).T)
+        level = np.hypot(end[3] - end[0], end[4] - end[1]) > TOLERANCE
+        near = int(np.argmin(np.where([hole.tool == tool for hole in request.holes], away, np.inf)))
+        if level or away[near] > TOLERANCE or request.holes[near].tool != tool:
+            words = Message("T{} drills at {}, where the drawing has no hole for it", tool, _place(end))
+            differences.append(Difference("hole not drawn", 0, at(row), words))
+            continue
+        visits[near] += near != last
+        last = near
+        lowest[near] = min(lowest[near], float(end[5]))
+        if len(cuts) and row > cuts[0]:
+            words = Message("the hole at {} is drilled after an edge is milled", _place(end))
+            differences.append(Difference("order", 0, at(row), words))
+    for hole, count, low in zip(request.holes, visits, lowest, strict=True):
+        where = position_text(hole.x, hole.y)
+        if count != 1:
+            differences.append(Difference("hole", 0, 0, Message("the hole at {} is drilled {} times", where, count)))
+        elif abs(low - hole.tip) > _HEIGHT:
+            words = Message("the hole at {} is drilled to Z{:g}, not to Z{:g}", where, low, hole.tip)
+            differences.append(Difference("depth", 0, 0, words))
+    return differences
 
 
 def _place(ends: Points) -> str:

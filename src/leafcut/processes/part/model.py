@@ -35,13 +35,24 @@ class TabRules:
 
 
 @dataclass(frozen=True)
-class PartRequest:
-    """What the program must do: mill these edges through the plate with a tool, and leave tabs.
+class PartHole:
+    """A hole through the plate for a drill: its centre, the tool, and the lowest height of the tip, mm."""
 
-    `bottom` is the lowest height of the tool, and `thickness` the thickness of the plate, mm.
+    x: float
+    y: float
+    tool: int
+    tip: float
+
+
+@dataclass(frozen=True)
+class PartRequest:
+    """What the program must do: mill these edges through the plate with a tool, leave tabs, and drill these holes.
+
+    `bottom` is the lowest height of the mill, and `thickness` the thickness of the plate, mm.
     """
 
     edges: tuple[Edge, ...]
+    holes: tuple[PartHole, ...]
     tool: int
     radius: float
     thickness: float
@@ -51,12 +62,12 @@ class PartRequest:
 
 @dataclass(frozen=True)
 class PartDetail:
-    """Numbers of milled outlines, openings, and tabs, and the heights of rapids and of the lowest cut, mm."""
+    """Numbers of milled outlines and openings, drilled holes and tabs; thickness and heights of rapids, mm."""
 
     outlines: int
     openings: int
+    holes: int
     tabs: int
     thickness: float
-    bottom: float
     clearance: float
     retract: float

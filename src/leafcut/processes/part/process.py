@@ -78,7 +78,7 @@ class PartMilling(Process):
     )
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Return a plan with one stage; an edge is a task, and its start points are the choices."""
+        """Return a plan with a stage for each tool; an edge is a task of the mill, with its start points as choices."""
         from leafcut.processes.part.spec import plan_part
 
         return plan_part(job, sources[0])
@@ -96,7 +96,7 @@ class PartMilling(Process):
         from leafcut.processes.zones import crossing_heights, parse_zones
         from leafcut.proof.program import check_program, read_back
 
-        settings, tool = plan.job.settings, plan.tools[0]
+        settings, tools = plan.job.settings, plan.tools
         written = read_back(text, plan.dialect)
         problems = check_program(
             best.path,
@@ -106,17 +106,23 @@ class PartMilling(Process):
             settings.post.output_units,
             zones=parse_zones(settings.job.keep_out),
             zone_height=crossing_heights(settings.job.keep_out, settings.job.clearance_height),
-            tool_radii={tool.number: 0.5 * tool.diameter},
-            bodies={tool.number: bodies_of(tool)},
+            tool_radii={tool.number: 0.5 * tool.diameter for tool in tools},
+            bodies={tool.number: bodies_of(tool) for tool in tools},
         )
         return written, [*problems, *judge_part(plan.spec, written)]
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return the operation of the end mill, with the order of the edges."""
+        """Return the operation of each drill with its holes, then that of the end mill with the number of edges."""
         from leafcut.model.outcome import OperationOutcome
 
-        (solution,) = best.order.solutions
-        return (OperationOutcome(plan.tools[0], "", (), False, solution, cuts=len(solution.nodes)),)
+        *drilled, milled = best.order.solutions
+        operations, first = [], 0
+        for group, solution in zip(plan.work.groups, drilled, strict=True):
+            cycle = group.cycle.name if group.cycle.name in plan.dialect.cycles else ""
+            holes = tuple(first + int(node) for node in solution.nodes)
+            operations.append(OperationOutcome(group.tool, cycle, holes, False, solution))
+            first += len(holes)
+        return (*operations, OperationOutcome(plan.tools[-1], "", (), False, milled, cuts=len(milled.nodes)))
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> PartDetail:
         """Return the numbers of outlines, openings and tabs, and the heights."""
@@ -128,9 +134,9 @@ class PartMilling(Process):
         return PartDetail(
             outlines=inside.count(False),
             openings=inside.count(True),
+            holes=len(request.holes),
             tabs=sum(len(cut.tabs) for cut in cuts),
             thickness=request.thickness,
-            bottom=request.bottom,
             clearance=job.clearance_height,
             retract=retract,
         )

@@ -18,7 +18,7 @@ class PartReport(PathReport[PartDetail]):
     @property
     def cleared(self) -> float:  # type: ignore[override]
         """Width that the mill clears along its path, mm."""
-        return self.outcome.operations[0].tool.diameter
+        return self.outcome.operations[-1].tool.diameter
 
     def counts(self) -> list[Fact]:
         """Return the numbers of outlines, openings and tabs."""
@@ -26,17 +26,18 @@ class PartReport(PathReport[PartDetail]):
         return [
             Fact("counts.outlines", detail.outlines, "", count(detail.outlines, "outline")),
             Fact("counts.openings", detail.openings, "", count(detail.openings, "opening") if detail.openings else ""),
+            Fact("counts.holes", detail.holes, "", count(detail.holes, "drilled hole") if detail.holes else ""),
             Fact("counts.tabs", detail.tabs, "", count(detail.tabs, "tab") if detail.tabs else ""),
         ]
 
     def own_facts(self) -> list[Fact]:
         """Return the tool, the depth, the heights, and the time."""
         detail = self.outcome.detail
-        below = -detail.thickness - detail.bottom
+        lowest = float(self.outcome.path_after.extents[0][2])
         words = translatable(
             "Z0 is the top; the lowest point is Z{z}, {below} mm below the plate",
-            z=to_fixed(detail.bottom, 2),
-            below=to_fixed(below, 2),
+            z=to_fixed(lowest, 2),
+            below=to_fixed(-detail.thickness - lowest, 2),
         )
         return [
             *tool_facts(self.outcome.operations),

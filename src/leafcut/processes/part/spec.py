@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,13 +13,15 @@ from leafcut.gcode.dialects import dialect
 from leafcut.geometry.arrays import Point
 from leafcut.message import Message
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.part import Hole
 from leafcut.model.plan import Candidate, Order, Stage
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import MillingOptions
-from leafcut.processes.job import Job, check_dialect_options, library_of
+from leafcut.processes.job import Job, check_dialect_options, check_tool_changes, library_of
 from leafcut.processes.milling.mill import MillingData, library_mill, milling_data
-from leafcut.processes.part.model import Edge, PartRequest, TabRules
+from leafcut.processes.part.model import Edge, PartHole, PartRequest, TabRules
 from leafcut.processes.part.options import PartOptions
+from leafcut.processes.part.plan.holes import HoleGroup, fitting_drill, hole_groups, point_length
 from leafcut.processes.part.plan.motion import PartHeights, part_motion
 from leafcut.processes.part.plan.outlines import OutlineCut, edges_of, plan_cuts
 from leafcut.processes.plan import Plan
@@ -28,15 +30,19 @@ from leafcut.timing.toolpath import measure_toolpath
 from leafcut.timing.travel import travel_metric
 
 if TYPE_CHECKING:
-    from leafcut.model.tool import Tool
+    from leafcut.model.tool import Tool, ToolLibrary
     from leafcut.read.format import Source
 
 
 @dataclass(frozen=True, eq=False)
 class PartWork:
-    """The cuts of a part; `nodes` has the cut and the start point (distance along its path, mm) of each choice."""
+    """The cuts of a part and its drilled holes.
+
+    `nodes` has the cut and the start point (distance along its path, mm) of each choice of the mill.
+    """
 
     cuts: tuple[OutlineCut, ...]
+    groups: tuple[HoleGroup, ...]
     nodes: tuple[tuple[int, float], ...]
     data: MillingData
     heights: PartHeights
@@ -60,13 +66,16 @@ def plan_part(job: Job, source: Source) -> Plan:
     sheet = prepare_sheet(part, settings.sheet, settings.read.concentric)
     sheet = without_excluded_holes(sheet, settings.read)
     bottom = -thickness - asked.break_through
-    mill, diameter = _mill(job, -bottom)
+    library = library_of(settings, job.machine)
+    mill, diameter = _mill(job, library, -bottom)
     data, issues = milling_data(milling, asked, diameter, job.machine, mill)
     if mill is None and milling.tool_number is None:
         words = Message("{} is assumed: load it under this number, or give --tool-number", data.tool.label)
         issues = [Issue("L401", words, severity=Severity.NOTE), *issues]
     tabs = _tab_rules(settings.of(PartOptions), thickness)
-    edges, left = edges_of(sheet.contours)
+    all_edges, left = edges_of(sheet.contours)
+    edges, drilled = _split_holes(all_edges, library, asked.diameter_tolerance, -bottom)
+    groups, deep = hole_groups(drilled, bottom, asked.retract_height, asked.retract == "initial", job.machine)
     climb = milling.milling == "climb"
     cuts, more = plan_cuts(edges, 0.5 * diameter, climb, tabs)
     if not cuts:
@@ -74,6 +83,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     words_of = dialect(settings.post.dialect or job.machine.controller)
     job = job.for_dialect(words_of)
     check_dialect_options(settings, words_of)
+    check_tool_changes(job.machine, words_of)
     refuse_higher_zones(asked.keep_out, asked.clearance_height)
     retract = asked.clearance_height if asked.retract == "initial" else asked.retract_height
     high = crossing_heights(asked.keep_out, asked.clearance_height) > retract
@@ -87,27 +97,38 @@ def plan_part(job: Job, source: Source) -> Plan:
         zones=parse_zones(asked.keep_out)[high],
         end=end,
     )
-    work = PartWork(tuple(cuts), tuple((k, s) for k, cut in enumerate(cuts) for s in cut.starts), data, heights, climb)
+    nodes = tuple((k, s) for k, cut in enumerate(cuts) for s in cut.starts)
+    work = PartWork(tuple(cuts), tuple(groups), nodes, data, heights, climb)
     return Plan(
         job=job,
-        part=part,
+        part=replace(part, holes=tuple(Hole(x, y, tool.diameter) for x, y, tool in drilled)),
         dialect=words_of,
         work=work,
-        spec=PartRequest(tuple(edges), data.tool.number, 0.5 * diameter, thickness, bottom, tabs),
-        stages=(_stage(job, part.name, work, edges, start, end),),
+        spec=PartRequest(
+            tuple(edges),
+            tuple(PartHole(x, y, tool.number, bottom - point_length(tool)) for x, y, tool in drilled),
+            data.tool.number,
+            0.5 * diameter,
+            thickness,
+            bottom,
+            tabs,
+        ),
+        stages=_stages(job, part.name, work, edges, start, end),
         kind="part",
-        tools=(data.tool,),
+        tools=(*(group.tool for group in groups), data.tool),
         box=part.extents,
         start=start,
-        issues=[*sheet.issues, *left, *more, *issues],
+        issues=[*sheet.issues, *left, *more, *deep, *issues],
     )
 
 
 def part_candidate(plan: Plan, order: Order) -> Candidate:
     """Generate and time the motion of an order."""
     work: PartWork = plan.work
-    chosen = [work.nodes[node] for node in order.choices[0].tolist()]
+    *drilled, milled = order.choices
+    chosen = [work.nodes[node] for node in milled.tolist()]
     path = part_motion(
+        [replace(group, places=group.places[nodes]) for group, nodes in zip(work.groups, drilled, strict=True)],
         [(work.cuts[cut], start) for cut, start in chosen],
         work.heights,
         work.data,
@@ -119,7 +140,17 @@ def part_candidate(plan: Plan, order: Order) -> Candidate:
     return Candidate(order, path, measure_toolpath(path, plan.job.machine, start=plan.start))
 
 
-def _stage(job: Job, name: str, work: PartWork, edges: Sequence[Edge], start: Point | None, end: Point | None) -> Stage:
+def _stages(
+    job: Job, name: str, work: PartWork, edges: Sequence[Edge], start: Point | None, end: Point | None
+) -> tuple[Stage, ...]:
+    """Return a stage for each drill, and a last stage for the mill."""
+    metric = travel_metric(job.machine, job.settings.solve.objective)
+    stages = []
+    for number, group in enumerate(work.groups):
+        title = f"{name}: {group.tool.label}"
+        problem = RoutingProblem.of_points(group.places.round(6), metric, start=None if number else start, name=title)
+        given = np.arange(len(group.places), dtype=np.int32)
+        stages.append(Stage(problem, number > 0, given, f"ordering {group.tool.label}"))
     places = np.array([work.cuts[cut].path.point_at(s) for cut, s in work.nodes], dtype=np.float64)
     cluster = np.array([cut for cut, _ in work.nodes], dtype=np.int32)
     pairs = [
@@ -134,21 +165,40 @@ def _stage(job: Job, name: str, work: PartWork, edges: Sequence[Edge], start: Po
         cluster=cluster,
         service=np.zeros(len(places)),
         precedence=np.array(pairs, dtype=np.int32).reshape(-1, 2),
-        metric=travel_metric(job.machine, job.settings.solve.objective),
-        start=start,
+        metric=metric,
+        start=None if stages else start,
         end=end,
         name=name,
     )
     # The order of the drawing, with the edges inside an edge before it.
     drawn = sorted(range(len(work.cuts)), key=lambda cut: -len(edges[work.cuts[cut].edge].within))
     first = np.searchsorted(cluster, drawn).astype(np.int32)
-    return Stage(problem, False, first, "ordering the edges")
+    return (*stages, Stage(problem, bool(stages), first, "ordering the edges"))
 
 
-def _mill(job: Job, depth: float) -> tuple[Tool | None, float]:
+def _split_holes(
+    edges: Sequence[Edge], library: ToolLibrary | None, tolerance: float, depth: float
+) -> tuple[list[Edge], list[tuple[float, float, Tool]]]:
+    """Return the edges to mill, and the holes (centre and drill) that a drill of the library makes."""
+    from leafcut.processes.contours import round_diameter
+
+    drilled: dict[int, tuple[float, float, Tool]] = {}
+    for number, edge in enumerate(edges):
+        diameter = round_diameter(edge.path) if edge.inside else None
+        drill = None if diameter is None else fitting_drill(library, diameter, tolerance, depth)
+        if drill is not None:
+            x0, y0, x1, y1 = edge.path.extents
+            drilled[number] = (0.5 * (x0 + x1), 0.5 * (y0 + y1), drill)
+    place = {number: k for k, number in enumerate(k for k in range(len(edges)) if k not in drilled)}
+    milled = [
+        replace(edges[k], within=tuple(place[around] for around in edges[k].within if around in place)) for k in place
+    ]
+    return milled, list(drilled.values())
+
+
+def _mill(job: Job, library: ToolLibrary | None, depth: float) -> tuple[Tool | None, float]:
     """Return the end mill of the tool library, None without a library, and the diameter of the mill, mm."""
     asked, number = job.settings.job, job.settings.of(MillingOptions).tool_number
-    library = library_of(job.settings, job.machine)
     if library is not None:
         mill = library_mill(library, number, asked.tool_diameter, asked.diameter_tolerance, depth)
         return mill, mill.diameter

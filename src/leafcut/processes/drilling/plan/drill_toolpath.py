@@ -18,7 +18,7 @@ from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.processes.drilling.plan.drilling import DrillOperation, DrillPlan
-from leafcut.processes.spindle_moves import rise, stop_spindle, take_tool
+from leafcut.processes.spindle_moves import leave_tool, rise, stop_spindle, take_tool
 from leafcut.timing.travel import travel_heights, travel_metric
 
 _SAME_HEIGHT = 1e-6
@@ -101,9 +101,7 @@ def generate_toolpath(
         builder.machine(z=machine.safe_z)
     for number, (operation, nodes) in enumerate(zip(plan.operations, orders, strict=True)):
         if number:
-            _retract_for_tool_change(builder, plan, machine, coolant)
-            if machine.optional_stop:
-                builder.pause(optional=True)
+            leave_tool(builder, machine, max(plan.clearance_height, plan.tool_change_height), coolant=coolant)
         take_tool(builder, machine, operation.tool, plan.clearance_height, coolant=coolant, pause=pause)
         if operation.slots:
             _cut_slots(builder, plan, machine, operation, nodes)
@@ -129,13 +127,6 @@ def surface_tops(plan: DrillPlan, drawn: bool) -> NDArray[np.float64] | None:
     if drawn or plan.part.has_hole_depths:
         return np.array([(hole.x, hole.y, hole.z) for hole in plan.part.holes], dtype=np.float64).reshape(-1, 3)
     return None if plan.work_surface is None else np.column_stack([plan.part.hole_xy, plan.tops])
-
-
-def _retract_for_tool_change(builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, coolant: bool) -> None:
-    rise(builder, machine, max(plan.clearance_height, plan.tool_change_height))
-    if machine.tool_change_position is not None:
-        builder.machine(*machine.tool_change_position)
-    stop_spindle(builder, coolant)
 
 
 def _drill(

@@ -14,11 +14,13 @@ from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.zones import touches_any_zone, widen_zones
 from leafcut.model.machine import Machine
+from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.processes.milling.entries import ABOVE, enter_level, follow
 from leafcut.processes.milling.mill import MillingData
+from leafcut.processes.part.plan.holes import HoleGroup
 from leafcut.processes.part.plan.outlines import OutlineCut
-from leafcut.processes.spindle_moves import rise, stop_spindle, take_tool
+from leafcut.processes.spindle_moves import leave_tool, rise, stop_spindle, take_tool
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +40,7 @@ class PartHeights:
 
 
 def part_motion(
+    drilled: Sequence[HoleGroup],
     cuts: Sequence[tuple[OutlineCut, float]],
     heights: PartHeights,
     data: MillingData,
@@ -47,21 +50,22 @@ def part_motion(
     coolant: bool,
     pause: bool,
 ) -> Toolpath:
-    """Return the motion of the whole program for cuts with their start points (distance along the path, mm)."""
+    """Return the motion of the whole program: the holes of each drill in order, then the cuts.
+
+    A cut has its start point as a distance along its path, mm.
+    """
     builder = ToolpathBuilder()
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
+    for group in drilled:
+        take_tool(builder, machine, group.tool, heights.clearance, coolant=coolant, pause=pause)
+        _drill(builder, group, heights, machine)
+        leave_tool(builder, machine, heights.clearance, coolant=coolant)
     take_tool(builder, machine, data.tool, heights.clearance, coolant=coolant, pause=pause)
-    zones = widen_zones(heights.zones, 0.5 * data.tool.diameter)
     here: Point | None = None
     for cut, start in cuts:
         place = cut.path.point_at(start)
-        if here is None:
-            builder.rapid(*place)
-        else:
-            high = touches_any_zone([here], [place], zones, dogleg=machine.rapid_style == "dogleg")[0]
-            builder.rapid(z=heights.clearance if high else heights.retract)
-            builder.rapid(*place)
+        _travel(builder, here, place, heights, data.tool, machine)
         if builder.position[2] != heights.retract:
             builder.rapid(z=heights.retract)
         _cut_outline(builder, cut, start, heights, data, climb)
@@ -73,6 +77,36 @@ def part_motion(
     stop_spindle(builder, coolant)
     builder.end()
     return builder.build()
+
+
+def _travel(
+    builder: ToolpathBuilder, here: Point | None, place: Point, heights: PartHeights, tool: Tool, machine: Machine
+) -> None:
+    """Move over a position: at the retract height, or over a keep-out zone at the clearance height."""
+    if here is not None:
+        height = heights.clearance if _crosses_zone(here, place, heights, tool, machine) else heights.retract
+        builder.rapid(z=height)
+    builder.rapid(*place)
+
+
+def _crosses_zone(here: Point, place: Point, heights: PartHeights, tool: Tool, machine: Machine) -> bool:
+    zones = widen_zones(heights.zones, 0.5 * tool.diameter)
+    return bool(touches_any_zone([here], [place], zones, dogleg=machine.rapid_style == "dogleg")[0])
+
+
+def _drill(builder: ToolpathBuilder, group: HoleGroup, heights: PartHeights, machine: Machine) -> None:
+    here: Point | None = None
+    for x, y in group.places.tolist():
+        if here is None:
+            builder.rapid(x, y)
+            if builder.position[2] != heights.clearance:
+                builder.rapid(z=heights.clearance)
+        elif _crosses_zone(here, (x, y), heights, group.tool, machine):
+            builder.rapid(z=heights.clearance)
+            builder.rapid(x, y)
+        builder.drill(x, y, group.cycle, feed=group.tool.feed)
+        here = x, y
+    builder.rapid(z=heights.clearance)
 
 
 def _cut_outline(

@@ -1,0 +1,94 @@
+"""Holes of a part that a drill of the tool library makes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError, count_of
+from leafcut.message import Message
+from leafcut.model.issue import Issue
+from leafcut.model.machine import Machine
+from leafcut.model.tool import Tool, ToolKind, ToolLibrary
+from leafcut.model.toolpath import DrillCycle
+
+#: Longest stroke of a drill without a retract, drill diameters (as for `leafcut drill`).
+LONGEST_STROKE = 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class HoleGroup:
+    """The holes of a drill with its cycle; `places` are their centres, float64[n, 2], mm."""
+
+    tool: Tool
+    cycle: DrillCycle
+    places: NDArray[np.float64]
+
+
+def fitting_drill(library: ToolLibrary | None, diameter: float, tolerance: float, depth: float) -> Tool | None:
+    """Return the drill of a library whose diameter is nearest to that of a hole, mm, and which is long enough; None if
+    none is within the tolerance.
+    """
+    drills = [] if library is None else library.tools
+    fitting = [
+        tool for tool in drills
+        if tool.kind is ToolKind.DRILL and abs(tool.diameter - diameter) <= tolerance + 1e-9
+        and (tool.flute_length is None or depth + point_length(tool) <= tool.flute_length + 1e-9)
+    ]  # fmt: skip
+    return min(fitting, key=lambda tool: abs(tool.diameter - diameter), default=None)
+
+
+def point_length(tool: Tool) -> float:
+    """Return the length of the point of a drill, mm."""
+    return 0.5 * tool.diameter / math.tan(0.5 * tool.point_angle)
+
+
+def hole_groups(
+    holes: Sequence[tuple[float, float, Tool]], bottom: float, r_plane: float, to_initial: bool, machine: Machine
+) -> tuple[list[HoleGroup], list[Issue]]:
+    """Return the holes (x, y and drill) by drill, and warnings about deep holes that are drilled in one stroke.
+
+    The full diameter of a drill reaches `bottom`, mm. Raises PlanError if a drill has no feed or speed, or if the
+    machine does not have them.
+    """
+    places: dict[Tool, list[tuple[float, float]]] = {}
+    for x, y, tool in holes:
+        places.setdefault(tool, []).append((x, y))
+    groups, issues = [], []
+    for tool, centres in places.items():
+        _check_speeds(tool, machine)
+        tip, peck = round(bottom - point_length(tool), 6), tool.peck or 0.0
+        cycle = DrillCycle("G83" if peck else "G81", r_plane, tip, to_initial=to_initial, peck=peck)
+        groups.append(HoleGroup(tool, cycle, np.array(centres, dtype=np.float64)))
+        if min(peck or math.inf, -bottom) > LONGEST_STROKE * tool.diameter:
+            number = count_of(len(centres), "hole")
+            words = Message(
+                "{} drills {} deeper than {:g} diameters in one stroke: set peck for the tool in the library",
+                tool.label,
+                number,
+                LONGEST_STROKE,
+            )
+            issues.append(Issue("L446", words))
+    return groups, issues
+
+
+def _check_speeds(tool: Tool, machine: Machine) -> None:
+    if not (tool.spindle_rpm > 0 and tool.feed > 0):
+        missing = "feed" if tool.spindle_rpm > 0 else "spindle_speed"
+        raise PlanError("{} has no {}; give it in the tool library", tool.label, missing)
+    slow, fast = machine.spindle_min_rpm, machine.spindle_max_rpm
+    if not slow <= tool.spindle_rpm <= fast or tool.feed > machine.max_feed * (1 + 1e-9):
+        limits = Message(
+            "{} turns {:g} to {:g} rpm and feeds at most {:g} mm/min", machine.name, slow, fast, 60 * machine.max_feed
+        )
+        raise PlanError(
+            "{} requires {:g} rpm and {:g} mm/min, but {}; change them in the tool library",
+            tool.label,
+            tool.spindle_rpm,
+            60.0 * tool.feed,
+            limits,
+        )
