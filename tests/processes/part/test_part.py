@@ -39,6 +39,7 @@ def plate(folder: Path, **options: Any) -> leafcut.ProgramResult:
     return leafcut.part(source, folder / "part.ngc", **given)
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("milling", ["climb", "conventional"])
 def test_the_material_after_the_program_is_the_drawn_part_with_its_tabs(milling: str, tmp_path: Path) -> None:
     """Cells within a cell of an edge, or of an end of a tab, are not compared."""
@@ -135,6 +136,16 @@ def test_a_hole_is_drilled_where_the_library_has_its_drill_and_milled_otherwise(
     assert {cycle.peck for cycle in outcome.written.cycles} == ({1.0} if peck else {0.0})
 
 
+@pytest.mark.hazard
+def test_an_edge_in_a_gap_narrower_than_the_mill_is_named_and_not_milled(tmp_path: Path) -> None:
+    """A part of 33 mm in an opening of 40 mm, 3.5 mm from its edge; the mill has 4 mm."""
+    squares = [[(a, a), (100 - a, a), (100 - a, 100 - a), (a, 100 - a)] for a in (0.0, 30.0, 33.5)]
+    outcome = leafcut.part(drawing(tmp_path, *squares), tabs=0, **FAST)
+    missing = [(issue.missing.what, issue.missing.count) for issue in outcome.issues if issue.missing is not None]
+    assert missing == [("place", 2)] and outcome.detail.outlines == 1 and outcome.detail.openings == 0
+
+
+@pytest.mark.hazard
 def test_edges_inside_an_edge_are_milled_before_it(tmp_path: Path) -> None:
     """A part lies in the window of another part; the order of the drawing is the reverse."""
     squares = [[(a, a), (100 - a, a), (100 - a, 100 - a), (a, 100 - a)] for a in (0, 20, 35)]

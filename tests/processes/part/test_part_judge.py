@@ -71,6 +71,7 @@ def test_a_cut_that_is_left_out_is_found(program: str) -> None:
         assert "not cut" in {one.what for one in judge_part(REQUEST, path.take([*head, *kept, *tail]))}
 
 
+@pytest.mark.hazard
 def test_an_outline_before_its_window_is_found(program: str) -> None:
     path = read_back(program, dialect("linuxcnc"))
     head, window, outline, tail = _blocks(path)
@@ -83,6 +84,7 @@ DRILLED = replace(REQUEST, holes=(PartHole(10.0, 10.0, 4, -4.4), PartHole(90.0, 
 DRILLING = [(x, 10.0, z) for x in (10.0, 90.0) for z in (-4.4,)]
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "plunges, late, what",
     [
@@ -107,6 +109,7 @@ def test_errors_of_drilled_holes_are_found(
     assert (what in {one.what for one in differences}) if what else differences == []
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "change, what",
     [

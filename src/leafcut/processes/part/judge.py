@@ -29,6 +29,8 @@ _CHORD = 0.002
 _HEIGHT = 0.002
 #: Half of the width of the strip along a cut in which the ideal path must lie, mm.
 _STRIP = 2.0 * TOLERANCE
+#: Smallest width of the path in an opening that is hardly wider than the tool, mm.
+_NARROWEST = 0.01
 #: Chords per quarter of the circle that grows an edge.
 _QUARTER = 256
 #: Maximum length of a straight move, mm; no move is divided.
@@ -51,7 +53,10 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     ends, rows = moves.ends[cutting], moves.row[cutting]
     lines = np.asarray(shapely.linestrings(ends.reshape(-1, 2, 3)[:, :, :2]))
     shapes = [shapely.Polygon(edge.path.flattened(_CHORD)) for edge in request.edges]
-    rings = [_centre_rings(shape, edge, request.radius) for shape, edge in zip(shapes, request.edges, strict=True)]
+    material = _material(shapes)
+    rings = [
+        _centre_rings(shape, edge, request.radius, material) for shape, edge in zip(shapes, request.edges, strict=True)
+    ]
 
     def at(row: int) -> int:
         return int(moves.path.line[row])
@@ -63,7 +68,7 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     ]
     differences += [
         Difference("gouge", 0, at(int(rows[k])), Message("the cut ends inside the part, at {}", _place(ends[k])))
-        for k in np.flatnonzero(_gouges(lines, shapes, request)).tolist()
+        for k in np.flatnonzero(shapely.dwithin(lines, material, request.radius - TOLERANCE)).tolist()
     ]
     differences += [
         Difference(
@@ -84,23 +89,26 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     return limit_differences([*differences, *_check_holes(request, moves, low & ~cutting, rows, at)])
 
 
-def _centre_rings(shape: Any, edge: Edge, radius: float) -> list[Any]:
-    """Return the closed paths of the tool's centre along an edge, as shapely lines."""
-    grown = shape.buffer(-radius if edge.inside else radius, quad_segs=_QUARTER)
-    pieces = [piece for piece in getattr(grown, "geoms", [grown]) if not piece.is_empty]
-    # The remainder of a passage exactly as wide as the tool is no path.
-    return [piece.exterior for piece in pieces if 2.0 * piece.area > TOLERANCE * piece.exterior.length]
-
-
-def _gouges(lines: NDArray[Any], shapes: Sequence[Any], request: PartRequest) -> NDArray[np.bool_]:
-    """Return the moves whose tool overlaps the finished part by more than the tolerance, bool[n]."""
+def _material(shapes: Sequence[Any]) -> Any:
+    """Return the area of the finished part."""
     material = shapely.Polygon()
     for shape in sorted(shapes, key=lambda one: -one.area):
         # An edge inside another one always has the smaller area, so that openings cut outlines and contain others.
         material = material.symmetric_difference(shape)
     shapely.prepare(material)
-    near = shapely.dwithin(lines, material, request.radius - TOLERANCE)
-    return np.asarray(near, dtype=bool)
+    return material
+
+
+def _centre_rings(shape: Any, edge: Edge, radius: float, material: Any) -> list[Any]:
+    """Return the closed paths of the tool's centre along an edge, as shapely lines.
+
+    A path that would take the tool into the finished part, as in a gap narrower than the tool, is left out.
+    """
+    grown = shape.buffer(-radius if edge.inside else radius, quad_segs=_QUARTER)
+    pieces = [piece for piece in getattr(grown, "geoms", [grown]) if not piece.is_empty]
+    # The remainder of a passage exactly as wide as the tool is no path.
+    rings = [piece.exterior for piece in pieces if 2.0 * piece.area > _NARROWEST * piece.exterior.length]
+    return [ring for ring in rings if not shapely.dwithin(ring, material, radius - TOLERANCE)]
 
 
 def _owners(lines: NDArray[Any], rings: Sequence[Sequence[Any]]) -> NDArray[np.int64]:

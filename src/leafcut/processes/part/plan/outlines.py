@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import shapely
 
 from leafcut.errors import PlanError, count_of
-from leafcut.geometry.arrays import Point
+from leafcut.geometry.arrays import Point, Points
 from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
@@ -68,7 +67,9 @@ def plan_cuts(
 
     Raises PlanError if an outline is too short for its tabs.
     """
-    cuts, narrow, necks, loose = [], [], [], []
+    cuts, narrow, loose = [], [], []
+    necks: dict[int, Edge] = {}
+    lines = shapely.STRtree([shapely.LineString(_closed(edge.path)) for edge in edges])
     for number, edge in enumerate(edges):
         rings = offset(edge.path, -radius if edge.inside else radius, TOLERANCE)
         # Growing an outline may enclose a notch whose mouth is narrower than the tool.
@@ -76,8 +77,14 @@ def plan_cuts(
         if not rings:
             narrow.append(edge)
         if len(rings) > 1 or closed_notches:
-            necks.append(edge)
+            necks[number] = edge
         for ring in rings:
+            near = lines.query(
+                shapely.LineString(_closed(ring)), predicate="dwithin", distance=radius - 2.0 * TOLERANCE
+            )
+            if len(near):
+                necks[number] = edge
+                continue
             path = ring if climb == edge.inside else ring.reversed()
             fits = tabs.count > 0 and path.length >= tabs.needed_length(2.0 * radius)
             if tabs.count and not fits and not edge.inside:
@@ -89,7 +96,7 @@ def plan_cuts(
                     tabs.count,
                     tabs.width,
                 )
-            if not fits and edge.inside and not _polygon(path).buffer(-radius).is_empty:
+            if not fits and edge.inside and not shapely.Polygon(path.flattened(TOLERANCE)).buffer(-radius).is_empty:
                 loose.append(edge)
             intervals = _tab_intervals(path, tabs, radius) if fits else ()
             starts = tuple(
@@ -97,7 +104,11 @@ def plan_cuts(
                 if not any(low <= s <= high for low, high in intervals)
             )  # fmt: skip
             cuts.append(OutlineCut(number, path, intervals, starts))
-    return cuts, [*_narrow_issues(narrow, radius), *_neck_issues(necks, radius), *_loose_issues(loose, tabs)]
+    return cuts, [
+        *_narrow_issues(narrow, radius),
+        *_neck_issues(list(necks.values()), radius),
+        *_loose_issues(loose, tabs),
+    ]
 
 
 def _tab_intervals(path: Polyline, tabs: TabRules, radius: float) -> tuple[tuple[float, float], ...]:
@@ -117,8 +128,10 @@ def _tab_intervals(path: Polyline, tabs: TabRules, radius: float) -> tuple[tuple
     return tuple(intervals)
 
 
-def _polygon(path: Polyline) -> Any:
-    return shapely.Polygon(path.flattened(TOLERANCE))
+def _closed(path: Polyline) -> Points:
+    """Return the points of a closed path as chords; the last point is the first one."""
+    points = path.flattened(0.5 * TOLERANCE)
+    return np.vstack([points, points[:1]])
 
 
 def _name(contour: Contour) -> str:
