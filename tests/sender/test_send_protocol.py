@@ -112,6 +112,15 @@ def test_every_fault_ends_the_run_with_the_machine_stopped_and_its_state_told(fa
     assert len(board.taken) <= 20 + OPENING + 24 or fault == "drop"
 
 
+@pytest.mark.hazard
+def test_after_a_reset_without_an_alarm_the_position_is_not_trusted() -> None:
+    """GRBL 1.1h reports no alarm if a reset during a move arrives between its checks for alarms and for resets."""
+    job = job_with(drilled(20))
+    ending = sent(FakeGrbl((3,), {40 + OPENING: "reset"}), job)
+    assert (ending.state, ending.homed) == ("standing still", False)
+    assert "after homing, or after setting the position" in ending_in_words(ending, job)
+
+
 def test_stop_by_the_person_holds_first_and_resets_then() -> None:
     board = FakeGrbl((5,))
 

@@ -203,6 +203,7 @@ class SendRun:
         self._sure = self._program_place(self.facts.status) is not None
         self._errors: list[tuple[int, str]] = []
         self._rests = 0
+        self._was_reset = False
         self._heard_at = self._owed_since = self._asked_at = self.talk.clock()
 
     def _stepping_holes(self, steps: Sequence[SentStep], after: int = 0) -> Sequence[SentStep]:
@@ -346,6 +347,9 @@ class SendRun:
             case Alarm():
                 raise _AlarmStop("{}: {}", self._place_text(), self.talk.meaning_of(answer))
             case Greeting():
+                # A reset during a move loses the position. GRBL 1.1h does not report its alarm if the reset arrives
+                # between its checks for alarms and for resets (protocol.c: `protocol_exec_rt_system`).
+                self._was_reset = True
                 raise _RunEnded("the controller was reset{}", self._line_text())
             case InvalidAnswer(words):
                 raise _RunEnded("invalid answer: '{}'; check the cable", words)
@@ -546,7 +550,7 @@ class SendRun:
             line=0 if self.taken < self._first else self.line,
             hole=self._current_hole(),
             state=state,
-            homed=status is None or status.state not in (*LOCKED, STOPPED_SHORT),
+            homed=not self._was_reset and (status is None or status.state not in (*LOCKED, STOPPED_SHORT)),
             place=None if status is None else self.facts.machine_place(status),
             errors=tuple(self._errors),
             sure=self._sure,
