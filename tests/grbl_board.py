@@ -68,6 +68,7 @@ class Board:
         self.said = b""
         self.most = 0
         self._ended = threading.Event()
+        self._lock = threading.Lock()
         self._plug: tuple[int, int] | None = None
         self.plug_in()
         self._carrier = threading.Thread(target=self._carry, daemon=True)
@@ -81,10 +82,11 @@ class Board:
 
     def pull(self) -> None:
         """Pull the cable: whoever has the port open loses it; the board goes on."""
-        assert self._plug is not None
-        self._plug, (ours, theirs) = None, self._plug
-        os.close(theirs)
-        os.close(ours)
+        with self._lock:
+            assert self._plug is not None
+            self._plug, (ours, theirs) = None, self._plug
+            os.close(theirs)
+            os.close(ours)
 
     def press(self, data: bytes) -> None:
         """Do what a button of the board, or another program, does."""
@@ -97,13 +99,15 @@ class Board:
             ready: list[int] = []
             with suppress(OSError, ValueError):
                 ready, _, _ = select.select(ends, [], [], 0.05)
-            with suppress(OSError):
+            with self._lock, suppress(OSError):
+                # The numbers of a cable that was pulled meanwhile may be those of other files now.
+                if plug is not self._plug:
+                    continue
                 if self._line in ready:
                     data = os.read(self._line, 4096)
                     self.said += data
-                    if plug and self._plug:
+                    if plug:
                         os.write(plug[0], data)
-            with suppress(OSError):
                 if plug and plug[0] in ready:
                     data = os.read(plug[0], 4096)
                     self.sent += data
