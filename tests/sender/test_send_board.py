@@ -76,20 +76,26 @@ def line_of(hole: int) -> int:
 def test_a_plate_of_70_holes_is_held_goes_on_and_is_hurried(board: Board, program: Path, machine: str) -> None:
     """The position is queried throughout; the buffer never holds more than 128 bytes; times are those of the board."""
     stages: list[str] = []
-    held: list[RunView] = []
+    before: list[RunView] = []
+    at_rest: list[RunView] = []
 
     def watch(run: SendRun, view: RunView) -> None:
+        match stages:
+            case []:
+                before.append(view)
+            case ["hold", "faster"]:
+                at_rest.append(view)
         match stages:
             case [] if view.hole >= 8:
                 stages.append("hold")
                 run.ask(Request.HOLD)
-            case ["hold"] if view.state == "Hold":
-                held.append(view)
-                if len(held) == 3:
-                    stages.append("faster")
-                    for _ in range(3):
-                        run.ask(Request.FASTER)
-                    run.ask(Request.LITTLE_SLOWER)
+            # Hold:0 is at rest, Hold:1 slows down.
+            case ["hold"] if view.state == "Hold" and run.talk.status is not None and run.talk.status.detail == 0:
+                at_rest.append(view)
+                stages.append("faster")
+                for _ in range(3):
+                    run.ask(Request.FASTER)
+                run.ask(Request.LITTLE_SLOWER)
             case ["hold", "faster"] if view.override == 129:
                 stages.append("resume")
                 run.ask(Request.RESUME)
@@ -103,14 +109,14 @@ def test_a_plate_of_70_holes_is_held_goes_on_and_is_hurried(board: Board, progra
     assert ending.complete and ending.taken == len(program.read_text().splitlines()), ending
     assert stages == ["hold", "faster", "resume", "normal"]
     assert seen[-1].override == 100
-    assert held[1].place == held[2].place and held[2].taken == held[1].taken
+    assert len({(view.state, view.place, view.taken) for view in at_rest}) == 1
     # First the modes that a program assumes at its start.
     assert board.lines() == ["G17G90G94G40G49G80", "G54", "G21", "M5", "M9", *bare(program.read_text())]
     assert 100 < board.most <= 128
     assert len(job.holes) == HOLES and seen[-1].hole == HOLES
     assert [v.line for v in seen] == sorted(v.line for v in seen)
-    places = {(v.place[0], v.place[1]) for v in seen if v.place}
-    assert len(places) > 20
+    # Positions are reported before the hold, during it and after it.
+    assert len({before[-1].place, at_rest[0].place, seen[-1].place}) == 3
     for view in (v for v in seen if v.hole):
         assert view.place is not None and -1e-6 <= view.place[0] <= 13.51 and -1e-6 <= view.place[1] <= 9.01
         if view.override == 100:
@@ -152,7 +158,8 @@ def test_a_reset_in_the_middle_is_noticed_and_the_place_is_not_trusted(
     assert "reset during a move" in ending.reason or "the controller was reset" in ending.reason
     # GRBL 1.1h reports no alarm if the reset arrives between its checks for alarms and for resets.
     assert ending.state in ("locked by an alarm", "standing still")
-    assert ending.hole is not None and abs(ending.hole.number - pressed[0].hole) <= 10
+    # Until the reset, the board executes at most the lines that it has: 15 of its planner and 128 bytes.
+    assert ending.hole is not None and 0 <= ending.hole.number - pressed[0].hole <= 10
 
 
 def test_a_pulled_cable_leaves_a_clear_state_and_the_plate_goes_on_at_hole_35(
@@ -164,9 +171,9 @@ def test_a_pulled_cable_leaves_a_clear_state_and_the_plate_goes_on_at_hole_35(
         if view.hole >= 34 and view.state == "Run" and board._plug:
             board.pull()
 
-    ending, _, job = send(board, program, machine, hole=32, watch=watch)
+    ending, seen, job = send(board, program, machine, hole=32, watch=watch)
     assert not ending.complete and not ending.homed and "is lost" in ending.reason
-    assert ending.hole is not None and 34 <= ending.hole.number <= 46
+    assert ending.hole is not None and 34 <= seen[-1].hole <= ending.hole.number <= seen[-1].hole + 1
     assert "its spindle may stay on" in ending.state and ending.sent >= ending.taken
     board.plug_in()
     words = ["send", str(program), "--port", board.port, "--machine", machine, "--unlock", "--yes", "--json"]
@@ -280,7 +287,8 @@ def test_in_a_terminal_enter_starts_and_keys_hold_go_on_and_stop(board: Board, p
     program.write_text(plate(700))
     ours, theirs = pty.openpty()
     words = ["send", str(program), "--port", board.port, "--machine", machine]
-    command = [sys.executable, "-c", f"from leafcut.cli.app import main; main({words!r})"]
+    patient = "from leafcut.sender.grbl import GrblConversation; GrblConversation.patience = 10.0"
+    command = [sys.executable, "-c", f"{patient}; from leafcut.cli.app import main; main({words!r})"]
     done = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True)
     os.close(theirs)
     screen = ""
