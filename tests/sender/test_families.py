@@ -97,7 +97,8 @@ class Answers:
     ],
 )
 def test_a_conversation_explains_by_the_firmware_that_greeted(greeting: bytes, told: str) -> None:
-    talk = GrblConversation(Says(greeting))  # type: ignore[arg-type]  # as much of a port as this needs
+    # As much of a port as this needs; no time passes.
+    talk = GrblConversation(Says(greeting), clock=lambda: 0.0)  # type: ignore[arg-type]
     talk.listen()
     with pytest.raises(SendError, match=f"'G4 P1' was refused: error 39: {told}$"):
         talk.ask("G4 P1")

@@ -415,8 +415,9 @@ def test_no_line_of_marlin_stops_the_reader(line: str) -> None:
 
 
 def test_the_command_sends_to_a_marlin_behind_a_port_and_logs_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(MarlinConversation, "patience", 10.0)  # this board is in real time
     program, log = tmp_path / "part.gcode", tmp_path / "part.log"
     program.write_text(text_of(drilled(3)), encoding="utf-8")
     cable = MarlinOnACable(FakeMarlin({12: "noise"}))
