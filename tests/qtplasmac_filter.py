@@ -62,7 +62,7 @@ def filtered(program: str, text: str, folder: Path, units: str = "mm") -> Filter
     }
     done = subprocess.run(
         ["/usr/bin/python3", str(script), "part.ngc"],
-        capture_output=True, text=True, timeout=60, cwd=folder, env=environment, check=False,
+        capture_output=True, text=True, timeout=300, cwd=folder, env=environment, check=False,
     )  # fmt: skip
     if done.returncode:
         raise RuntimeError(done.stderr)

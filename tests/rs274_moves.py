@@ -39,7 +39,7 @@ def run_rs274(program: str, text: str, folder: Path) -> tuple[int, str]:
     command = [program, "-g", "-i", str(spindles), "-t", str(table), str(file)]
     # rs274 keeps a memory map in its home and truncates it at the start: two at once in one home kill each other.
     home = dict(os.environ, HOME=str(folder))
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, cwd=folder, env=home, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=folder, env=home, check=False)
     return done.returncode, done.stdout + done.stderr
 
 

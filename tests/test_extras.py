@@ -29,7 +29,7 @@ print("\\n", [run(words) for words in json.loads(sys.argv[2])], sep="")
 def without(hidden: str, *commands: Sequence[str]) -> tuple[list[int], str, str]:
     """Run command lines without the packages `hidden`; return their exit statuses, output and errors."""
     command = [sys.executable, "-c", WITHOUT, hidden, json.dumps(commands)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 0, done.stderr
     output, _, statuses = done.stdout.rstrip().rpartition("\n")
     return json.loads(statuses), output, done.stderr

@@ -195,7 +195,7 @@ print(json.dumps([found, sorted(path.name for path in folder.iterdir())]))
 def test_a_kill_at_any_step_leaves_no_report_beside_a_program_that_it_is_not_about(tmp_path: Path) -> None:
     """The program always exists, old or new; its companion files belong to the same run."""
     done = subprocess.run(
-        [sys.executable, "-c", KILLED, str(tmp_path)], capture_output=True, text=True, check=True, timeout=100
+        [sys.executable, "-c", KILLED, str(tmp_path)], capture_output=True, text=True, check=True, timeout=300
     )
     found, left = json.loads(done.stdout)
     assert len(found) > 15  # each of the steps on the disk

@@ -96,7 +96,7 @@ def test_an_error_in_one_of_several_searches_ends_the_others(failing: int, monke
     def fail(self: PathSearch, *_: object) -> int:
         if self.number == failing:
             raise KeyError("lost")
-        assert best.stop.cancelled.wait(30.0)
+        assert best.stop.cancelled.wait(300.0)
         return 1
 
     monkeypatch.setattr(PathSearch, "run", fail)

@@ -70,8 +70,8 @@ def _answer(path: str, scenes: Mapping[str, bytes]) -> tuple[bytes | None, str]:
 
 
 def until(page: Any, condition: str) -> None:
-    """Wait until a condition holds in the page, a minute at most; not by eval, which its policy forbids."""
-    for _ in range(3000):
+    """Wait until a condition holds in the page, minutes at most; not by eval, which its policy forbids."""
+    for _ in range(12_000):
         if page.evaluate(condition):
             return
         page.wait_for_timeout(20)

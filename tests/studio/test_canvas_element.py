@@ -36,7 +36,7 @@ def served() -> Iterator[str]:
         [sys.executable, str(HERE / "canvas_app.py"), str(port)], stdout=subprocess.DEVNULL, env=around
     )
     try:
-        for _ in range(600):
+        for _ in range(2400):
             try:
                 socket.create_connection(("127.0.0.1", port), 1).close()
                 break
@@ -46,7 +46,7 @@ def served() -> Iterator[str]:
         yield f"http://127.0.0.1:{port}/"
     finally:
         run.terminate()
-        run.wait(20)
+        run.wait(120)
 
 
 def test_scenes_are_fetched_shown_chosen_in_and_taken_off(served: str, browser: Any) -> None:

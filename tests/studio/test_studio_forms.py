@@ -280,7 +280,7 @@ def test_what_an_older_reading_found_is_not_the_newest() -> None:
     panel.ready = lambda _: None
 
     def slow(*_: object) -> str:
-        release.wait(30)
+        release.wait(600)
         return "first"
 
     def broken(*_: object) -> None:

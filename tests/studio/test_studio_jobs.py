@@ -63,8 +63,8 @@ def test_stopping_keeps_the_best_and_cancelling_keeps_nothing(own_studio: Studio
         until(lambda live=live: live.latest.cost is not None)
     studio.jobs.stop(kept)
     studio.jobs.cancel(dropped)
-    assert studio.jobs.wait(kept, 30) is JobState.STOPPED
-    assert studio.jobs.wait(dropped, 30) is JobState.CANCELLED
+    assert studio.jobs.wait(kept, 120) is JobState.STOPPED
+    assert studio.jobs.wait(dropped, 120) is JobState.CANCELLED
     answer = studio.history.answer(kept)
     assert answer is not None
     assert answer["stopped_early"] is True
@@ -74,31 +74,31 @@ def test_stopping_keeps_the_best_and_cancelling_keeps_nothing(own_studio: Studio
 
 def test_a_job_that_waits_can_be_cancelled(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:
     release = threading.Event()
-    monkeypatch.setattr(StudioWork, "run", lambda *_, **__: release.wait(30) and JobResult({}, {}, {}))
+    monkeypatch.setattr(StudioWork, "run", lambda *_, **__: release.wait(600) and JobResult({}, {}, {}))
     jobs = [studio.jobs.start(SHORT) for _ in range(room.AT_ONCE + 1)]
     last = studio.jobs.live(jobs[-1])
     assert last is not None
     assert last.state is JobState.WAITING
     studio.jobs.cancel(jobs[-1])
     release.set()
-    assert [studio.jobs.wait(job, 30) for job in jobs] == [JobState.DONE] * room.AT_ONCE + [JobState.CANCELLED]
+    assert [studio.jobs.wait(job, 120) for job in jobs] == [JobState.DONE] * room.AT_ONCE + [JobState.CANCELLED]
 
 
 def test_who_waits_for_a_job_that_has_no_turn_is_told_at_once_that_it_is_over(
     studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     release = threading.Event()
-    monkeypatch.setattr(StudioWork, "run", lambda *_, **__: release.wait(30) and JobResult({}, {}, {}))
+    monkeypatch.setattr(StudioWork, "run", lambda *_, **__: release.wait(600) and JobResult({}, {}, {}))
     jobs = [studio.jobs.start(SHORT) for _ in range(room.AT_ONCE + 2)]
     studio.jobs.cancel(jobs[-1])
-    assert studio.jobs.wait(jobs[-1], 30) is JobState.CANCELLED
+    assert studio.jobs.wait(jobs[-1], 120) is JobState.CANCELLED
     assert not release.is_set()
     ending = threading.Thread(target=studio.jobs.close)
     ending.start()
     until(lambda: studio.jobs.closed)
     release.set()
-    assert studio.jobs.wait(jobs[-2], 30) is JobState.INTERRUPTED
-    ending.join(30)
+    assert studio.jobs.wait(jobs[-2], 120) is JobState.INTERRUPTED
+    ending.join(120)
 
 
 def test_a_job_whose_outcome_cannot_be_kept_is_over_and_says_so(
@@ -107,7 +107,7 @@ def test_a_job_whose_outcome_cannot_be_kept_is_over_and_says_so(
     """Of a history that takes nothing more, the server still knows; of a fault in storing, the history, too."""
     monkeypatch.setattr(StudioWork, "run", lambda *_, **__: JobResult({"odd": object()}, {}, {}))
     job = studio.jobs.start(SHORT)
-    assert studio.jobs.wait(job, 30) is JobState.FAILED
+    assert studio.jobs.wait(job, 120) is JobState.FAILED
     kept = studio.history.get(job)
     assert kept is not None
     assert (kept.state, "internal error in leafcut (TypeError" in kept.line) == (JobState.FAILED, True)
@@ -117,7 +117,7 @@ def test_a_job_whose_outcome_cannot_be_kept_is_over_and_says_so(
 
     monkeypatch.setattr(studio.history, "finish", full)
     job = studio.jobs.start(SHORT)
-    assert studio.jobs.wait(job, 30) is JobState.FAILED
+    assert studio.jobs.wait(job, 120) is JobState.FAILED
     for record in (studio.jobs.record(job), studio.jobs.newest()[0]):
         assert record is not None
         assert (record.id, record.state, record.line) == (
@@ -154,13 +154,13 @@ def test_of_a_days_jobs_only_the_last_are_still_known_as_they_went(
     with monkeypatch.context() as patched:
         patched.setattr(studio.history, "finish", full)
         unknown = studio.jobs.start(SHORT)
-        assert studio.jobs.wait(unknown, 30) is JobState.FAILED
+        assert studio.jobs.wait(unknown, 120) is JobState.FAILED
     jobs = [studio.jobs.start(SHORT) for _ in range(room._MAX_ENDED + 4)]
-    assert [studio.jobs.wait(job, 30) for job in jobs] == [JobState.DONE] * len(jobs)
+    assert [studio.jobs.wait(job, 120) for job in jobs] == [JobState.DONE] * len(jobs)
     live = [one for one in map(studio.jobs.live, jobs) if one is not None]
     assert (len(live), [one.messages for one in live if one.messages]) == (room._MAX_ENDED, [])
     assert all([words for _, words in studio.jobs.messages(job)] == ["search"] for job in (*jobs, unknown))
-    assert studio.jobs.wait(unknown, 30) is JobState.FAILED
+    assert studio.jobs.wait(unknown, 120) is JobState.FAILED
 
 
 def test_a_run_that_fails_says_its_line_and_nothing_else_ends(studio: Studio) -> None:

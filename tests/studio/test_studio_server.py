@@ -11,7 +11,7 @@ from pathlib import Path
 
 import httpx2
 import pytest
-from studio_server import Server, running
+from studio_server import PATIENCE, Server, running
 from waiting import until
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
@@ -34,7 +34,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 
 def test_the_page_is_served_to_the_browser_that_opens_the_address(server: Server) -> None:
-    with httpx2.Client(base_url=server.origin, follow_redirects=True, timeout=60) as client:
+    with httpx2.Client(base_url=server.origin, follow_redirects=True, timeout=PATIENCE) as client:
         assert client.get("/").status_code == 401
         client.cookies.update(server.cookies())
         page = client.get("/")
@@ -60,9 +60,9 @@ def test_pages_and_websockets_are_closed_to_strangers(server: Server) -> None:
     with pytest.raises(InvalidStatus):
         connect(address, origin="http://evil.example", additional_headers={"cookie": cookie})
     with connect(address, origin=server.origin, additional_headers={"cookie": cookie}) as opened:
-        assert str(opened.recv(timeout=60)).startswith("0{")
+        assert str(opened.recv(timeout=PATIENCE)).startswith("0{")
     for path in ("/_nicegui_ws/socket.io/?EIO=4&transport=polling", "/_nicegui/x", "/favicon.ico"):
-        assert httpx2.get(server.origin + path).status_code == 401
+        assert httpx2.get(server.origin + path, timeout=PATIENCE).status_code == 401
 
 
 @pytest.mark.slow
@@ -80,9 +80,15 @@ def test_no_other_user_of_the_machine_can_read_a_key(tmp_path: Path) -> None:
         assert page.stat().st_mode & 0o077 == (page.parent / "token").stat().st_mode & 0o077 == 0
         key = re.search(r"token=([\w-]+)", page.read_text())
         assert key and key[1] not in (started.key, started.token)
-        assert [httpx2.get(started.origin, params={"token": key[1]}).status_code for _ in range(2)] == [303, 401]
+
+        def answers(token: str) -> list[int]:
+            """Return the status of two requests with a token."""
+            address = f"{started.origin}/?token={token}"
+            return [httpx2.get(address, timeout=PATIENCE).status_code for _ in range(2)]
+
+        assert answers(key[1]) == [303, 401]
         assert not page.exists()
-        assert [httpx2.get(started.origin, params={"token": started.key}).status_code for _ in range(2)] == [303, 401]
+        assert answers(started.key) == [303, 401]
         status, out, _ = started.end()
     assert status == 0
     assert re.fullmatch(rf"leafcut studio, for another browser: {started.origin}/\?token=[\w-]+\n", out)
@@ -97,7 +103,7 @@ def test_pages_without_a_browser_do_not_fill_the_memory(tmp_path: Path) -> None:
         pytest.skip("this system does not tell the memory of a process")
     with (
         running(tmp_path) as alone,
-        httpx2.Client(base_url=alone.origin, cookies=alone.cookies(), timeout=60) as client,
+        httpx2.Client(base_url=alone.origin, cookies=alone.cookies(), timeout=PATIENCE) as client,
     ):
 
         def resident() -> float:
@@ -109,7 +115,7 @@ def test_pages_without_a_browser_do_not_fill_the_memory(tmp_path: Path) -> None:
         before = resident()
         for _ in range(60):
             client.get("/")
-        assert resident() - before < 15  # MiB; 60 pages take about 40
+        until(lambda: resident() - before < 15)  # MiB; 60 pages take about 40
 
 
 def test_the_studio_listens_on_the_loopback_address_alone(server: Server) -> None:
@@ -149,11 +155,11 @@ def test_ctrl_c_ends_the_studio_and_marks_its_jobs_as_interrupted(tmp_path: Path
     """Two jobs run and one waits when Ctrl-C comes."""
     with running(tmp_path) as started:
         headers = {"authorization": f"Bearer {started.token}"}
-        client = httpx2.Client(base_url=started.origin, headers=headers, timeout=60)
+        client = httpx2.Client(base_url=started.origin, headers=headers, timeout=PATIENCE)
         body = {"source": "random:300:1", "options": '{"time_limit": "300s", "bound": false}'}
         with ThreadPoolExecutor(3) as asking:
             for _ in range(3):
-                asking.submit(client.post, "/api/solve", data=body, timeout=90)
+                asking.submit(client.post, "/api/solve", data=body, timeout=PATIENCE)
             states = ["running", "running", "waiting"]
             until(lambda: sorted(job["state"] for job in client.get("/api/jobs").json()["jobs"]) == states)
             status, out, error = started.end()
@@ -173,7 +179,7 @@ def test_the_studio_starts_with_a_damaged_folder_and_restores_a_removed_one(tmp_
     root.mkdir(parents=True)
     (root / "language").write_bytes(b"\xff\xfe")
     started = Server(tmp_path)
-    with httpx2.Client(base_url=started.origin, follow_redirects=True, timeout=60) as client:
+    with httpx2.Client(base_url=started.origin, follow_redirects=True, timeout=PATIENCE) as client:
         assert client.get("/", params={"token": started.key}).status_code == 200
         answer = client.get("/api/nothing/here")
         assert (answer.status_code, list(answer.json())) == (404, ["error"])

@@ -128,7 +128,7 @@ def test_the_buttons_of_a_held_search_are_answered_while_a_snapshot_is_taken() -
 
     def take() -> Snapshot:
         taking.set()
-        release.wait(30)
+        release.wait(600)
         return Snapshot(np.zeros((2, 2)), 1.0, None, 0, 0.0)
 
     def press() -> None:
@@ -140,11 +140,11 @@ def test_the_buttons_of_a_held_search_are_answered_while_a_snapshot_is_taken() -
     held = threading.Thread(target=lambda: watch._hold(take), daemon=True)
     watch.look()
     held.start()
-    assert taking.wait(30)
+    assert taking.wait(120)
     threading.Thread(target=press, daemon=True).start()
-    assert pressed.wait(20)
+    assert pressed.wait(120)
     release.set()
-    held.join(30)
+    held.join(120)
     assert not held.is_alive()
 
 
