@@ -149,7 +149,7 @@ def test_a_message_to_a_work_reaches_it_even_before_its_start_but_no_later_work(
 def test_a_late_message_of_a_work_does_not_reach_the_next_one(workers: StudioWorkers) -> None:
     StudioWork(workers).run(works.leave_a_message)
     later, messages = StudioWork(workers), list[Any]()
-    later.run(works.wait_a_moment, on_message=messages.append)
+    later.run(works.wait_for_the_message, on_message=messages.append)
     assert [type(message) for message in messages] == [Progress]
 
 

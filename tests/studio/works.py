@@ -55,14 +55,25 @@ def die(link: Link, *_: Any) -> None:
     os.kill(os.getpid(), signal.SIGKILL if os.name == "posix" else signal.SIGTERM)
 
 
+#: Set when the next work has started, and when the late message of the work before has been sent.
+_next, _sent = threading.Event(), threading.Event()
+
+
 def leave_a_message(link: Link) -> None:
-    """Send a message after the end of the work, as the answer to a page may come."""
-    threading.Timer(0.05, link.observer.look).start()
+    """Send a message during the next work of the process, as the answer to a page may come."""
+
+    def send() -> None:
+        _next.wait(120)
+        link.observer.look()
+        _sent.set()
+
+    threading.Thread(target=send, daemon=True).start()
 
 
-def wait_a_moment(link: Link) -> None:
+def wait_for_the_message(link: Link) -> None:
     """Report once the message of the work before has been sent."""
-    time.sleep(0.3)
+    _next.set()
+    assert _sent.wait(120)
     link.report(Progress("late"))
 
 
