@@ -139,13 +139,15 @@ def test_what_is_chosen_elsewhere_is_unfolded_and_pieces_begin_where_the_way_to_
 
 def test_whoever_reads_a_program_stays_at_his_line_while_it_is_reordered(page: Page) -> None:
     opened(page, CAM)
-    page.get_by_label("Search effort", exact=True).select_option("fast")
+    page.get_by_label("Algorithm", exact=True).select_option("mmas")
+    page.locator(".choose").get_by_label("Speed", exact=True).select_option("step")
     lines(page).nth(12).click()
     page.locator(".cm-content").evaluate("list => { list.dataset.mine = 'yes'; }")
     begin(page)
-    expect(page.locator(".progress")).to_be_visible()
+    expect(page.locator(".study")).to_contain_text("step 1", timeout=LONG)  # it waits here
     expect(page.locator(".cm-content")).to_have_attribute("data-mine", "yes")
     expect(page.locator(".lc-selected")).to_have_attribute("data-line", "13")
+    page.get_by_role("button", name="Stop, keep the best").click()
     page.get_by_role("tab", name="Issues").wait_for(timeout=LONG)
 
 
