@@ -8,8 +8,9 @@ from pathlib import Path
 
 import ezdxf
 import httpx2
+import pytest
 from PIL import Image
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 from studio_page import (
     LONG,
     PLATE,
@@ -24,7 +25,9 @@ from studio_page import (
     typed,
     wait_for,
 )
-from studio_server import Server
+from studio_server import Server, running
+
+from packages import write_package
 
 
 def endless(page: Page) -> None:
@@ -239,23 +242,43 @@ def test_escape_ends_a_run_and_keeps_the_best_of_it(page: Page) -> None:
     expect(page.locator("table.jobs tbody tr").first).to_contain_text("stopped, best result kept")
 
 
-def test_escape_and_cancel_end_the_reading_of_a_large_file(page: Page, tmp_path: Path) -> None:
+#: A reader that never ends.
+ENDLESS = """
+import time
+
+from leafcut.read import Format
+
+
+def read(source, options):
+    while True:
+        time.sleep(1)
+
+
+FORMAT = Format("endless", (".endless",), "files that are never read", read)
+"""
+
+
+def test_escape_and_cancel_end_a_reading_however_long_it_takes(
+    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The open file stays, and the next file opens as usual."""
-    opened(page, PLATE)
-    large = tmp_path / "large.dxf"
-    lines = (
-        f"0\nLINE\n8\n0\n10\n{k % 500}\n20\n{k // 500}\n11\n{k % 500 + 0.5}\n21\n{k // 500}\n" for k in range(300_000)
-    )
-    large.write_text(f"0\nSECTION\n2\nENTITIES\n{''.join(lines)}0\nENDSEC\n0\nEOF\n")
-    for end in ("key", "button"):
-        page.set_input_files("#open-file", large)
-        expect(page.locator(".reading")).to_contain_text("large.dxf")
-        page.keyboard.press("Escape") if end == "key" else page.locator(".reading").get_by_text("Cancel").click()
-        expect(page.locator("#said")).to_contain_text("Reading cancelled.")
-        expect(page.locator(".reading")).to_be_hidden()
-        expect(page.locator(".about-part .name")).to_have_text("plate_10.dxf")
-    run(page)
-    expect(page.locator(".headline")).to_be_visible()
+    packages = tmp_path / "packages"
+    write_package(packages, "slow", {"leafcut.readers": {"endless": "slow_reader:FORMAT"}}, {"slow_reader.py": ENDLESS})
+    monkeypatch.setenv("PYTHONPATH", str(packages))
+    with running(tmp_path / "home") as server:
+        page = browser.new_page(locale="en-US", viewport={"width": 1280, "height": 720})
+        page.goto(f"{server.origin}/?token={server.key}")
+        opened(page, PLATE)
+        for end in ("key", "button"):
+            page.set_input_files("#open-file", {"name": "part.endless", "mimeType": "", "buffer": b"1"})
+            expect(page.locator(".reading")).to_contain_text("part.endless")
+            page.keyboard.press("Escape") if end == "key" else page.locator(".reading").get_by_text("Cancel").click()
+            expect(page.locator("#said")).to_contain_text("Reading cancelled.")
+            expect(page.locator(".reading")).to_be_hidden()
+            expect(page.locator(".about-part .name")).to_have_text("plate_10.dxf")
+        run(page)
+        expect(page.locator(".headline")).to_be_visible()
+        page.close()
 
 
 def test_an_empty_page_offers_an_example_in_its_middle(page: Page) -> None:
