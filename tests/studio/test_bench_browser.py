@@ -180,7 +180,7 @@ def test_a_comparison_can_be_ended_and_wrong_settings_are_told(page: Page) -> No
     page.locator(".bench > .button").click()
     expect(page.locator("#said")).to_contain_text("'many' is not a whole number")
     typed(page, "Time limit", "")
-    typed(page, "Iterations", "20")
+    typed(page, "Iterations", "500")
     switch(page, "Runs of each").fill("900")
     switch(page, "Runs of each").press("Tab")
     page.get_by_role("button", name="Start 2,700 runs").click()

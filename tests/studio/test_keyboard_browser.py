@@ -32,7 +32,7 @@ def drilled(page: Page) -> None:
 
 def test_the_focus_stays_on_run_and_in_the_tabs_whatever_is_drawn_anew(page: Page) -> None:
     drilled(page)
-    assert focused(page) == "Run"
+    wait_for(page, lambda: focused(page) == "Run")
     page.locator("#tab-summary").focus()
     for key, tab in (("ArrowRight", "issues"), ("End", "search"), ("ArrowRight", "summary"), ("ArrowLeft", "search")):
         page.keyboard.press(key)
@@ -83,7 +83,7 @@ def test_stops_are_chosen_and_moved_by_keys_and_it_is_announced(page: Page) -> N
         expect(told).to_contain_text(f"stop {number} of 10")
     third = said_by(told).partition("X")[2]
     page.keyboard.press("ArrowRight")
-    assert focused(page) == "Move earlier"
+    wait_for(page, lambda: focused(page) == "Move earlier")
     page.keyboard.press("Enter")
     expect(told).to_have_text(re.compile(f"stop 2 of 10, X{re.escape(third)}$"))
     expect(way).not_to_have_text(length)

@@ -107,6 +107,7 @@ def test_a_press_while_a_file_is_on_its_way_runs_that_file(page: Page, server: S
     expect(page.get_by_text("Opening …")).to_be_visible()
     before = page.url
     press_run(page)
+    wait_for(page, lambda: held)
     held[0].continue_()
     assert job_of(page, server, before)["title"] == "plate_27.dxf"
 
