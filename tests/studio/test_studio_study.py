@@ -46,9 +46,13 @@ def test_a_study_is_a_job_whose_runs_are_those_of_the_command_line(studio: Studi
 def test_a_study_can_be_cancelled_and_a_stopped_study_keeps_its_finished_runs(
     own_studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The studio stops the study when the third run starts, and cancels it when the first run starts."""
+    """The studio stops the study when the third run starts, and cancels it when the first run starts.
+
+    All thousand runs would take minutes.
+    """
     studio = own_studio
-    long = Task("study", ("random:30:1",), options=OPTIONS, algorithms=("mmas",), runs=1000)
+    options = {**OPTIONS, "iterations": "1000"}
+    long = Task("study", ("random:30:1",), options=options, algorithms=("mmas",), runs=1000)
     tell = LiveJob.record_progress
 
     def end_at(words: str, end: Callable[[str], None]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import subprocess
@@ -48,8 +49,9 @@ def studio(own_studio: Studio) -> Studio:
 
 
 @pytest.fixture
-def workers(own_studio: Studio) -> StudioWorkers:
-    """Return processes that may be killed."""
+def workers(own_studio: Studio, monkeypatch: pytest.MonkeyPatch) -> StudioWorkers:
+    """Return processes that may be killed; however long their start takes, a work counts as short."""
+    monkeypatch.setattr("leafcut.studio.jobs.workers._LONG_SECONDS", math.inf)
     return own_studio.workers
 
 
