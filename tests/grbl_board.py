@@ -10,6 +10,7 @@ import tty
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from types import MappingProxyType
 
 import pytest
 
@@ -36,13 +37,16 @@ travel.max = ["0 mm", "0 mm", "0 mm"]
 HEAD, EACH, HOLES = 4, 4, 70
 
 
-def plate(count: int = HOLES) -> str:
-    """Return the program of a plate: hole k has the lines HEAD + EACH·(k-1) + 1 and the three lines after it."""
+def plate(count: int = HOLES, feeds: Mapping[int, int] = MappingProxyType({})) -> str:
+    """Return the program of a plate: hole k has the lines HEAD + EACH·(k-1) + 1 and the three lines after it.
+
+    Each hole is drilled 1 mm down; `feeds` are the feeds of slow holes, mm/min.
+    """
     lines = ["(plate)", "G21 G90 G94 G17 G54", "G0 Z4 ; up", "M3 S5000"]
     for k in range(count):
         row, column = divmod(k, 10)
         x = 1.5 * (column if row % 2 == 0 else 9 - column)
-        lines += [f"G0 X{x:.3f} Y{1.5 * row:.3f}", "Z0.5", "G1 Z-0.5 F3000", "G0 Z0.5"]
+        lines += [f"G0 X{x:.3f} Y{1.5 * row:.3f}", "Z0.5", f"G1 Z-0.5 F{feeds.get(k + 1, 3000)}", "G0 Z0.5"]
     return "\n".join([*lines, "G0 Z4", "M5", "M30", ""])
 
 

@@ -16,6 +16,9 @@ from typing import Any
 
 import httpx2
 
+#: Time limit of an answer and of the end of a process on a busy machine, s; only a safety net.
+PATIENCE = 240.0
+
 
 def free_port() -> int:
     """Return a port of this machine that nothing listens at."""
@@ -25,24 +28,24 @@ def free_port() -> int:
 
 
 class Server:
-    """A studio in a process of its own."""
+    """A studio in a process of its own, which runs the Python code `first` before it, if that is given."""
 
-    def __init__(self, home: Path, port: int = 0, browser: tuple[str, str] | None = None) -> None:
+    def __init__(self, home: Path, port: int = 0, browser: tuple[str, str] | None = None, first: str = "") -> None:
         environment = {**os.environ, "XDG_DATA_HOME": str(home), "LOCALAPPDATA": str(home), "PYTHONFAULTHANDLER": "1"}
         environment.update([browser] if browser else [])
         home.mkdir(parents=True, exist_ok=True)
         #: Its output goes to files: an unread pipe would fill up and block it.
         self._out, self._error = home / "studio-out.txt", home / "studio-error.txt"
         for _ in range(1 if port else 5):  # a port that is free now may be taken until it is used
-            command = [sys.executable, "-m", "leafcut", "studio", *([] if browser else ["--no-open"])]
+            words = ["studio", *([] if browser else ["--no-open"]), "--port", str(port or free_port())]
+            code = f"{first}; from leafcut.cli.app import main; main({words!r})"
+            command = ["-c", code] if first else ["-m", "leafcut", *words]
             with self._out.open("w") as out, self._error.open("w") as error:
-                self.process = subprocess.Popen(
-                    [*command, "--port", str(port or free_port())], stdout=out, stderr=error, env=environment
-                )
+                self.process = subprocess.Popen([sys.executable, *command], stdout=out, stderr=error, env=environment)
             self.line = self._first_line()
             if self.line:
                 break
-            self.process.wait(timeout=60)
+            self.process.wait(timeout=PATIENCE)
         found = re.search(r"(http://127\.0\.0\.1:(\d+))/\?token=([\w-]+)$", self.line.strip())
         assert found, self.line
         self.origin, self.port, self.key = found.group(1), int(found.group(2)), found.group(3)
@@ -54,7 +57,7 @@ class Server:
         # It prints its address before it listens: a busy machine may take some time in between.
         for left in reversed(range(1200)):
             try:
-                httpx2.get(self.origin)
+                httpx2.get(self.origin, timeout=PATIENCE)
                 break
             except httpx2.TransportError:
                 if not left:
@@ -79,13 +82,13 @@ class Server:
     def standing(self) -> str:
         """Kill it; return its output, and the stack of each thread."""
         self.process.send_signal(signal.SIGABRT)
-        self.process.wait(timeout=60)
+        self.process.wait(timeout=PATIENCE)
         return self._error.read_text()
 
     def cookies(self) -> dict[str, str]:
         """Return the cookie of a browser that came in by the address that was printed."""
         if not self._cookies:
-            answer = httpx2.get(self.origin, params={"token": self.key})
+            answer = httpx2.get(self.origin, params={"token": self.key}, timeout=PATIENCE)
             name, _, value = answer.headers["set-cookie"].partition(";")[0].partition("=")
             self._cookies = {name: value}
         return self._cookies
@@ -101,17 +104,17 @@ class Server:
     def end(self) -> tuple[int, str, str]:
         """Stop it with Ctrl-C; return its status and its output."""
         self.process.send_signal(signal.SIGINT)
-        self.process.wait(timeout=60)
+        self.process.wait(timeout=PATIENCE)
         # The first line has been read.
         return self.process.returncode, self._out.read_text().partition("\n")[2], self._error.read_text()
 
 
 @contextmanager
-def running(home: Path, *browser: str, port: int = 0) -> Iterator[Server]:
+def running(home: Path, *browser: str, port: int = 0, first: str = "") -> Iterator[Server]:
     """Start a studio, and kill it in the end whatever it does then; it opens a browser where one is named."""
-    started = Server(home, port, browser=(browser[0], browser[1]) if browser else None)
+    started = Server(home, port, browser=(browser[0], browser[1]) if browser else None, first=first)
     try:
         yield started
     finally:
         started.process.kill()
-        started.process.wait(timeout=60)
+        started.process.wait(timeout=PATIENCE)
