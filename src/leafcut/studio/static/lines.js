@@ -40,6 +40,9 @@ class Note extends CM.WidgetType {
   eq(other) { return other.words === this.words && other.title === this.title; }
 
   toDOM() { return make("span", "lc-where", { title: this.title }, this.words); }
+
+  /** A click on the text selects its line. Ignored by the editor, it would do so only if the browser is quick. */
+  ignoreEvent() { return false; }
 }
 
 /** Button that folds or unfolds a block, behind its first line. */
