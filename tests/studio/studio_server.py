@@ -18,6 +18,8 @@ import httpx2
 
 #: Time limit of an answer and of the end of a process on a busy machine, s; only a safety net.
 PATIENCE = 240.0
+#: Code that lets the studio wait longer for a page whose browser is busy, as with axe.
+PATIENT_PAGES = "from leafcut.studio.page import pages; pages.RECONNECT_SECONDS = 60.0"
 
 
 def free_port() -> int:
@@ -28,9 +30,11 @@ def free_port() -> int:
 
 
 class Server:
-    """A studio in a process of its own, which runs the Python code `first` before it, if that is given."""
+    """A studio in a process of its own, which runs the Python code `first` before it; empty for the plain command."""
 
-    def __init__(self, home: Path, port: int = 0, browser: tuple[str, str] | None = None, first: str = "") -> None:
+    def __init__(
+        self, home: Path, port: int = 0, browser: tuple[str, str] | None = None, first: str = PATIENT_PAGES
+    ) -> None:
         environment = {**os.environ, "XDG_DATA_HOME": str(home), "LOCALAPPDATA": str(home), "PYTHONFAULTHANDLER": "1"}
         environment.update([browser] if browser else [])
         home.mkdir(parents=True, exist_ok=True)
@@ -110,7 +114,7 @@ class Server:
 
 
 @contextmanager
-def running(home: Path, *browser: str, port: int = 0, first: str = "") -> Iterator[Server]:
+def running(home: Path, *browser: str, port: int = 0, first: str = PATIENT_PAGES) -> Iterator[Server]:
     """Start a studio, and kill it in the end whatever it does then; it opens a browser where one is named."""
     started = Server(home, port, browser=(browser[0], browser[1]) if browser else None, first=first)
     try:

@@ -11,7 +11,7 @@ import httpx2
 import pytest
 from playwright.sync_api import Browser, Page, expect
 from studio_page import LONG, opened, serious, wait_for
-from studio_server import Server, running
+from studio_server import PATIENT_PAGES, Server, running
 from waiting import until
 
 from grbl_board import PROFILE, ZERO, Board, plate
@@ -20,7 +20,7 @@ from leafcut.sender.port import SerialPort
 
 #: Waits longer for an answer of the board and for a report of the page.
 PATIENT = (
-    "from leafcut.sender.grbl import GrblConversation; from leafcut.studio.machine import link; "
+    f"{PATIENT_PAGES}; from leafcut.sender.grbl import GrblConversation; from leafcut.studio.machine import link; "
     "GrblConversation.patience, link.GRACE = 10.0, 30.0"
 )
 #: The views of the page by their keys.

@@ -29,7 +29,7 @@ from leafcut.studio.studio import open_studio
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """Return a running studio."""
-    with running(tmp_path_factory.mktemp("home")) as started:
+    with running(tmp_path_factory.mktemp("home"), first="") as started:
         yield started
 
 
@@ -72,7 +72,7 @@ def test_no_other_user_of_the_machine_can_read_a_key(tmp_path: Path) -> None:
     browser = tmp_path / "browser"
     browser.write_text(f'#!/bin/sh\necho "$1" > {seen}.part && mv {seen}.part {seen}\n')
     browser.chmod(0o755)
-    with running(tmp_path, "BROWSER", str(browser)) as started:
+    with running(tmp_path, "BROWSER", str(browser), first="") as started:
         until(seen.is_file)
         told = seen.read_text().strip()
         page = Path(told.removeprefix("file://"))
@@ -102,7 +102,7 @@ def test_pages_without_a_browser_do_not_fill_the_memory(tmp_path: Path) -> None:
     if not Path("/proc/self/status").is_file():
         pytest.skip("this system does not tell the memory of a process")
     with (
-        running(tmp_path) as alone,
+        running(tmp_path, first="") as alone,
         httpx2.Client(base_url=alone.origin, cookies=alone.cookies(), timeout=PATIENCE) as client,
     ):
 
@@ -153,7 +153,7 @@ def test_a_wrong_port_is_refused(word: str) -> None:
 
 def test_ctrl_c_ends_the_studio_and_marks_its_jobs_as_interrupted(tmp_path: Path) -> None:
     """Two jobs run and one waits when Ctrl-C comes."""
-    with running(tmp_path) as started:
+    with running(tmp_path, first="") as started:
         headers = {"authorization": f"Bearer {started.token}"}
         client = httpx2.Client(base_url=started.origin, headers=headers, timeout=PATIENCE)
         body = {"source": "random:300:1", "options": '{"time_limit": "300s", "bound": false}'}
@@ -178,7 +178,7 @@ def test_the_studio_starts_with_a_damaged_folder_and_restores_a_removed_one(tmp_
     root = tmp_path / "leafcut" / "studio"
     root.mkdir(parents=True)
     (root / "language").write_bytes(b"\xff\xfe")
-    started = Server(tmp_path)
+    started = Server(tmp_path, first="")
     with httpx2.Client(base_url=started.origin, follow_redirects=True, timeout=PATIENCE) as client:
         assert client.get("/", params={"token": started.key}).status_code == 200
         answer = client.get("/api/nothing/here")

@@ -41,6 +41,9 @@ if TYPE_CHECKING:
 _SAID_SECONDS = 6.0
 #: Maximum number of pages that wait for a browser; NiceGUI itself drops them only after a minute.
 _MAX_UNSEEN = 20
+#: Time within which a browser must reconnect to keep its page, s. NiceGUI derives the interval and the time limit of
+#: its pings from it.
+RECONNECT_SECONDS = 10.0
 #: Delay before the memory of closed pages is released, s.
 _TIDY_SECONDS = 1.0
 #: Polling interval for running jobs, s; short enough for a result to appear at once.
@@ -77,7 +80,7 @@ def add_pages(app: FastAPI, studio: Studio) -> None:
         tailwind=False,
         gzip_middleware_factory=None,
         show_welcome_message=False,
-        reconnect_timeout=10.0,
+        reconnect_timeout=RECONNECT_SECONDS,
     )
 
 
