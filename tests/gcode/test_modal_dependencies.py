@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from leafcut.gcode.modal_dependencies import GROUPS, HERE, BlockReader, depends_on_height, next_position
+from leafcut.gcode.modal_dependencies import HERE, INHERITED, BlockReader, depends_on_height, next_position
 from leafcut.gcode.program import Program
 from rewriting import program_of
 
@@ -50,38 +50,39 @@ def test_the_height_before_matters_until_a_block_says_its_own(blocks: str, matte
 @pytest.mark.parametrize(
     ("blocks", "relies", "sets"),
     [
-        ("G1 X5 F100", "distance feed_mode speed", "distance feed feed_mode motion speed"),
-        ("M5 / G1 X5 F100", "distance feed_mode", "distance feed feed_mode motion"),
-        ("X5", "distance motion", "distance motion"),
-        ("G90 G0 X5", "", "distance motion"),
-        ("G2 X5 Y0 I2.5 F100", "centres distance feed_mode plane speed",
-         "centres distance feed feed_mode motion plane speed"),
-        ("G17 G91.1 G90 G94 S900 G3 X5 Y0 I2.5 F100", "", "centres distance feed feed_mode motion plane speed"),
-        ("G81 X1 Y1 Z-1 R1 F100", "distance feed_mode plane retract speed",
-         "distance feed feed_mode motion plane retract speed"),
-        ("G99 G17 G82 X1 Y1 Z-1 R1 P1 F100 / X2", "distance feed_mode speed",
-         "distance feed feed_mode motion plane retract speed"),
-        ("M3 S500", "", "speed"),
-        ("M4", "speed", "speed"),
+        ("G1 X5 F100", "feed_mode incremental rpm", "feed feed_mode incremental motion rpm"),
+        ("M5 / G1 X5 F100", "feed_mode incremental", "feed feed_mode incremental motion"),
+        ("X5", "incremental motion", "incremental motion"),
+        ("G90 G0 X5", "", "incremental motion"),
+        ("G2 X5 Y0 I2.5 F100", "absolute_centres feed_mode incremental plane rpm",
+         "absolute_centres feed feed_mode incremental motion plane rpm"),
+        ("G17 G91.1 G90 G94 S900 G3 X5 Y0 I2.5 F100", "",
+         "absolute_centres feed feed_mode incremental motion plane rpm"),
+        ("G81 X1 Y1 Z-1 R1 F100", "feed_mode incremental plane rpm to_initial",
+         "feed feed_mode incremental motion plane rpm to_initial"),
+        ("G99 G17 G82 X1 Y1 Z-1 R1 P1 F100 / X2", "feed_mode incremental rpm",
+         "feed feed_mode incremental motion plane rpm to_initial"),
+        ("M3 S500", "", "rpm"),
+        ("M4", "rpm", "rpm"),
         ("M5", "", ""),
         ("M8 / G4 P1", "", ""),
         ("G53 G0 Z0", "", "motion"),
         ("M62 P1", "", ""),
-        ("M72", " ".join(sorted(GROUPS)), " ".join(sorted(GROUPS))),
-        ("G1 X5 F100 / (a remark) / X6", "distance feed_mode speed", "distance feed feed_mode motion speed"),
+        ("M72", " ".join(sorted(INHERITED)), " ".join(sorted(INHERITED))),
+        ("G1 X5 F100 / (a remark) / X6", "feed_mode incremental rpm", "feed feed_mode incremental motion rpm"),
         ("G95", "", "feed_mode"),
         ("G93", "", "feed_mode"),
         ("G18", "", "plane"),
-        ("G91", "", "distance"),
-        ("G90.1", "", "centres"),
-        ("G98", "", "retract"),
+        ("G91", "", "incremental"),
+        ("G90.1", "", "absolute_centres"),
+        ("G98", "", "to_initial"),
         ("G80", "", "motion"),
-        ("G38.2 Z-5 F100", "centres distance feed feed_mode motion plane retract speed",
-         "centres distance feed feed_mode motion plane retract speed"),
-        ("G1 X5 F100 / G38.2 Z-5", "centres distance feed_mode plane retract speed",
-         "centres distance feed feed_mode motion plane retract speed"),
-        ("/G0 X5", "centres distance feed feed_mode motion plane retract speed",
-         "centres distance feed feed_mode motion plane retract speed"),
+        ("G38.2 Z-5 F100", "absolute_centres feed feed_mode incremental motion plane rpm to_initial",
+         "absolute_centres feed feed_mode incremental motion plane rpm to_initial"),
+        ("G1 X5 F100 / G38.2 Z-5", "absolute_centres feed_mode incremental plane rpm to_initial",
+         "absolute_centres feed feed_mode incremental motion plane rpm to_initial"),
+        ("/G0 X5", "absolute_centres feed feed_mode incremental motion plane rpm to_initial",
+         "absolute_centres feed feed_mode incremental motion plane rpm to_initial"),
     ],
 )  # fmt: skip
 def test_a_block_relies_on_the_modes_that_it_uses_and_does_not_state(blocks: str, relies: str, sets: str) -> None:
@@ -95,14 +96,14 @@ def test_a_block_relies_on_the_modes_that_it_uses_and_does_not_state(blocks: str
 def test_a_hole_without_its_cycle_words_relies_on_the_cycle() -> None:
     program, mine = blocks_of("G81 X1 Y1 Z-1 R1 F100 / X2")
     found = BlockReader(program).modal_use(mine[1], mine[1] + 1)
-    assert found.inherited == found.sets == GROUPS - {"centres"}
+    assert found.inherited == found.sets == INHERITED - {"absolute_centres"}
 
 
 def test_the_first_blocks_that_state_modes_and_letters() -> None:
     program, mine = blocks_of("G1 X5 F100 / F200 S900 / G81 X1 Y1 Z-1 R1 / X2 R2")
     reader, first = BlockReader(program), mine[0]
-    assert reader.first_blocks_by_group == {
-        "distance": 0, "plane": 0, "speed": 2, "motion": 3, "feed": first,
+    assert reader.first_blocks_by_field == {
+        "incremental": 0, "plane": 0, "rpm": 2, "motion": 3, "feed": first,
     }  # fmt: skip
     assert reader.blocks_by_letter == {
         "S": ([2, first + 1], ["1000", "900"]),
@@ -112,7 +113,7 @@ def test_the_first_blocks_that_state_modes_and_letters() -> None:
         "Z": ([first + 2], ["-1"]),
         "R": ([first + 2, first + 3], ["1", "2"]),
     }
-    assert reader.states(first, first + 3) == {"motion", "feed", "speed"}
+    assert reader.states(first, first + 3) == {"motion", "feed", "rpm"}
 
 
 @pytest.mark.parametrize(

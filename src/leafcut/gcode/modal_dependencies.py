@@ -6,32 +6,36 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from leafcut.gcode.expressions import words_as_written
-from leafcut.gcode.program import Program
+from leafcut.gcode.program import Modal, Program
+from leafcut.gcode.word_groups import GROUP_OF
 from leafcut.gcode.words import plain_block
 from leafcut.model.toolpath import Kind
 
-#: Modes that a block may inherit from earlier blocks, in addition to the position.
-GROUPS = frozenset({"motion", "plane", "distance", "centres", "retract", "feed", "feed_mode", "speed"})
-#: G codes, in tenths, that state a mode.
-_STATES = {
-    "motion": (0, 10, 20, 30, 690, 730, 760, 800, 810, 820, 830, 840, 850, 860, 870, 880, 890),
-    "plane": (170, 180, 190),
-    "distance": (900, 910),
-    "centres": (901, 911),
-    "retract": (980, 990),
-    "feed_mode": (930, 940, 950),
+#: Fields of `Modal` that a block may inherit from earlier blocks, in addition to the position. "motion" includes the
+#: active cycle and its words.
+INHERITED = frozenset(
+    {"motion", "plane", "incremental", "absolute_centres", "to_initial", "feed", "feed_mode", "rpm"}
+)  # fmt: skip
+#: Group of G words → the field of `Modal` that it sets.
+_FIELD_OF = {
+    "motion": "motion",
+    "cycle": "motion",
+    "plane": "plane",
+    "distance": "incremental",
+    "arc distance": "absolute_centres",
+    "retract": "to_initial",
+    "feed mode": "feed_mode",
 }
 #: Letters of M words for outputs and inputs; their values are not lengths.
 _OF_OUTPUTS = frozenset("PQEL$")
 #: M words that store modes (M70), forget them (M71), or restore them, now (M72) or at the end of a call (M73).
 _RESTORE = (70, 71, 72, 73)
-_STATED_BY = {code: group for group, codes in _STATES.items() for code in codes}
 _CUTS = frozenset({int(Kind.FEED), int(Kind.ARC_CW), int(Kind.ARC_CCW), int(Kind.DRILL)})
 _ARCS = frozenset({int(Kind.ARC_CW), int(Kind.ARC_CCW)})
 _MOVES = _CUTS | {int(Kind.RAPID)}
@@ -39,7 +43,7 @@ _MOVES = _CUTS | {int(Kind.RAPID)}
 
 @dataclass(frozen=True, slots=True)
 class BlockWords:
-    """The `GROUPS` that a block states, the number of each letter as text, and whether the block has M3 or M4."""
+    """The fields of `Modal` that a block states, its numbers as text by letter, and whether it has M3 or M4."""
 
     states: frozenset[str]
     letters: dict[str, str]
@@ -52,10 +56,18 @@ class BlockWords:
 
 @dataclass(frozen=True, slots=True)
 class ModalUse:
-    """The `GROUPS` that a range of blocks uses before stating them, and those that it states or uses."""
+    """The fields of `Modal` that a range of blocks uses before stating them, and those that it states or uses."""
 
     inherited: frozenset[str]
     sets: frozenset[str]
+
+
+def with_fields(modal: Modal, fields: Iterable[str], source: Modal) -> Modal:
+    """Return a modal state with some `INHERITED` fields of another state."""
+    names = [
+        name for field in fields for name in (("motion", "cycle", "cycle_words") if field == "motion" else (field,))
+    ]
+    return replace(modal, **{name: getattr(source, name) for name in names})
 
 
 class BlockReader:
@@ -86,18 +98,18 @@ class BlockReader:
         return found
 
     @cached_property
-    def first_blocks_by_group(self) -> dict[str, int]:
-        """The first block that states each group."""
+    def first_blocks_by_field(self) -> dict[str, int]:
+        """The first block that states each field of `Modal`."""
         found: dict[str, int] = {}
         for block in range(self.program.n_blocks):
-            for group in self.states(block, block + 1):
-                found.setdefault(group, block)
+            for field in self.states(block, block + 1):
+                found.setdefault(field, block)
         return found
 
     def states(self, begin: int, end: int) -> set[str]:
-        """Return the modal groups that words in blocks begin … end - 1 set."""
+        """Return the fields of `Modal` that words in blocks begin … end - 1 set."""
         words = (self.words(block) for block in range(begin, end))
-        return {group for w in words if w is not None for group in w.states}
+        return {field for w in words if w is not None for field in w.states}
 
     def kinds(self, block: int) -> list[int]:
         """Return the kinds of a block's rows."""
@@ -115,8 +127,8 @@ class BlockReader:
         words = words_as_written(line) if plain is None else plain.words
         if words is None:
             return None
-        states = {_STATED_BY.get(round(w.value * 10), "") for w in words if w.letter == "G"}
-        states |= {{"F": "feed", "S": "speed"}.get(w.letter, "") for w in words}
+        states = {_FIELD_OF.get(GROUP_OF.get(round(w.value * 10), ""), "") for w in words if w.letter == "G"}
+        states |= {{"F": "feed", "S": "rpm"}.get(w.letter, "") for w in words}
         letters = {w.letter: w.text for w in words if w.letter not in "GMN"}
         spindle = any(w.letter == "M" and w.value in (3, 4) for w in words)
         restores = any(w.letter == "M" and w.value in _RESTORE for w in words)
@@ -134,11 +146,11 @@ class BlockReader:
             if self._has_no_effect(block, words):
                 continue
             if words is None or block in self.program.fixed or int(Kind.FOREIGN) in self.kinds(block):
-                return ModalUse(frozenset(relies | (GROUPS - sets)), GROUPS)
+                return ModalUse(frozenset(relies | (INHERITED - sets)), INHERITED)
             used, stated = self._used_and_stated(block, words)
             relies |= used - sets
             sets |= used | stated
-            if len(sets) == len(GROUPS):
+            if len(sets) == len(INHERITED):
                 break
         return ModalUse(frozenset(relies), frozenset(sets))
 
@@ -153,20 +165,20 @@ class BlockReader:
         after = self.program.modal(block + 1)
         used: set[str] = set()
         if kinds & _MOVES and int(Kind.MACHINE) not in kinds:
-            used |= {"motion", "distance"}
+            used |= {"motion", "incremental"}
         if kinds & _CUTS:
             used |= {"feed", "feed_mode"}
             if after.spindle:
-                used.add("speed")
+                used.add("rpm")
         if self._lit_rapids and int(Kind.RAPID) in kinds and after.spindle:
-            used.add("speed")
+            used.add("rpm")
         if kinds & _ARCS:
-            used |= {"plane", "centres"}
+            used |= {"plane", "absolute_centres"}
         if words.starts_spindle:
-            used.add("speed")
+            used.add("rpm")
         used -= stated
         if int(Kind.DRILL) in kinds:
-            used |= {"retract", "plane"} - stated
+            used |= {"to_initial", "plane"} - stated
             if any(letter not in words.letters for letter, _ in after.cycle_words):
                 used.add("motion")
         return used, stated

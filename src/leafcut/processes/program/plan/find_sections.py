@@ -255,7 +255,7 @@ class SectionFinder:
         words, rows = self.reader.words(block), range(int(self.first[block]), int(self.first[block + 1]))
         path = self.program.path
         alone = [r for r in rows if path.kind[r] == Kind.SPINDLE and path.ref[r] == SPEED_ALONE]
-        says = words is not None and words.letters.keys() == {"S"} and words.states <= {"speed"}
+        says = words is not None and words.letters.keys() == {"S"} and words.states <= {"rpm"}
         return says and len(alone) == len(rows) == 1 and not self.beam
 
     # -- pieces and sections -----------------------------------------------------------------------------------------

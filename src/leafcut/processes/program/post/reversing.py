@@ -71,7 +71,7 @@ class _BlockWriter:
         known = reader.modal_use(stroke.begin, stroke.body).sets | reader.modal_use(stroke.begin, stroke.end).inherited
         self.motion = modal.motion if "motion" in known else None
         self.feed = modal.feed if "feed" in known else None
-        self.rpm = modal.rpm if "speed" in known else None
+        self.rpm = modal.rpm if "rpm" in known else None
 
     def _lines_up_to(self, block: int) -> int:
         """Return the number of lines up to and including the line of a block."""

@@ -18,7 +18,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from leafcut.errors import PostError
-from leafcut.gcode.modal_dependencies import HERE, BlockReader, ModalUse, depends_on_height, next_position
+from leafcut.gcode.modal_dependencies import (
+    HERE,
+    INHERITED,
+    BlockReader,
+    ModalUse,
+    depends_on_height,
+    next_position,
+    with_fields,
+)
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reversible_cut import find_reversible_cut
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
@@ -41,19 +49,8 @@ _TOLERANCE = 1e-6
 #: missing for arc") and in GRBL (error 26).
 _ARCS = frozenset({"G2", "G3"})
 _NUMBER = re.compile(r"[-+]?[0-9.]+")
-#: Modal groups that the first piece of a section may state again.
-_RESTATED = frozenset({"plane", "distance", "feed_mode", "feed", "speed"})
-#: Modal group → fields of `Modal`.
-_FIELDS: dict[str, tuple[str, ...]] = {
-    "motion": ("motion", "cycle", "cycle_words"),
-    "plane": ("plane",),
-    "distance": ("incremental",),
-    "centres": ("absolute_centres",),
-    "retract": ("to_initial",),
-    "feed": ("feed",),
-    "feed_mode": ("feed_mode",),
-    "speed": ("rpm",),
-}
+#: Fields of `Modal` that the first piece of a section may state again.
+_RESTATED = frozenset({"plane", "incremental", "feed_mode", "feed", "rpm"})
 
 
 def rewrite(
@@ -124,7 +121,7 @@ class _Rewriter:
         self.place = [math.nan] * 3
         #: Initial height of the active series of cycles, mm.
         self.initial = math.nan
-        #: Modal groups that the new program has already stated; all others have the initial state of the machine.
+        #: Fields of `Modal` that the new program has already stated; all others have the initial state of the machine.
         self.said: set[str] = set()
 
     def lines(self, orders: Many[NDArray[np.int64]]) -> list[tuple[str, bool]]:
@@ -186,7 +183,7 @@ class _Rewriter:
         entry = section.clearance if math.isnan(entry) else max(section.clearance, entry)
         follows = self.original.follows_work(pieces[0].begin)
         floor = entry
-        restated = self._restated_groups(section) if order[0] else frozenset()
+        restated = self._restated_fields(section) if order[0] else frozenset()
         for place, number in enumerate(order.tolist()):
             index, turned = (~number, True) if number < 0 else (number, False)
             height = max(floor, entry) if index == 0 and follows else floor
@@ -196,17 +193,15 @@ class _Rewriter:
             if index == len(pieces) - 1:
                 floor = max(floor, self.original.departure_height(pieces[-1]))
 
-    def _restated_groups(self, section: Section) -> frozenset[str]:
-        """Return the modal groups that the new first piece of a section states: the feed, and the `_RESTATED` groups in
-        use.
-        """
+    def _restated_fields(self, section: Section) -> frozenset[str]:
+        """Return the fields that the new first piece of a section states."""
         pieces = section.pieces
         return frozenset({"feed"} | (_RESTATED & self.reader.states(pieces[0].begin, pieces[-1].end)))
 
     def _write_task(self, piece: ProgramTask, floor: float, turned: bool, restated: frozenset[str]) -> None:
         """Write a piece of work; the tool arrives at height `floor` (mm) or above.
 
-        The groups in `restated` are stated even if they are already active.
+        The fields in `restated` are stated even if they are already active.
         """
         self.check_cancelled()
         program = self.program
@@ -237,7 +232,7 @@ class _Rewriter:
         lines[begin : begin + 1] = insert_words_within(lines[begin], front, back, self.longest, lengths[begin])
         self._copy_lines(lines)
         self._track_task(piece)
-        self._take_modal_groups(modal_use.sets, leaves)
+        self._take_fields(modal_use.sets, leaves)
         self.place[:2] = piece.entry if turned else self.place[:2]
 
     def _height_past_obstacles(self, to: tuple[float, float], floor: float, tool: int | None) -> float:
@@ -320,8 +315,8 @@ class _Rewriter:
         self.place = [x, y, height]
         self.said |= self.reader.states(piece.begin, piece.end)
 
-    def _take_modal_groups(self, groups: frozenset[str], modal: Modal) -> None:
-        self.have = replace(self.have, **{f: getattr(modal, f) for group in groups for f in _FIELDS[group]})
+    def _take_fields(self, fields: frozenset[str], modal: Modal) -> None:
+        self.have = with_fields(self.have, fields, modal)
 
     # -- words -------------------------------------------------------------------------------------------------------
 
@@ -330,27 +325,26 @@ class _Rewriter:
     ) -> tuple[list[str], list[str]]:
         """Return the words at the start and at the end of a block that set the modal state it needs.
 
-        The groups in `restated` are stated even if they are already active.
+        The fields in `restated` are stated even if they are already active.
         """
         have, relies = self.have, modal_use.inherited
         front: list[str] = []
         back: list[str] = []
-        # State every group that the original states earlier, even if its value is the initial state of the machine.
-        known = {g for g in relies if self.reader.first_blocks_by_group.get(g, block) < block}
+        # State every field that the original states earlier, even if its value is the initial state of the machine.
+        known = {field for field in relies if self.reader.first_blocks_by_field.get(field, block) < block}
         unsaid = known - self.said
         again = known & restated
         said = {
-            "distance": "G91" if need.incremental else "G90",
+            "incremental": "G91" if need.incremental else "G90",
             "plane": f"G{need.plane}",
-            "centres": "G90.1" if need.absolute_centres else "G91.1",
-            "retract": "G98" if need.to_initial else "G99",
+            "absolute_centres": "G90.1" if need.absolute_centres else "G91.1",
+            "to_initial": "G98" if need.to_initial else "G99",
             "feed_mode": f"G{need.feed_mode}",
         }
-        for group, word in said.items():
-            field = _FIELDS[group][0]
-            if group in unsaid | again or (group in relies and getattr(have, field) != getattr(need, field)):
+        for field, word in said.items():
+            if field in unsaid | again or (field in relies and getattr(have, field) != getattr(need, field)):
                 front.append(word)
-                self.said.add(group)
+                self.said.add(field)
         if "motion" in relies:
             if need.cycle is not None:
                 stated = self._letters(block)
@@ -364,7 +358,7 @@ class _Rewriter:
         if "feed" in relies and need.feed and (have.feed != need.feed or "feed" in again):
             back.append(self._word_text("F", need.feed, block))
         # Laser and torch programs state the power where the beam is switched on.
-        if "speed" in relies and (have.rpm != need.rpm or ("speed" in again and not self.beam)):
+        if "rpm" in relies and (have.rpm != need.rpm or ("rpm" in again and not self.beam)):
             back.append(self._word_text("S", need.rpm, block))
         return front, back
 
@@ -465,10 +459,9 @@ class _Rewriter:
             raise PostError("line {}: the block there continues an arc, and G2 or G3 cannot stand alone", line)
         if words:
             self._write_block(*words)
-        self._take_modal_groups(modal_use.inherited, need)
-        self._take_modal_groups(modal_use.sets, program.modal(kept.end))
-        fields = {f: getattr(self.have, f) for names in _FIELDS.values() for f in names}
-        self.have = replace(program.modal(kept.end), **fields)
+        self._take_fields(modal_use.inherited, need)
+        self._take_fields(modal_use.sets, program.modal(kept.end))
+        self.have = with_fields(program.modal(kept.end), INHERITED, self.have)
         self.said |= self.reader.states(kept.begin, kept.end)
 
     def _rapid_to(self, x: float = math.nan, y: float = math.nan, z: float = math.nan) -> None:
