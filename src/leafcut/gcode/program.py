@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.gcode.active_comments import ControllerSetting
 from leafcut.gcode.words import Word, plain_block
-from leafcut.model.toolpath import Toolpath
+from leafcut.model.toolpath import Kind, Toolpath, last_rows
 
 
 class Lines(Sequence[str]):
@@ -111,6 +111,16 @@ class Modal:
     joining: float = 0.0
 
 
+#: Kind of a row → the field of `Modal` that its `ref` sets.
+_FIELD_OF = {
+    Kind.TOOL: "tool",
+    Kind.OFFSET: "length",
+    Kind.COOLANT: "coolant",
+    Kind.FRAME: "frame",
+    Kind.RADIUS: "radius",
+}
+
+
 @dataclass(frozen=True, eq=False)
 class Program:
     """A program, block by block, in the order of execution.
@@ -164,18 +174,44 @@ class Program:
     dark_rapids: bool = False
     title_lines: int = 0
 
+    @classmethod
+    def of_toolpath(cls, path: Toolpath, lines: Sequence[str]) -> Program:
+        """Return the program of a toolpath whose lines with rows are its blocks; the rows set the modal state."""
+        line, first = np.unique(path.line, return_index=True)
+        modal = Modal(unit=1.0)
+        numbers = {modal: 0}
+        changes = np.full(len(line) + 1, -1)
+        changes[0] = 0
+        rows = np.flatnonzero(np.isin(path.kind, [Kind.SPINDLE, *_FIELD_OF]))
+        blocks = first.searchsorted(rows, side="right") - 1
+        for row, block in zip(rows.tolist(), blocks.tolist(), strict=True):
+            kind, value = Kind(int(path.kind[row])), float(path.value[row])
+            if kind is not Kind.SPINDLE:
+                setting: dict[str, Any] = {_FIELD_OF[kind]: int(path.ref[row])}
+                modal = replace(modal, **setting)
+            else:
+                modal = replace(modal, spindle=int(np.sign(value)), rpm=abs(value) or modal.rpm)
+            changes[block + 1] = numbers.setdefault(modal, len(numbers))
+        return cls(
+            lines,
+            path,
+            line.astype(np.int32),
+            np.append(first, len(path)).astype(np.int32),
+            changes[last_rows(changes >= 0)].astype(np.int32),
+            tuple(numbers),
+            last_line=int(line[-1]) if len(line) else 0,
+        )
+
     @property
     def n_blocks(self) -> int:
         """Number of executed blocks."""
         return len(self.line)
 
-    @cached_property
-    def spindle_directions(self) -> NDArray[np.int64]:
-        """Direction of the spindle after the block of each row of `path`, int64[n]: 1 for M3, -1 for M4, 0 for M5."""
-        if not len(self.modals):
-            return np.zeros(len(self.path), dtype=np.int64)
-        active = self.before[np.clip(self.row_block + 1, 0, len(self.before) - 1)]
-        return np.array([modal.spindle for modal in self.modals], dtype=np.int64)[active]
+    def modal_at_rows(self, field: str) -> NDArray[Any]:
+        """Return the values of a field of `Modal` after the block of each row of `path`, [n]."""
+        after = self.before[np.minimum(self.row_block + 1, len(self.before) - 1)]
+        values: NDArray[Any] = np.array([getattr(modal, field) for modal in self.modals])[after]
+        return values
 
     @cached_property
     def text_line(self) -> NDArray[np.int32]:

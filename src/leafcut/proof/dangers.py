@@ -137,7 +137,7 @@ def _turning_rows(program: Program, rows: NDArray[np.int32], default: bool) -> M
     """
     kinds = program.path.kind
     sets_state = (kinds == Kind.SPINDLE) | (kinds == Kind.TOOL) | ((kinds == Kind.FOREIGN) & (program.path.ref == 1))
-    turns_before = program.spindle_directions != 0
+    turns_before = program.modal_at_rows("spindle") != 0
     for row in np.flatnonzero((kinds == Kind.SPINDLE) & (program.path.value == 0.0) & turns_before).tolist():
         turns_before[row] = not _NO_SPEED.search(program.lines[int(program.path.line[row]) - 1])
     state = np.where(kinds == Kind.SPINDLE, (program.path.value != 0.0) | turns_before, default & (kinds != Kind.TOOL))

@@ -43,7 +43,7 @@ def find_doubts(program: Program, dialect: Dialect, process: str) -> list[Issue]
 
 def _backward_rotation(program: Program) -> Iterator[Issue]:
     """Report M4 in cuts, except retracts from tapped holes and tapping cycles."""
-    path, turns, cuts = program.path, program.spindle_directions, _cutting_rows(program.path)
+    path, turns, cuts = program.path, program.modal_at_rows("spindle"), _cutting_rows(program.path)
     drills = np.flatnonzero(path.kind == Kind.DRILL)
     cuts[drills] = [path.cycles[k].name not in _TAPS for k in path.ref[drills].tolist()]
     rows = np.flatnonzero(cuts & (turns < 0))
@@ -68,7 +68,7 @@ def _spindle_restarts(program: Program) -> Iterator[Issue]:
 
     Every program starts the spindle after a tool change, and the operator watches the first start.
     """
-    path, on = program.path, program.spindle_directions != 0
+    path, on = program.path, program.modal_at_rows("spindle") != 0
     cuts = np.flatnonzero(_cutting_rows(path) & on)
     if not len(cuts):
         return

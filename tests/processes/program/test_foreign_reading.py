@@ -276,3 +276,20 @@ def test_speeds_and_heights_are_changed_for_the_default_machine_only(
     }
     found = leafcut.optimize(source, **asked)
     assert found.machine.name == "linuxcnc-mill"
+
+
+@pytest.mark.parametrize(
+    ("file", "machine"),
+    [("two_drills_heidenhain_mm.h", "heidenhain-tnc"), ("two_tools_siemens_mm.mpf", "siemens-828d")],
+)
+@pytest.mark.parametrize(("old", "new"), [("S1000", "S900"), ("M3\n", "M4\n"), ("M8\n", "M9\n")])
+def test_a_changed_speed_direction_or_coolant_is_found_in_every_language(
+    tmp_path: Path, file: str, machine: str, old: str, new: str
+) -> None:
+    original = Path(__file__).parents[2] / "golden" / file
+    text = original.read_text(encoding="utf-8")
+    assert old in text
+    changed = tmp_path / file
+    changed.write_text(text.replace(old, new), encoding="utf-8")
+    assert leafcut.verify(original, original, machine=machine).same
+    assert not leafcut.verify(original, changed, machine=machine).same

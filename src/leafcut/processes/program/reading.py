@@ -287,26 +287,14 @@ def _laser_for(program: Program) -> str:
 
 def _read_leafcut_language(text: str, source: str, settings: Settings, machine: Machine, words: Dialect) -> ProgramRead:
     """Read a program in a language other than G-code, which must be output of leafcut."""
-    import numpy as np
-
     from leafcut.gcode.interpreter import interpret
-    from leafcut.gcode.program import Modal, Program
+    from leafcut.gcode.program import Program
     from leafcut.gcode.program_interpreter import split_lines
 
     if "units" in settings.asked:
         raise OptionError("--units: the program states its own units; leave it out")
-    path = interpret(text, words, source)
-    line, first = np.unique(path.line, return_index=True)
-    program = Program(
-        split_lines(text, words, source),
-        path,
-        line.astype(np.int32),
-        np.append(first, len(path)).astype(np.int32),
-        np.zeros(len(line) + 1, dtype=np.int32),
-        (Modal(unit=1.0),),
-        last_line=int(line[-1]) if len(line) else 0,
-    )
-    return ProgramRead(program, words, machine, ())
+    program = Program.of_toolpath(interpret(text, words, source), split_lines(text, words, source))
+    return ProgramRead(program, words, machine)
 
 
 def _read(

@@ -20,7 +20,6 @@ from leafcut.processes.program.proof.features import (
     first_with_units,
     is_uniform,
     name_of,
-    states_of_program,
 )
 from leafcut.processes.program.proof.program_work import read_work
 from rewriting import program_of
@@ -65,10 +64,10 @@ COLUMNS: dict[str, list[float]] = {
     "radius": [40, 40, 40, 40, 40, 40, 41, 41, 40, 40, 40, 40],
     "register": [0, 0, 0, 0, 0, 0, 2, 2, 0, 0, 0, 0],
     "blending": [640] * 12,
-    "corner": [0.05] * 12,
+    "tolerance": [0.05] * 12,
     "joining": [0.02] * 12,
     "feed_mode": [94] * 11 + [95],
-    "direction": [1] * 11 + [-1],
+    "spindle": [1] * 11 + [-1],
     "speed": [1000] * 11 + [-500],
     # The move in machine coordinates may cancel the length offset.
     "stated": [7] * 11 + [3],
@@ -126,15 +125,6 @@ def test_the_first_block_with_units(text: str, block: int) -> None:
     program = program_of(" / ".join(["G21 G0 X1"] * len(lines)))
     found = replace(program, lines=lines)
     assert first_with_units(found) == block
-
-
-def test_states_without_blocks_are_those_of_the_path() -> None:
-    program = program_of("G21 G90 / T7 M6 / G0 X0 / G1 X1 F9 / M2")
-    bare = replace(program, modals=(), before=program.before[:0])
-    found = states_of_program(bare)
-    assert found.of("tool").tolist() == [7] * len(program.path)
-    assert [found.of(name).any() for name in ("plane", "feed_mode", "direction", "stated", "obeyed")] == [False] * 5
-    assert found.of("frame").tolist() == [540] * len(program.path)
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 30])

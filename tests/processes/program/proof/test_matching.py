@@ -33,7 +33,7 @@ ROOM = MatchTolerance(0.002)
 G81, G83 = (int.from_bytes(name, "big") for name in (b"G81", b"G83"))
 VALUES = {
     **dict.fromkeys((*EXACT, *PLACE, *AMOUNT, *HEIGHT), 0.0), "kind": int(Kind.FEED), "plane": 17, "turns": 1,
-    "tool": 1, "coolant": 2, "length": 1, "frame": 540, "radius": 40, "blending": 640, "feed_mode": 94, "direction": 1,
+    "tool": 1, "coolant": 2, "length": 1, "frame": 540, "radius": 40, "blending": 640, "feed_mode": 94, "spindle": 1,
     "stated": 7, "obeyed": 0, "x": 10.0, "y": 20.0, "depth": -1.0, "feed": 10.0, "speed": 1000.0, "r_plane": 2.0,
     "retract": 5.0,
 }  # fmt: skip
@@ -67,8 +67,8 @@ def told(before: dict[str, float], after: dict[str, float], room: MatchTolerance
         ({}, {"radius": 41}, ["radius compensation G40 became G41"]),
         ({}, {"blending": 611}, ["blending G64 became G61.1"]),
         ({}, {"feed_mode": 93}, ["feed mode G94 became G93"]),
-        ({}, {"direction": -1}, ["direction of the spindle M3 became M4"]),
-        ({}, {"direction": 0}, ["direction of the spindle M3 became M5"]),
+        ({}, {"spindle": -1}, ["direction of the spindle M3 became M4"]),
+        ({}, {"spindle": 0}, ["direction of the spindle M3 became M5"]),
         ({}, {"obeyed": 2}, ["number of the controller's settings before it, (o=…) or #<…>, 0 became 2"]),
         ({}, {"turns": 2}, ["turns of the arc 1 became 2"]),
         ({}, {"stated": 6}, ["units (G20, G21) no longer stated"]),
@@ -85,7 +85,7 @@ def told(before: dict[str, float], after: dict[str, float], room: MatchTolerance
         ({}, {"feed": 10.5}, ["feed in mm/min 600 became 630"]),
         ({}, {"speed": 1100.0}, ["speed 1000 became 1100"]),
         ({}, {"register": 1.0}, ["D 0 became 1"]),
-        ({}, {"corner": 0.1}, ["blending tolerance 0 became 0.1"]),
+        ({}, {"tolerance": 0.1}, ["blending tolerance 0 became 0.1"]),
         ({}, {"joining": 0.1}, ["tolerance of short moves 0 became 0.1"]),
         ({}, {"r_plane": 1.0}, ["R plane 2 sank to 1"]),
         ({}, {"r_plane": 3.0}, ["R plane 2 rose to 3"]),
@@ -123,7 +123,7 @@ def test_with_a_beam_s_is_its_power() -> None:
     ("name", "value", "room"),
     [
         *((name, 0.0, 0.002) for name in PLACE),
-        *((name, 0.0, 0.002) for name in ("peck", "corner", "joining")),
+        *((name, 0.0, 0.002) for name in ("peck", "tolerance", "joining")),
         ("dwell", 0.0, 1e-4),
         ("feed", 1.0, 1e-4),
         ("feed", 100.0, 5e-3),
@@ -244,7 +244,7 @@ def test_a_hole_has_the_values_of_its_cycle_and_state() -> None:
         "x": [0.0, 30.0], "y": [0.0, 5.0], "depth": [-3.0, -3.0], "start x": [0.0, 30.0], "start y": [0.0, 5.0],
         "start z": [0.0, 0.0], "centre x": [0.0, 0.0], "centre y": [0.0, 0.0], "centre z": [0.0, 0.0],
         "feed": [2.0, 2.0], "speed": [1000.0, 1000.0], "peck": [1.0, 1.0], "dwell": [0.5, 0.5], "register": [0.0, 0.0],
-        "corner": [0.0, 0.0], "joining": [0.0, 0.0], "r_plane": [2.0, 2.0], "retract": [2.0, 2.0],
+        "tolerance": [0.0, 0.0], "joining": [0.0, 0.0], "r_plane": [2.0, 2.0], "retract": [2.0, 2.0],
         "kind": [G83, G83], "tool": [1, 1], "plane": [0, 0], "turns": [0, 0],
     }  # fmt: skip
     assert made.several(("x", "y")).tolist() == [[0.0, 0.0], [30.0, 5.0]] and made.line.tolist() == [1, 2]

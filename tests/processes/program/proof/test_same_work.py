@@ -28,11 +28,8 @@ def same_work(original: Toolpath, new: Toolpath, tolerance: float = 0.002) -> li
     """Return the differences between two programs of which only the motion is known."""
 
     def program(path: Toolpath) -> Program:
-        line, first = np.unique(path.line, return_index=True)
-        first = np.append(first, len(path)).astype(np.int32)
         # Every line states the plane and the return of cycles, whatever moves are on it.
-        lines = ["G17 G99\n"] * (int(path.line.max(initial=0)) + 1)
-        return Program(lines, path, line.astype(np.int32), first, np.zeros(len(line) + 1, dtype=np.int32), ())
+        return Program.of_toolpath(path, ["G17 G99\n"] * (int(path.line.max(initial=0)) + 1))
 
     return list(certify(program(original), program(new), tolerance_mm=tolerance).differences)
 

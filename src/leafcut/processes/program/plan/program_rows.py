@@ -145,7 +145,7 @@ def _beam_mask(program: Program) -> NDArray[np.bool_]:
     switched = path.kind == Kind.SPINDLE
     on = path.value != 0.0
     if switched.any() and not on[switched].any():
-        on = program.spindle_directions != 0
+        on = program.modal_at_rows("spindle") != 0
     last = last_rows(switched)
     beam: NDArray[np.bool_] = (last >= 0) & on[last]
     return beam

@@ -110,7 +110,7 @@ def barriers_of(program: Program, path: Toolpath, source: Indices, states: State
         end = tuple(round(v, 6) for v in motion.end if not np.isnan(v)) if motion.kind is Kind.MACHINE else ()
         at = (before[row, 0], before[row, 1], before[row, 2])
         exactly = motion.kind is Kind.FOREIGN or (motion.kind is Kind.SHIFT and bool(_FROM_HERE.search(said)))
-        state = (*(int(states.of(name, row)) for name in ("direction", "coolant", "radius")),)
+        state = (*(int(states.of(name, row)) for name in ("spindle", "coolant", "radius")),)
         # The next program may rely on a cancelled length offset.
         left_on = motion.kind is Kind.END and int(states.of("length", row)) % TAKEN != 0
         shown = without_digests(said)
@@ -235,7 +235,7 @@ def with_dwells(
     of_barrier = zip(np.flatnonzero(moved).tolist(), head[head | tail].tolist(), waits_there[head | tail], strict=True)
     for index, first, there in of_barrier:
         row, line, seconds = int(features.row[index]), int(features.line[index]), float(features.dwell[index])
-        state = (int(states.of("direction", row)), int(states.of("coolant", row)))
+        state = (int(states.of("spindle", row)), int(states.of("coolant", row)))
         what = (int(Kind.DWELL), "head" if first else "tail", bool(there), round(seconds, 4), *state)
         x, y, z = features.end[index].tolist()
         added.append(Barrier(what, int(Kind.DWELL), row, line, (x, y, z), False, f"dwell of {seconds:g} s"))
@@ -427,7 +427,7 @@ def _state_changes(one: Barrier, other: Barrier) -> list[str]:
     """Return the changes of the machine state at two barriers that are otherwise equal, or an empty list."""
     if one.kind != other.kind or one.kind in (SKIPPED, OBEYED, MESSAGE):
         return []
-    names = ("direction", "coolant") if one.kind == Kind.DWELL else ("direction", "coolant", "radius")
+    names = ("spindle", "coolant") if one.kind == Kind.DWELL else ("spindle", "coolant", "radius")
     begin = 4 if one.kind == Kind.DWELL else 5
     here, there = (slice(begin), slice(begin + len(names), None))
     if one.what[here] != other.what[here] or one.what[there] != other.what[there]:

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.gcode.program import Modal, Program
+from leafcut.gcode.program import Program
 from leafcut.gcode.words import COMMENT
 from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
 from leafcut.model.toolpath import SPEED_ALONE, DrillCycle, Kind, Toolpath, last_rows
@@ -24,12 +24,12 @@ Selection = Indices | Mask | slice | int
 #: Values that must be equal. All but the first three come from `States`; so does the plane, except for arcs.
 EXACT = (
     "kind", "plane", "turns", "tool", "coolant",
-    "length", "frame", "radius", "blending", "feed_mode", "direction", "stated", "obeyed",
+    "length", "frame", "radius", "blending", "feed_mode", "spindle", "stated", "obeyed",
 )  # fmt: skip
 #: Points, mm: end of a cut or bottom of a hole, start, centre of an arc.
 PLACE = ("x", "y", "depth", "start x", "start y", "start z", "centre x", "centre y", "centre z")
 #: Amounts: feed in mm/s, speed in rpm (negative for M4), peck in mm, dwell in s, D number, two tolerances in mm.
-AMOUNT = ("feed", "speed", "peck", "dwell", "register", "corner", "joining")
+AMOUNT = ("feed", "speed", "peck", "dwell", "register", "tolerance", "joining")
 #: Heights that may be higher in the new program, mm.
 HEIGHT = ("r_plane", "retract")
 
@@ -211,11 +211,11 @@ def _columns_of_path(path: Toolpath) -> Iterator[tuple[str, NDArray]]:
         ("blending", Kind.BLENDING, 0),
     ):
         yield name, path.latest(kind, path.ref, default)
-    for name in ("plane", "feed_mode", "direction", "stated", "obeyed"):
+    for name in ("plane", "feed_mode", "spindle", "stated", "obeyed"):
         yield name, none
     yield "speed", path.latest(Kind.SPINDLE, path.value)
     yield "register", path.latest(Kind.RADIUS, path.value)
-    yield "corner", path.latest(Kind.BLENDING, path.value)
+    yield "tolerance", path.latest(Kind.BLENDING, path.value)
     yield "joining", path.latest(Kind.BLENDING, path.end[:, 0])
 
 
@@ -226,36 +226,30 @@ def states_of_program(program: Program) -> States:
     no S. `stated` has a bit for stated units, for a spindle start since the tool change, and for a length offset that
     is not cancelled. `obeyed` is the number of earlier comments and settings that the controller obeys.
     """
-    path = program.path
-    if not len(program.modals):
-        return states_of_path(path)
-    block = program.row_block
-    active = program.before[np.minimum(block + 1, len(program.before) - 1)]
-
-    def column(take: Callable[[Modal], float]) -> Floats:
-        return np.array([take(modal) for modal in program.modals], dtype=np.float64)[active]
+    path, block = program.path, program.row_block
+    spindle = program.modal_at_rows("spindle")
 
     def columns() -> Iterator[tuple[str, NDArray]]:
-        radius, direction = np.zeros(0), program.spindle_directions
+        radius = np.zeros(0)
         for name, known in _columns_of_path(path):
             match name:
                 case "length":
                     yield name, known + TAKEN * _table_of(path)
                 case "plane":
-                    yield name, np.where(radius != 40, column(lambda m: m.plane), 0).astype(np.int64)
+                    yield name, np.where(radius != 40, program.modal_at_rows(name), 0)
                 case "feed_mode":
-                    yield name, column(lambda m: m.feed_mode).astype(np.int64)
-                case "direction":
-                    yield name, direction
+                    yield name, program.modal_at_rows(name)
+                case "spindle":
+                    yield name, spindle
                 case "stated":
                     yield (
                         name,
-                        (block >= first_with_units(program)) + 2 * _started(path, direction) + 4 * _length_taken(path),
+                        (block >= first_with_units(program)) + 2 * _started(path, spindle) + 4 * _length_taken(path),
                     )
                 case "obeyed":
                     yield name, np.searchsorted([said.line for said in program.obeyed], path.line).astype(np.int64)
                 case "speed":
-                    yield name, direction * column(lambda m: m.rpm)
+                    yield name, spindle * program.modal_at_rows("rpm")
                 case _:
                     radius = known if name == "radius" else radius
                     yield name, known
@@ -273,14 +267,14 @@ def _table_of(path: Toolpath) -> Indices:
     return path.latest(Kind.OFFSET, count)
 
 
-def _started(path: Toolpath, direction: Indices) -> Indices:
+def _started(path: Toolpath, spindle: Indices) -> Indices:
     """Return 0 for rows where the spindle turns without a start since the last tool change, and 1 for all others.
 
     M6 stops the spindle in LinuxCNC and on Haas machines; other controllers differ.
     """
     starts = (path.kind == Kind.SPINDLE) & (path.ref != SPEED_ALONE)
     last = [last_rows(which) for which in (starts, path.kind == Kind.TOOL)]
-    started: Indices = ((last[0] >= last[1]) | (direction == 0)).astype(np.int64)
+    started: Indices = ((last[0] >= last[1]) | (spindle == 0)).astype(np.int64)
     return started
 
 

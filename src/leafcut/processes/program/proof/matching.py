@@ -230,7 +230,7 @@ _EXACT_WORDS: dict[str, tuple[str, Callable[[int], object]]] = {
     "radius": ("radius compensation", lambda v: f"G{v}"),
     "blending": ("blending", _shown_work_offset),
     "feed_mode": ("feed mode", lambda v: f"G{v}"),
-    "direction": ("direction of the spindle", {1: "M3", -1: "M4", 0: "M5"}.get),
+    "spindle": ("direction of the spindle", {1: "M3", -1: "M4", 0: "M5"}.get),
     "obeyed": ("number of the controller's settings before it, (o=…) or #<…>,", str),
 }
 
@@ -263,7 +263,7 @@ def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[str]:
         ("feed in mm/min", feed, amounts_b["feed"], max(_FEED_PART * abs(feed), _FEED), SECONDS_PER_MINUTE),
         (turns, speed, amounts_b["speed"], max(_SPEED_PART * abs(speed), _SPEED), 1.0),
         ("D", amounts_a["register"], amounts_b["register"], 1e-9, 1.0),
-        ("blending tolerance", amounts_a["corner"], amounts_b["corner"], near, 1.0),
+        ("blending tolerance", amounts_a["tolerance"], amounts_b["tolerance"], near, 1.0),
         ("tolerance of short moves", amounts_a["joining"], amounts_b["joining"], near, 1.0),
     ):
         if abs(one - other) > allowed or math.isnan(one) != math.isnan(other):

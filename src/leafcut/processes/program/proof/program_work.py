@@ -84,7 +84,7 @@ def read_work(program: Program, *, written_out: bool, beam: bool, straight: floa
         path, states, source = path.take(rows), states.take(rows), source[rows]
     before = path.before
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
-    dark = cuts & (states.of("direction") == 0) & np.full(len(path), beam)
+    dark = cuts & (states.of("spindle") == 0) & np.full(len(path), beam)
     compensated = (path.kind == Kind.RAPID) & compensated_moves(path, states)
     making = (cuts & ~dark) | compensated | (path.kind == Kind.DRILL) | (path.kind == Kind.DWELL)
     features = features_of(path, states, making)
@@ -121,7 +121,7 @@ def goes_across(begin: Floats, end: Floats) -> Mask:
 
 def cuts_with_beam(program: Program) -> bool:
     """Return whether the spindle is off between two cuts without a barrier between them, as it is for a beam."""
-    path, direction = program.path, program.spindle_directions
+    path, direction = program.path, program.modal_at_rows("spindle")
     stage = np.cumsum(np.isin(path.kind, (Kind.PAUSE, Kind.TOOL, Kind.FRAME, Kind.SHIFT, Kind.MACHINE)))
     moving = path.kind <= Kind.ARC_CCW
     lit = np.flatnonzero(moving & (path.kind != Kind.RAPID) & (direction != 0))

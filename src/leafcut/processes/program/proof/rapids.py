@@ -114,7 +114,7 @@ def group_rapids(work: ProgramWork) -> RapidGaps:
     amid = across | (sinks & ~here & ~there)
     begins = np.full(n, -1)
     begins[gap[::-1]] = row[::-1]
-    on = np.append(work.states.of("direction", row) != 0, False)
+    on = np.append(work.states.of("spindle", row) != 0, False)
     if not work.dark_rapids:
         # A beam at zero power is off.
         on[:-1] &= work.states.of("speed", row) != 0
