@@ -253,7 +253,8 @@ class Interpreter:
             self._execute_or_keep(words)
         else:
             self._offsets(words)
-            self._motion(words)
+            self._choose_motion(words.g)
+            self._move(words)
             if words.letters:
                 raise BlockError("{} has no meaning in this block", next(iter(words.letters.values())))
         if off_last:
@@ -354,7 +355,7 @@ class Interpreter:
         self._tool_words(words)
         self._run_switches(words, off=None)
         self._run_modes(words)
-        self._choose_motion_or_keep(g)
+        self._choose_motion(g)
         if state.cycle is not None:
             end_cycle(state)
             state.motion, state.unknown_motion = None, "a cycle with numbers that only the machine knows"
@@ -387,7 +388,8 @@ class Interpreter:
         try:
             self._unknown_words(words, named)
             self._offsets(words)
-            self._motion(words)
+            self._choose_motion(words.g)
+            self._move_or_keep(words)
         except UnclearBlock as problem:
             self._record_unclear(str(problem), _ALL if state.cycle is not None else named)
         if words.letters and not words.unknown and not self.unclear and not self.opaque:
@@ -449,17 +451,18 @@ class Interpreter:
             unit = unit_of(g["units"])
             if state.unit not in (None, unit) and feed is not None:
                 raise BlockError("the block changes the units and sets F: the unit of F is ambiguous")
-            state.set_unit(unit)
+            state.unit = unit
         state.feed_mode = g.get("feed mode", 10 * state.feed_mode) // 10
         if state.feed_mode != mode_before:
             # The last F has no meaning in another mode.
-            state.feed_rate = state.feed = 0.0
+            state.feed = 0.0
         elif unit_before is not None and state.unit is not None and unit_before != state.unit:
             state.feed *= unit_before / state.unit
         if feed is not None:
-            state.feed = feed.value
             dwells = g.get("non-modal") == 40 and state.dialect.dwell_letter == "F"
-            if state.feed_mode != 93 and not dwells:
+            if state.feed_mode == 93:
+                state.feed = feed.value
+            elif not dwells:
                 state.set_feed(letters.pop("F"))
         if "S" in letters:
             self._speed(letters.pop("S"), "spindle" in words.m)
@@ -582,10 +585,10 @@ class Interpreter:
                 state.blending_stated = True
                 state.blending, state.tolerance, state.joining = new
                 state.path.blending(code, tolerance, joining, line=state.line)
-        elif code == 640 or state.rounds:
+        elif code == 640 or (state.blending_stated and state.blending == 640):
             # A toolpath without such a row stops at the end of every move (G61).
+            state.blending_stated, state.blending = True, code
             state.path.blending(code, tolerance, line=state.line)
-            state.rounds = code == 640
 
     def _compensation(self, code: int, letters: dict[str, Word]) -> None:
         """Radius compensation: a row RADIUS when the mode changes or D is stated."""
@@ -683,43 +686,24 @@ class Interpreter:
 
     # -- motion --------------------------------------------------------------------------------------------------------
 
-    def _motion(self, words: SortedBlock) -> None:
-        if self.state.keeps_unknown:
-            self._choose_motion_or_keep(words.g)
-            self._move_or_keep(words)
-        else:
-            self._choose_motion(words.g)
-            self._move(words)
-
     def _choose_motion(self, g: dict[str, int]) -> None:
-        state = self.state
-        if "motion" in g:
-            if state.cycle is not None:
-                end_cycle(state)
-            state.motion = g["motion"] // 10
-        cycle = g.get("cycle")
-        if cycle == 800:
-            end_cycle(state)
-            if not self._separate:
-                state.motion = None
-        elif cycle is not None:
-            start_cycle(state, cycle // 10)
-
-    def _choose_motion_or_keep(self, g: dict[str, int]) -> None:
         state = self.state
         motion, cycle = g.get("motion"), g.get("cycle")
         if motion is None and cycle is None:
             return
         number = cycle if cycle not in (None, 800) else motion
-        if number is not None and number not in (_MOTIONS | _CYCLES):
+        if state.keeps_unknown and number is not None and number not in (_MOTIONS | _CYCLES):
             end_cycle(state)
             state.motion, state.unknown_motion = None, f"G{number / 10:g}"
             state.cycle_words = ()
             return
         before = state.cycle
-        self._choose_motion(g)
-        if cycle == 800 and motion is not None:
-            state.motion = motion // 10
+        if cycle == 800 or (state.cycle is not None and motion is not None):
+            end_cycle(state)
+        if motion is not None or (cycle == 800 and not self._separate):
+            state.motion = None if motion is None else motion // 10
+        if cycle not in (None, 800):
+            start_cycle(state, cycle // 10)
         if self._separate and cycle == 800 and state.motion is None:
             state.unknown_motion = state.unknown_motion or "what was active before the cycle"
         else:

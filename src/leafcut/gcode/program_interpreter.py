@@ -335,7 +335,8 @@ class _ProgramReader:
                 path.position = [x1, y1, z1]
                 path.initial_plane = None
             if code != motion or f is not None or s is not None:
-                state.motion, state.feed_rate = motion, feed = code, feed_now
+                state.motion = motion = code
+                feed = feed_now
                 if f is not None:
                     state.feed = float(f)
                 record.current = record.number_of_state(code, state.feed, state.rpm)

@@ -48,8 +48,6 @@ class InterpreterState(Modal):
         is unknown afterwards. False (leafcut's own programs): they are errors.
     motion
         As in `Modal`, but kept while a cycle is active.
-    feed_rate
-        mm/s, or mm per revolution with G95. With G93 every cutting block has its own feed.
     call
         The cycle that a Siemens control runs at every position (MCALL).
     last_dwell
@@ -64,8 +62,8 @@ class InterpreterState(Modal):
         Outputs keep the arc off although the torch is on, and hold its height.
     material, material_feeds
         Material selected by M190; known feeds of the controller's material table by number, mm/s.
-    rounds, blending_stated
-        The program has stated G64, or any of G61, G61.1 and G64.
+    blending_stated
+        The program has stated G61, G61.1 or G64.
     default_unit, assumed_units
         Unit, mm, of a program that does not state its units before the first length, and whether that was the case.
     unknown_modes
@@ -86,7 +84,6 @@ class InterpreterState(Modal):
     keeps_unknown: bool = False
     path: ToolpathBuilder = field(default_factory=ToolpathBuilder)
     line: int = 0
-    feed_rate: float = 0.0
     cycle_values: CycleValues = field(default_factory=CycleValues)
     call: DrillCycle | None = None
     last_dwell: float = 0.0
@@ -101,7 +98,6 @@ class InterpreterState(Modal):
     holds_height: bool = False
     material: int | None = None
     material_feeds: Mapping[int, float] | None = None
-    rounds: bool = False
     blending_stated: bool = False
     default_unit: float | None = None
     assumed_units: bool = False
@@ -111,7 +107,6 @@ class InterpreterState(Modal):
     surface: bool = False
     rotary: tuple[int, str] | None = None
     feed_forgotten: bool = False
-    _feed_without_unit: float | None = None
 
     def __post_init__(self) -> None:
         self.path.slants = self.dialect.groups == "rs274"
@@ -155,30 +150,27 @@ class InterpreterState(Modal):
         self.cycle, self.cycle_values, self.cycle_words = None, CycleValues(), ()
         self.motion, self.unknown_motion = None, f"what {cause} left active"
         self.unknown_modes = {"plane", "distance", "retract", "feed", "speed"}
-        self.feed = self.feed_rate = 0.0
+        self.feed = 0.0
         self.tool = self.next_tool = self.offset_number = None
         self.radius = 0
         self.length = -self.line
         self.shift += 1
 
-    def set_unit(self, unit: float) -> None:
-        """Set the unit stated by the program, in mm."""
-        self.unit = unit
-        if self._feed_without_unit is not None:
-            feed, self._feed_without_unit = self._feed_without_unit, None
-            self.feed_rate = feed * unit / (1.0 if self.feed_mode == 95 else SECONDS_PER_MINUTE)
+    @property
+    def feed_rate(self) -> float:
+        """The active feed, mm/s, or mm per revolution with G95; 0 before the units are known."""
+        return self.feed * (self.unit or 0.0) / (1.0 if self.feed_mode == 95 else SECONDS_PER_MINUTE)
 
     def _assume_unit(self) -> None:
-        if self.default_unit is not None:
-            self.set_unit(self.default_unit)
+        if self.unit is None and self.default_unit is not None:
+            self.unit = self.default_unit
             self.assumed_units = True
 
     def mm(self, word: Word) -> float:
         """Return the length of a word in mm."""
         if word.value == 0.0:
             return 0.0
-        if self.unit is None:
-            self._assume_unit()
+        self._assume_unit()
         if self.unit is None:
             raise BlockError("{} comes before the units are stated ({} for mm)", word, self.dialect.units_mm)
         if self.dialect.point_required and "." not in word.text:
@@ -208,27 +200,20 @@ class InterpreterState(Modal):
         return None if math.isnan(here) else here + value
 
     def set_feed(self, word: Word) -> None:
-        """Apply an F word in the active feed mode; before the units are stated, it may be deferred."""
+        """Apply an F word in units per minute or per revolution; F may precede assumed units."""
         self.unknown_modes.discard("feed")
-        if self.unit is None and self.default_unit is not None and word.value > 0.0:
-            self._feed_without_unit = word.value
-            return
-        self._feed_without_unit = None
         if word.value < 0.0:
             raise BlockError("{} is negative", word)
-        if word.value == 0.0:
-            self.feed_rate = 0.0
-            return
-        if self.unit is None:
+        if word.value > 0.0 and self.unit is None and self.default_unit is None:
             raise BlockError("{} comes before the units are stated ({} for mm)", word, self.dialect.units_mm)
-        self.feed_rate = word.value * self.unit / (1.0 if self.feed_mode == 95 else SECONDS_PER_MINUTE)
+        self.feed = word.value
 
     def feed_for(self, letters: dict[str, Word], length: float) -> float:
         """Return the feed, mm/s, of a cut of `length` mm; with G93, F is the reciprocal of its duration in minutes."""
-        if self._feed_without_unit is not None:
-            self._assume_unit()
         if self.feed_mode == 93:
             return self._feed_of_time(letters, length)
+        if self.feed:
+            self._assume_unit()
         if "feed" in self.unknown_modes:
             raise UnclearBlock("its feed is unknown")
         feed = self.feed_rate
