@@ -246,7 +246,8 @@ def test_barriers_that_differ_in_the_state_alone_are_named_with_it(
 ) -> None:
     noun = "dwell" if one.kind == Kind.DWELL else "stop"
     told = Difference(f"changed {noun}", 101, 102, f"at '{one.said}': {'; '.join(phrases)}")
-    assert compared([(one, 0)], [(other, 0)])[3:5] == [[], [(told, frozenset(phrases))]]
+    differences, ((difference, changes),) = compared([(one, 0)], [(other, 0)])[3:5]
+    assert (differences, difference, {change.text for change in changes}) == ([], told, set(phrases))
 
 
 def test_a_length_offset_left_on_is_another_state() -> None:
@@ -270,7 +271,7 @@ def test_another_tool_change_is_named_with_the_original_one_to_the_same_tool() -
     assert found.differences == [
         Difference("tool change", 106, 103, "'change to tool 2' became 'pause M0, change to tool 2'")
     ]
-    assert found.implied == [r"tool \S+ became 2"]
+    assert found.implied == [("tool", "now", 2)]
     found = compare_barrier_groups(before, [BarrierGroup((tool(1, 1),), 0), BarrierGroup((tool(3, 5),), 7)])
     assert found.differences == [Difference("tool change", 0, 105, "'change to tool 3' is not in the original")]
     # A change in another group of work is another change.
@@ -281,9 +282,9 @@ def test_another_tool_change_is_named_with_the_original_one_to_the_same_tool() -
 
 
 def test_a_removed_or_added_tool_or_work_offset_implies_changes_of_cuts() -> None:
-    assert compared([(frame(1, 550), 0)], [])[5] == [r"work offset G55 became \S+"]
-    assert compared([], [(frame(1, 591), 0)])[5] == [r"work offset \S+ became G59.1"]
-    assert compared([], [(tool(4, 1), 0)])[5] == [r"tool \S+ became 4"]
+    assert compared([(frame(1, 550), 0)], [])[5] == [("frame", "was", 550)]
+    assert compared([], [(frame(1, 591), 0)])[5] == [("frame", "now", 591)]
+    assert compared([], [(tool(4, 1), 0)])[5] == [("tool", "now", 4)]
     assert compared([(stop(1), 0)], [])[5] == []
 
 

@@ -18,7 +18,7 @@ from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN, Features, States
-from leafcut.processes.program.proof.matching import change_of_state
+from leafcut.processes.program.proof.matching import Change, change_of_state
 from leafcut.proof.clearance import rows_at_machine_height
 from leafcut.proof.difference import describe_motion, position_text
 
@@ -260,6 +260,10 @@ def group_barriers(marks: list[Barrier], work: Ints) -> list[BarrierGroup]:
     return walls
 
 
+#: Name of a changed value ("tool", "frame"), and its value in the original ("was") or in the new program ("now").
+ImpliedChange = tuple[str, str, int]
+
+
 class ComparisonGroups(NamedTuple):
     """Groups of work between matching barriers, and the differences between the barriers.
 
@@ -272,17 +276,17 @@ class ComparisonGroups(NamedTuple):
     differences
         Differences between the barriers.
     states
-        Barriers that differ only in the machine state, with the changes in the words of `matching.changes`.
+        Barriers that differ only in the machine state, with the changes of that state.
     implied
-        Patterns of change messages that follow from removed or added tool changes and work offsets.
+        Changes of work that follow from removed or added tool changes and work offsets.
     """
 
     before: list[int]
     after: list[int]
     mark_of: dict[float, Barrier]
     differences: list[Difference]
-    states: list[tuple[Difference, frozenset[str]]]
-    implied: list[str]
+    states: list[tuple[Difference, frozenset[Change]]]
+    implied: list[ImpliedChange]
 
 
 def compare_barrier_groups(before: list[BarrierGroup], after: list[BarrierGroup]) -> ComparisonGroups:
@@ -303,7 +307,7 @@ def compare_barrier_groups(before: list[BarrierGroup], after: list[BarrierGroup]
             hard.mark_of.update({a.key: b for a, b in zip(same.pop().marks, wall.marks, strict=True)})
         else:
             hard.differences.append(_other_tool_change(wall, [one for walls in left.values() for one in walls]))
-            hard.implied.extend(_implied_changes(list(wall.marks), "new"))
+            hard.implied.extend(_implied_changes(list(wall.marks), "now"))
     return hard
 
 
@@ -357,10 +361,10 @@ def _match_groups(before: list[BarrierGroup], after: list[BarrierGroup]) -> Comp
 
 def _unmatched_differences(
     before: list[Barrier], after: list[Barrier]
-) -> tuple[list[Difference], list[tuple[Difference, frozenset[str]]], list[str]]:
+) -> tuple[list[Difference], list[tuple[Difference, frozenset[Change]]], list[ImpliedChange]]:
     """Return the `differences`, `states` and `implied` of `ComparisonGroups`."""
     found: list[Difference] = []
-    states: list[tuple[Difference, frozenset[str]]] = []
+    states: list[tuple[Difference, frozenset[Change]]] = []
     left, right = Counter(mark.what for mark in after), Counter(mark.what for mark in before)
     gone: list[Barrier] = []
     new: list[Barrier] = []
@@ -378,7 +382,7 @@ def _unmatched_differences(
                 Message("changed {}", _barrier_noun(one)),
                 one.line,
                 other.line,
-                Message("at '{}': {}", one.said, "; ".join(state)),
+                Message("at '{}': {}", one.said, "; ".join(change.text for change in state)),
             )
             states.append((told, frozenset(state)))
             continue
@@ -401,7 +405,7 @@ def _unmatched_differences(
         Difference(Message("extra {}", _barrier_noun(mark)), 0, mark.line, Message("'{}' is new", mark.said))
         for mark in new[len(gone) :]
     )
-    return found, states, [*_implied_changes(gone, "gone"), *_implied_changes(new, "new")]
+    return found, states, [*_implied_changes(gone, "was"), *_implied_changes(new, "now")]
 
 
 #: Names of barriers in messages.
@@ -423,7 +427,7 @@ def _barrier_noun(mark: Barrier) -> str:
     return _NOUNS.get(mark.kind, "block") if written else Message("block")
 
 
-def _state_changes(one: Barrier, other: Barrier) -> list[str]:
+def _state_changes(one: Barrier, other: Barrier) -> list[Change]:
     """Return the changes of the machine state at two barriers that are otherwise equal, or an empty list."""
     if one.kind != other.kind or one.kind in (SKIPPED, OBEYED, MESSAGE):
         return []
@@ -440,13 +444,11 @@ def _state_changes(one: Barrier, other: Barrier) -> list[str]:
     ]
 
 
-def _implied_changes(marks: list[Barrier], which: str) -> Iterator[str]:
-    """Yield patterns of the changes of tool and work offset that follow from removed or added barriers."""
+def _implied_changes(marks: list[Barrier], side: str) -> Iterator[ImpliedChange]:
+    """Yield the changes of tool and work offset that follow from removed ("was") or added ("now") barriers."""
     for mark in marks:
-        if mark.kind in (Kind.TOOL, Kind.FRAME) and isinstance(ref := mark.what[1], int):
-            name, shown = ("tool", str(ref)) if mark.kind == Kind.TOOL else ("work offset", f"G{ref / 10:g}")
-            was, now = (shown, r"\S+") if which == "gone" else (r"\S+", shown)
-            yield f"{name} {was} became {now}"
+        if mark.kind in (Kind.TOOL, Kind.FRAME) and isinstance(number := mark.what[1], int):
+            yield ("tool" if mark.kind == Kind.TOOL else "frame"), side, number
 
 
 def find_misplaced_barriers(

@@ -229,7 +229,7 @@ class _Comparison:
         if pairing.missing and not (pairing.new_of >= 0).any():
             self.add(_other_units(self.programs))
         explanation = explain(pairing, room, grouping.implied)
-        self.add(difference for difference, phrases in grouping.states if not phrases <= explanation.phrases)
+        self.add(difference for difference, changes in grouping.states if not changes <= explanation.changes)
         self.add(explanation.differences, explanation.found)
         turned = reversed_runs(both[0], both[1], pairing.new_of)
         self.add(*compare_rapids(before, after, pairing.new_of, turned, grouping.mark_of, self.tolerance, self.no_mill))

@@ -7,17 +7,17 @@ difference.
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple, TypeVar
 
 from leafcut.message import Message
 from leafcut.model.difference import Difference
+from leafcut.processes.program.proof.barriers import ImpliedChange
 from leafcut.processes.program.proof.features import EXACT, FIRST_CYCLE, Features, name_of
 from leafcut.processes.program.proof.matching import (
-    START,
     CellKey,
+    Change,
     Feature,
     MatchTolerance,
     Pairing,
@@ -45,32 +45,28 @@ _Item = TypeVar("_Item")
 class Explanation(NamedTuple):
     """The explained differences in the order of their lines.
 
-    `found` is the minimum number of differences. `phrases` describe the changes of work that is in both programs.
+    `found` is the minimum number of differences. `changes` are those of work that is in both programs.
     """
 
     differences: list[Difference]
     found: int
-    phrases: set[str]
+    changes: set[Change]
 
 
 class _ChangedFeature(NamedTuple):
-    """A feature, its counterpart in the new program, and their differences in words: at the start point, and others."""
+    """A feature, its counterpart in the new program, and their differences: at the start point, and others."""
 
     one: Feature
     other: Feature
-    start: list[str]
-    rest: list[str]
+    start: list[Change]
+    rest: list[Change]
 
 
-def explain(pairing: Pairing, room: MatchTolerance, implied: Sequence[str] = ()) -> Explanation:
-    """Explain each unmatched feature as done elsewhere, changed, moved, missing or new.
-
-    Changes that match a pattern in `implied` are left out.
-    """
-    known = re.compile("|".join(implied) or r"(?!)")
+def explain(pairing: Pairing, room: MatchTolerance, implied: Sequence[ImpliedChange] = ()) -> Explanation:
+    """Explain each unmatched feature as done elsewhere, changed, moved, missing or new, without `implied` changes."""
     elsewhere, missing, extra = _moved_past_barrier(pairing, room)
     counted = max(len(missing) - _MOST_EXPLAINED, 0)
-    pairs, gone, new = _changed_features(missing[:_MOST_EXPLAINED], extra, room, known)
+    pairs, gone, new = _changed_features(missing[:_MOST_EXPLAINED], extra, room, set(implied))
     found = [*elsewhere, *_grouped_changes(pairs, gone, new)]
     sides = pairing.before, pairing.after
     stretches = [list(_stretches(rest)) for rest in (gone, new)]
@@ -88,7 +84,7 @@ def explain(pairing: Pairing, room: MatchTolerance, implied: Sequence[str] = ())
         one, other = (side[0].line if side else 0 for side in (missing, extra))
         found.append(Difference("not compared", one, other, "too many moves lie at one position"))
     found.sort(key=lambda one: one.original or one.new)
-    return Explanation(found, len(found) + counted, {phrase for one in pairs for phrase in one.rest})
+    return Explanation(found, len(found) + counted, {change for one in pairs for change in one.rest})
 
 
 def _moved_past_barrier(
@@ -122,7 +118,7 @@ def _grouped(items: Iterable[_Item], goes_on: Callable[[_Item, _Item], bool]) ->
 
 
 def _changed_features(
-    missing: list[Feature], extra: list[Feature], room: MatchTolerance, known: re.Pattern[str]
+    missing: list[Feature], extra: list[Feature], room: MatchTolerance, implied: set[ImpliedChange]
 ) -> tuple[list[_ChangedFeature], list[Feature], list[Feature]]:
     """Return the features that changed in place, the missing features and the new features."""
     cells = sorted_into_cells(extra, room.place, 2)
@@ -138,9 +134,13 @@ def _changed_features(
             ((one, feature_changes(feature, one[0], room)) for one in there), key=lambda one: len(one[1])
         )
         cells[key].remove(other)
-        told = [phrase for phrase in found if not known.fullmatch(phrase)]
-        start = [phrase for phrase in told if phrase.startswith(START)]
-        pairs.append(_ChangedFeature(feature, other, start, [phrase for phrase in told if phrase not in start]))
+        own = [
+            change
+            for change in found
+            if implied.isdisjoint([(change.name, "was", change.was), (change.name, "now", change.now)])
+        ]
+        start, rest = ([c for c in own if (c.name == "start") == first] for first in (True, False))
+        pairs.append(_ChangedFeature(feature, other, start, rest))
     return pairs, gone, sorted(feature for cell in cells.values() for feature in cell)
 
 
@@ -162,7 +162,7 @@ def _grouped_changes(pairs: list[_ChangedFeature], gone: list[Feature], new: lis
         if start and not pair.rest:
             begun.append(pair)
         elif pair.rest or start:
-            groups[*pair.rest, *start].append(pair)
+            groups[*(change.text for change in (*pair.rest, *start)),].append(pair)
     for run in _grouped(begun, lambda p, q: q.one.number == p.one.number + 1):
         numbers = [pair.other.number for pair in run]
         ordered = sorted(numbers)
@@ -173,12 +173,12 @@ def _grouped_changes(pairs: list[_ChangedFeature], gone: list[Feature], new: lis
             yield _difference("reordered", [*zip(ones, others, strict=True)], text)
         else:
             for pair in run:
-                groups[tuple(pair.start)].append(pair)
-    for phrases, group in groups.items():
+                groups[tuple(change.text for change in pair.start)].append(pair)
+    for texts, group in groups.items():
         ones = [pair.one for pair in group]
         where = Message("at {}", position_text(*ones[0].place[:2]))
         said = where if len(ones) == 1 else f"{_count_text(ones)}, the first {where}"
-        yield _difference("changed", [(p.one, p.other) for p in group], f"{said}: {'; '.join(phrases)}")
+        yield _difference("changed", [(p.one, p.other) for p in group], f"{said}: {'; '.join(texts)}")
 
 
 def _stretches(features: list[Feature]) -> Iterator[Stretch]:

@@ -45,6 +45,15 @@ class Feature(NamedTuple):
     height: tuple[float, ...]
 
 
+class Change(NamedTuple):
+    """A value that differs between two features: its name (see `features`, or "start"), both values, and a message."""
+
+    name: str
+    was: object
+    now: object
+    text: str
+
+
 class Pairing(NamedTuple):
     """Matched features of two programs.
 
@@ -203,7 +212,7 @@ def _shown_work_offset(tenths: int) -> str:
     return f"G{tenths / 10:g}"
 
 
-def _stated_changes(was: int, now: int) -> Iterator[str]:
+def _stated_changes(was: int, now: int) -> Iterator[Change]:
     for bit, gone, new in (
         (1, "units (G20, G21) no longer stated", "units (G20, G21) now stated"),
         (2, "spindle no longer started after the tool change", "spindle now started after the tool change"),
@@ -214,11 +223,8 @@ def _stated_changes(was: int, now: int) -> Iterator[str]:
         ),
     ):
         if (was ^ now) & bit:
-            yield gone if was & bit else new
+            yield Change("stated", was, now, gone if was & bit else new)
 
-
-#: Prefix of the messages of `feature_changes` about the start of a cut.
-START = "start "
 
 #: Name and number format of the values that must be equal; kinds and arcs have their own messages.
 _EXACT_WORDS: dict[str, tuple[str, Callable[[int], object]]] = {
@@ -235,18 +241,19 @@ _EXACT_WORDS: dict[str, tuple[str, Callable[[int], object]]] = {
 }
 
 
-def change_of_state(name: str, was: int, now: int) -> str:
-    """Describe the change of one of the values in `EXACT`."""
+def change_of_state(name: str, was: int, now: int) -> Change:
+    """Return the change of one of the values in `EXACT`."""
     what, shown = _EXACT_WORDS[name]
-    return f"{what} {shown(was)} became {shown(now)}"
+    return Change(name, was, now, f"{what} {shown(was)} became {shown(now)}")
 
 
-def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[str]:
-    """Describe the differences of feature `b` from `a` beyond the tolerances; the list is empty if there are none."""
+def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[Change]:
+    """Return the differences of feature `b` from `a` beyond the tolerances."""
     near = room.place + 1e-9
-    found: list[str] = []
+    found: list[Change] = []
     if a.exact[0] != b.exact[0]:
-        found.append(Message("{} became {}", name_of(a.exact[0]), name_of(b.exact[0])))
+        kinds = name_of(a.exact[0]), name_of(b.exact[0])
+        found.append(Change("kind", *kinds, Message("{} became {}", *kinds)))
     if a.exact != b.exact:
         for name in _EXACT_WORDS:
             was, now = a.exact[EXACT.index(name)], b.exact[EXACT.index(name)]
@@ -267,30 +274,37 @@ def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[str]:
         ("tolerance of short moves", amounts_a["joining"], amounts_b["joining"], near, 1.0),
     ):
         if abs(one - other) > allowed or math.isnan(one) != math.isnan(other):
-            found.append(Message("{} {} became {}", word, _value_text(one * factor), _value_text(other * factor)))
+            text = Message("{} {} became {}", word, _value_text(one * factor), _value_text(other * factor))
+            found.append(Change(word, one, other, text))
     found += _path_changes(a, b, near)
     for word, one, other in zip(("R plane", "retract"), a.height, b.height, strict=True):
         if not other >= one - near and not (math.isnan(one) and math.isnan(other)):
-            found.append(Message("{} {} sank to {}", word, _value_text(one), _value_text(other)))
-    if b.height[0] > a.height[0] + near:
-        found.append(Message("R plane {} rose to {}", _value_text(a.height[0]), _value_text(b.height[0])))
+            found.append(
+                Change(word, one, other, Message("{} {} sank to {}", word, _value_text(one), _value_text(other)))
+            )
+    low, high = a.height[0], b.height[0]
+    if high > low + near:
+        found.append(
+            Change("R plane", low, high, Message("R plane {} rose to {}", _value_text(low), _value_text(high)))
+        )
     return found
 
 
-def _path_changes(a: Feature, b: Feature, near: float) -> Iterator[str]:
-    """Describe changes of arc and start point. A centre that moves together with the start is not reported
-    separately.
-    """
+def _path_changes(a: Feature, b: Feature, near: float) -> Iterator[Change]:
+    """Yield the changes of arc and start point; a centre that moves together with the start is not reported."""
     if a.exact[2] != b.exact[2]:
-        yield f"turns of the arc {a.exact[2]} became {b.exact[2]}"
+        yield Change("turns", a.exact[2], b.exact[2], f"turns of the arc {a.exact[2]} became {b.exact[2]}")
     begun = not _is_near(a.place[3:6], b.place[3:6], near)
     one, other = (tuple(q - p for p, q in zip(f.place[3:6], f.place[6:], strict=True)) for f in (a, b))
     if not _is_near(a.place[6:], b.place[6:], near) and not (begun and _is_near(one, other, near)):
-        yield f"centre of the arc {position_text(*a.place[6:])} became {position_text(*b.place[6:])}"
+        text = f"centre of the arc {position_text(*a.place[6:])} became {position_text(*b.place[6:])}"
+        yield Change("centre", a.place[6:], b.place[6:], text)
     if not _is_near(a.place[3:5], b.place[3:5], near):
-        yield f"{START}{position_text(*a.place[3:6])} became {position_text(*b.place[3:6])}"
+        text = f"start {position_text(*a.place[3:6])} became {position_text(*b.place[3:6])}"
+        yield Change("start", a.place[3:6], b.place[3:6], text)
     elif begun:
-        yield f"{START}Z{_value_text(a.place[5])} became Z{_value_text(b.place[5])}"
+        text = f"start Z{_value_text(a.place[5])} became Z{_value_text(b.place[5])}"
+        yield Change("start", a.place[3:6], b.place[3:6], text)
 
 
 def _value_text(value: float) -> str:
