@@ -8,14 +8,13 @@ from dataclasses import replace
 import pytest
 
 from leafcut.gcode.block_description import (
+    BlockDescription,
     RangeDigests,
-    changed_inputs,
     describe_block,
     may_read_parameters,
     normalized,
     significant_text,
     subprogram_digest,
-    without_digests,
 )
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.words import tokenise
@@ -36,35 +35,35 @@ HAAS, LINUXCNC, FAGOR = dialect("haas"), dialect("linuxcnc"), dialect("fagor8055
 )
 def test_words_are_described_by_their_values(line: str, haas: str, linuxcnc: str) -> None:
     """With Fanuc, a number with a decimal point may mean another length."""
-    assert describe_block(tokenise(line), [], None, "", HAAS) == haas
-    assert describe_block(tokenise(line), [], None, "", LINUXCNC) == linuxcnc
+    assert describe_block(tokenise(line), [], None, "", HAAS) == BlockDescription(haas)
+    assert describe_block(tokenise(line), [], None, "", LINUXCNC) == BlockDescription(linuxcnc)
 
 
 def test_comments_and_digests_follow_the_words() -> None:
     block = replace(tokenise("G65 P1"), deleted=True)
-    assert describe_block(block, ["MSG,  hi  you", "b"], "12", "ab", LINUXCNC) == (
-        "/ G65 P1 MSG, hi you b [parameters 12] [calls ab]"
+    assert describe_block(block, ["MSG,  hi  you", "b"], "12", "ab", LINUXCNC) == BlockDescription(
+        "/ G65 P1 MSG, hi you b", "12", "ab"
     )
-    assert describe_block(block, [], "", "", LINUXCNC) == "/ G65 P1 [parameters ]"
-    assert without_digests("G65 P1 [parameters 12] [calls ab] [again 3:4]") == "G65 P1"
-    assert without_digests("X[1] [parameters ]") == "X[1]"
+    assert describe_block(block, [], "", "", LINUXCNC) == BlockDescription("/ G65 P1", "")
 
 
 @pytest.mark.parametrize(
     ("left", "right", "names"),
     [
-        ("G65 [parameters 1] [calls 2] [again 3]", "G65 [parameters 1] [calls 2] [again 3]", []),
-        ("G65 [parameters 1]", "G65 [parameters 2]", ["a parameter that it may read has another value"]),
-        ("G65 [calls 1]", "G65", ["the text of a subprogram that it may call has changed"]),
+        (("1", "2", "3"), ("1", "2", "3"), []),
+        (("1",), ("2",), ["a parameter that it may read has another value"]),
+        (("1",), (None,), ["a parameter that it may read has another value"]),
+        ((None, "1"), (None,), ["the text of a subprogram that it may call has changed"]),
         (
-            "G65 [parameters 1] [again 1]",
-            "G65 [again 2]",
+            ("1", "", "1"),
+            ("2", "", "2"),
             ["a parameter that it may read has another value", "the code that it may repeat has changed"],
         ),
     ],
 )
-def test_the_inputs_that_differ_are_named(left: str, right: str, names: list[str]) -> None:
-    assert changed_inputs(left, right) == names == changed_inputs(right, left)
+def test_the_inputs_that_differ_are_named(left: tuple[str, ...], right: tuple[str, ...], names: list[str]) -> None:
+    one, other = BlockDescription("G65", *left), BlockDescription("G65", *right)
+    assert one.changed_inputs(other) == names == other.changed_inputs(one)
 
 
 @pytest.mark.parametrize(

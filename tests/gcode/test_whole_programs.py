@@ -54,7 +54,10 @@ def reading_of(text: str, name: str) -> str:
         if block in program.fixed:
             lines.append(f"    stays: {program.fixed[block]}")
         if block in program.said:
-            lines.append(f"    described: {program.said[block]}")
+            text, *digests = program.said[block]
+            named = zip(("parameters", "calls", "again"), digests, strict=True)
+            found = [f"[{name} {digest}]" for name, digest in named if digest or (name, digest) == ("parameters", "")]
+            lines.append(f"    described: {' '.join([text, *found])}")
     for field in ("last_line", "obeyed", "assumed_units", "feed_words", "calls", "dark_rapids", "title_lines"):
         if getattr(program, field):
             lines.append(f"{field}: {text_of(getattr(program, field))}")

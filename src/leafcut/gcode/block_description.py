@@ -1,7 +1,7 @@
 """Descriptions of blocks with unknown effects, by value, so that verification can compare them.
 
     A[#3+90]        A93.
-    G65 P100 A5.    G65 P100. A5. [parameters …] [calls …]
+    G65 P100 A5.    G65 P100. A5., and digests of the parameters and of the subprograms
     (MSG, turn it)  itself, and the comments after it
 
 Two such blocks are equal only if all their inputs are equal: their words by value, the parameters that a macro of the
@@ -13,6 +13,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.words import COMMENT, Block, Word
@@ -22,20 +23,55 @@ _PLAIN_M = frozenset({19, *range(48, 54), 60, 61, *range(62, 69), 190})
 _END = re.compile(r"M0*(?:2|30|99)(?![0-9.])")
 _SUB = re.compile(r"O([0-9]+|<[^<>]*>)(SUB|ENDSUB)")
 _NUMBER = re.compile(r"^(/?)N[0-9]+")
-#: Digests in brackets after the words, and the meaning of a difference.
-_INPUTS = {
-    "parameters": "a parameter that it may read has another value",
-    "calls": "the text of a subprogram that it may call has changed",
-    "again": "the code that it may repeat has changed",
-}
-_DIGEST = re.compile(r" ?\[(parameters|calls|again) ([^\]]*)\]")
 
 
-def describe_block(block: Block, comments: Sequence[str], parameters: str | None, called: str, dialect: Dialect) -> str:
-    """Return the description of a block: words by value, active comments, and digests of its other inputs.
+class BlockDescription(NamedTuple):
+    """A block by value: its words and active comments, and digests of its other inputs.
 
-    `parameters` is the digest of the parameters that a macro or a message may read, or None; `called` is the digest of
-    the subprograms. With Fanuc, numbers with and without a decimal point differ, since their units may differ.
+    Attributes
+    ----------
+    text
+        Words by value, and active comments; a block with block delete starts with a slash.
+    parameters
+        Digest of the parameters that a macro or a message may read; None if it reads none.
+    calls, again
+        Digests of the subprograms that it may call, and of the code that it may repeat, or "".
+    """
+
+    text: str = ""
+    parameters: str | None = None
+    calls: str = ""
+    again: str = ""
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the text contains all inputs of the block."""
+        return self.parameters is None and not self.calls and not self.again
+
+    def changed_inputs(self, other: BlockDescription) -> list[str]:
+        """Return the names of the inputs that differ from those of a block with the same text."""
+        return [
+            words
+            for words, one, two in zip(_INPUTS, self[1:], other[1:], strict=True)
+            if one != two
+        ]  # fmt: skip
+
+
+#: Meaning of a difference, by digest of a description.
+_INPUTS = (
+    "a parameter that it may read has another value",
+    "the text of a subprogram that it may call has changed",
+    "the code that it may repeat has changed",
+)
+
+
+def describe_block(
+    block: Block, comments: Sequence[str], parameters: str | None, called: str, dialect: Dialect
+) -> BlockDescription:
+    """Return the description of a block.
+
+    `parameters` and `called` are the digests of the parameters that it may read, and of the subprograms. With Fanuc,
+    numbers with and without a decimal point differ, since their units may differ.
     """
     points = dialect.groups == "fanuc"
     words = [
@@ -44,19 +80,7 @@ def describe_block(block: Block, comments: Sequence[str], parameters: str | None
         if w.letter not in "NO"
     ]
     parts = ["/"] * block.deleted + words + [" ".join(text.split()) for text in comments]
-    parts += [f"[parameters {parameters}]"] * (parameters is not None) + [f"[calls {called}]"] * bool(called)
-    return " ".join(parts)
-
-
-def without_digests(description: str) -> str:
-    """Return a description without the digests of its inputs, for messages."""
-    return _DIGEST.sub("", description)
-
-
-def changed_inputs(left: str, right: str) -> list[str]:
-    """Return the names of the inputs that differ between two descriptions with the same words."""
-    digests = [dict(_DIGEST.findall(description)) for description in (left, right)]
-    return [words for name, words in _INPUTS.items() if digests[0].get(name) != digests[1].get(name)]
+    return BlockDescription(" ".join(parts), parameters, called)
 
 
 def may_read_parameters(unknown: Iterable[Word], comments: Sequence[str], dialect: Dialect) -> bool:

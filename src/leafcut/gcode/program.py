@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.gcode.active_comments import ControllerSetting
+from leafcut.gcode.block_description import BlockDescription
 from leafcut.gcode.words import Word, plain_block
 from leafcut.model.toolpath import Kind, Toolpath, last_rows
 
@@ -141,7 +142,7 @@ class Program:
         By block: the reason to keep it unchanged in its place. It may be unsupported, belong to a loop or subprogram,
         have a computed number, or be skipped by a switch of the machine.
     said
-        Descriptions of the blocks with unknown effects or an active comment (`gcode.block_description`).
+        Descriptions of the blocks with unknown effects or an active comment.
     calls
         The blocks begin … end - 1 of every subprogram that the main program calls, including the calling block.
     last_line
@@ -167,7 +168,7 @@ class Program:
     fixed: dict[int, str] = field(default_factory=dict)
     last_line: int = 0
     obeyed: tuple[ControllerSetting, ...] = ()
-    said: dict[int, str] = field(default_factory=dict)
+    said: dict[int, BlockDescription] = field(default_factory=dict)
     assumed_units: bool = False
     feed_words: dict[float, str] = field(default_factory=dict)
     calls: tuple[tuple[int, int], ...] = ()

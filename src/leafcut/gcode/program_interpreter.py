@@ -17,6 +17,7 @@ import numpy as np
 from leafcut.errors import OptionError, ReadError
 from leafcut.gcode.active_comments import ControllerSetting, controller_settings, is_active_comment, shown_comments
 from leafcut.gcode.block_description import (
+    BlockDescription,
     RangeDigests,
     describe_block,
     may_read_parameters,
@@ -166,7 +167,7 @@ class _BlockRecord:
     before: array[int] = field(default_factory=lambda: array("i"))
     fixed: dict[int, str] = field(default_factory=dict)
     obeyed: tuple[ControllerSetting, ...] = ()
-    said: dict[int, str] = field(default_factory=dict)
+    said: dict[int, BlockDescription] = field(default_factory=dict)
     current: int = 0
     calls: list[tuple[int, int]] = field(default_factory=list)
     _numbers: dict[tuple, int] = field(default_factory=dict)
@@ -189,8 +190,8 @@ class _BlockRecord:
         self.before.append(self.current)
         self.note_state()
 
-    def describe(self, text: str) -> None:
-        self.said[len(self.line)] = text
+    def describe(self, description: BlockDescription) -> None:
+        self.said[len(self.line)] = description
 
     def note_depth(self, before: int, after: int) -> None:
         if before == 0 and after:
@@ -393,10 +394,10 @@ class _ProgramReader:
             self.flow.calls.clear()
         else:
             kept = list(range(at, unknown.last + 1))
-        texts = {k: self._full_text(k) for k in kept if self._has_effect(k)}
+        texts = {k: self._full_description(k) for k in kept if self._has_effect(k)}
         if unknown.again is not None and texts:
             first = min(texts)
-            texts[first] = f"{texts[first]} {self._repeated_text(unknown.again, at)}"
+            texts[first] = texts[first]._replace(again=self._repeated_digest(unknown.again, at))
         self.parameters.forget()
         for k, text in texts.items():
             self.state.line = k + 1
@@ -454,7 +455,7 @@ class _ProgramReader:
             path.set_place(Kind.FOREIGN, (math.nan, math.nan, math.nan), 1, at + 1)
         else:
             self.runner.forget_all(command)
-        self.record.describe(self._full_text(at))
+        self.record.describe(self._full_description(at))
         self.record.add(at + 1, rows, f"{command} is a command of the board")
         return at + 1
 
@@ -464,7 +465,7 @@ class _ProgramReader:
         if is_output(line):
             x, y, z = state.path.position
             state.path.set_place(Kind.FOREIGN, (x, y, z), 0, at + 1)
-            self.record.describe(self._full_text(at))
+            self.record.describe(self._full_description(at))
             self.record.add(at + 1, rows, _SENDS)
             return at + 1
         self.parameters.asked = False
@@ -476,14 +477,15 @@ class _ProgramReader:
             raise UndecidedJump(None, 0)
         after = self._next_line(at)
         if reading.unknown or runner.opaque:
-            self.record.describe(self._full_text(at))
+            self.record.describe(self._full_description(at))
         elif block.deleted or runner.obeyed or runner.unclear or state.shift != shift:
             self._describe(block, line)
         elif runner.named and not (runner.returns and depth):
-            self.record.describe(runner.named)
-        besides = ["refused by LinuxCNC"] * runner.refused + [self._endless] * bool(self._endless)
-        if besides:
-            self.record.describe(" ".join([self.record.said.get(len(self.record.line), ""), *besides]))
+            self.record.describe(BlockDescription(runner.named))
+        if runner.refused or self._endless:
+            known = self.record.said.get(len(self.record.line), BlockDescription())
+            text = f"{known.text} refused by LinuxCNC" if runner.refused else known.text
+            self.record.describe(known._replace(text=text, again=self._endless))
         for key, value in settings:
             self.parameters.set_parameter(key, value)
         if runner.opaque or of_machine:
@@ -537,7 +539,7 @@ class _ProgramReader:
                 # The controller restarts from there; one pass covers the whole program.
                 self.state.path.end(line=at + 1)
                 if to is not None:
-                    self._endless = self._repeated_text(goal or 0, at)
+                    self._endless = self._repeated_digest(goal or 0, at)
                     self._again.append((len(self.record.line) + 1, goal or 0))
                 self.ended = True
                 return after
@@ -558,9 +560,9 @@ class _ProgramReader:
             runner.opaque = "M97" if runner.label is not None else f"M98 P{number}" if number is not None else "M98"
         return after
 
-    def _repeated_text(self, goal: int, line: int) -> str:
+    def _repeated_digest(self, goal: int, line: int) -> str:
         """Return a digest of the text from `goal` to `line`, which a backward jump may repeat."""
-        return f"[again {self._line_digests.between(goal, line)}]"
+        return self._line_digests.between(goal, line)
 
     @cached_property
     def _line_digests(self) -> RangeDigests:
@@ -575,12 +577,11 @@ class _ProgramReader:
         text = significant_text(self.lines[at], self.state.dialect)
         return self.flow.jumps.line_number_text(at) + text if self.flow.jumps.is_jump_target(at) else text
 
-    def _full_text(self, at: int) -> str:
+    def _full_description(self, at: int) -> BlockDescription:
         """Return the description of a line with unknown effects: its text and all parameters set before it."""
-        line = self.lines[at].rstrip("\r\n")
-        shown = shown_comments(line, self.state.dialect)
-        parameters = f"[parameters {self.parameters.digest()}]"
-        return " ".join([self._significant_text(at), *shown, parameters, f"[calls {self._subprograms}]"])
+        shown = shown_comments(self.lines[at].rstrip("\r\n"), self.state.dialect)
+        text = " ".join([self._significant_text(at), *shown])
+        return BlockDescription(text, self.parameters.digest(), self._subprograms)
 
     def _describe(self, block: Block, line: str) -> None:
         dialect, unknown = self.state.dialect, self.runner.unknown

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from leafcut.gcode.block_description import BlockDescription
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.barriers import (
@@ -51,7 +52,7 @@ MARKS: list[tuple[int, tuple[object, ...], tuple[float, float, float], str]] = [
     (19, (Kind.PAUSE, 0, "", (), (), *ON), (NAN, NAN, NAN), "pause M0"),
     (20, (SKIPPED, "/ G0 X9"), (NAN, NAN, NAN), "/G0 X9"),
     (21, (MESSAGE, "MSG,hello"), (NAN, NAN, NAN), "(MSG,hello)"),
-    (22, (Kind.FOREIGN, 0, "M199 P2 [parameters ]", None, (), *ON), (9, NAN, NAN), "M199P2"),
+    (22, (Kind.FOREIGN, 0, "M199 P2", None, (), *ON), (9, NAN, NAN), "M199P2"),
     (24, (Kind.SHIFT, 0, "G10 L2 P2 X5", SHIFTED, (), *ON), (9, NAN, NAN), "G10L2P2X[#1] = G10 L2 P2 X5"),
     (26, (Kind.DWELL, "head", False, 1.0, 1, 2), (9, NAN, NAN), "dwell of 1 s"),
     (30, (Kind.END, 0, "M2", (), (), *OFF), (9, NAN, NAN), "end of program M2"),
@@ -65,6 +66,7 @@ def marks_of(text: str) -> list[Barrier]:
 def test_each_barrier_has_its_values_place_and_text() -> None:
     found = marks_of(TEXT)
     whole = [(*mark.what[:3], None, *mark.what[4:]) if mark.kind == Kind.FOREIGN else mark.what for mark in found]
+    whole = [tuple(v.text if isinstance(v, BlockDescription) else v for v in what) for what in whole]
     assert [(mark.line, what, mark.said) for mark, what in zip(found, whole, strict=True)] == [
         (line, what, said) for line, what, _, said in MARKS
     ]

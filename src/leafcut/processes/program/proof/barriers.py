@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from leafcut.gcode.block_description import changed_inputs, normalized, without_digests
+from leafcut.gcode.block_description import BlockDescription, normalized
 from leafcut.gcode.program import Modal, Program
 from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
 from leafcut.message import Message
@@ -101,19 +101,24 @@ def barriers_of(program: Program, path: Toolpath, source: Indices, states: State
     for row in rows.tolist():
         motion = path[row]
         block = int(program.row_block[source[row]])
-        said, text = program.said.get(block, ""), ""
+        description, text = program.said.get(block, BlockDescription()), ""
         context: tuple[object, ...] = ()
         if motion.kind in _SAYING:
             text = _normalized_line(program, motion.line)
-            context = _modal_context(program, block, motion.kind, said, float(states.of("register", row)))
-        what = (int(motion.kind), 0 if text else motion.ref, said or text, context)
+            context = _modal_context(program, block, motion.kind, description, float(states.of("register", row)))
+        shown = description.text
+        what = (
+            int(motion.kind),
+            0 if text else motion.ref,
+            text if description == BlockDescription() else description,
+            context,
+        )
         end = tuple(round(v, 6) for v in motion.end if not np.isnan(v)) if motion.kind is Kind.MACHINE else ()
         at = (before[row, 0], before[row, 1], before[row, 2])
-        exactly = motion.kind is Kind.FOREIGN or (motion.kind is Kind.SHIFT and bool(_FROM_HERE.search(said)))
+        exactly = motion.kind is Kind.FOREIGN or (motion.kind is Kind.SHIFT and bool(_FROM_HERE.search(shown)))
         state = (*(int(states.of(name, row)) for name in ("spindle", "coolant", "radius")),)
         # The next program may rely on a cancelled length offset.
         left_on = motion.kind is Kind.END and int(states.of("length", row)) % TAKEN != 0
-        shown = without_digests(said)
         words = _block_text(text, shown) if text else f"{describe_motion(motion)} {shown}".rstrip()
         if motion.kind is Kind.END and motion.ref < 0:
             words = "end of the text, without M2 or M30"
@@ -128,7 +133,9 @@ def barriers_of(program: Program, path: Toolpath, source: Indices, states: State
     )
 
 
-def _modal_context(program: Program, block: int, kind: Kind, said: str, register: float) -> tuple[object, ...]:
+def _modal_context(
+    program: Program, block: int, kind: Kind, description: BlockDescription, register: float
+) -> tuple[object, ...]:
     """Return the modal state that may affect a barrier block; for a block that is not understood, it is the whole
     state.
 
@@ -137,8 +144,8 @@ def _modal_context(program: Program, block: int, kind: Kind, said: str, register
     m = program.modal(block)
     if kind is Kind.SHIFT:
         return (m.unit, m.incremental, m.frame, m.length, m.tool)
-    letters = {word[0] for word in said.split()}
-    if letters.issubset(_PLAIN):
+    letters = {word[0] for word in description.text.split()}
+    if description.is_closed and letters.issubset(_PLAIN):
         return ()
     own = {"feed": "F", "rpm": "S"}
     rest = [None if own.get(name) in letters else getattr(m, name) for name in _READ]
@@ -155,15 +162,15 @@ def _skipped_blocks_and_messages(program: Program, source: Indices) -> Iterator[
     """Yield the blocks with block delete (/), and the messages in blocks that are no other barrier."""
     nowhere = (np.nan, np.nan, np.nan)
     kinds = program.path.kind
-    for block, said in program.said.items():
+    for block, description in program.said.items():
         begin, end = int(program.first[block]), int(program.first[block + 1])
-        skipped = said.startswith("/")
+        skipped = description.text.startswith("/")
         if not skipped and np.isin(kinds[begin:end], _HARD).any():
             continue
         line, kind = int(program.line[block]), SKIPPED if skipped else MESSAGE
         row = int(np.searchsorted(source, begin))
         text = program.lines[line - 1].strip()
-        yield Barrier((kind, said), kind, row - 0.5, line, nowhere, False, text)
+        yield Barrier((kind, description), kind, row - 0.5, line, nowhere, False, text)
 
 
 def _block_text(text: str, said: str) -> str:
@@ -388,7 +395,7 @@ def _unmatched_differences(
             continue
         text = Message("'{}' became '{}'", one.said, other.said)
         if one.said == other.said:
-            reads = changed_inputs(*("".join(w for w in mark.what if isinstance(w, str)) for mark in (one, other)))
+            reads = _changed_inputs(one, other)
             text = (
                 Message("'{}' differs: {}", one.said, "; ".join(reads))
                 if reads
@@ -406,6 +413,12 @@ def _unmatched_differences(
         for mark in new[len(gone) :]
     )
     return found, states, [*_implied_changes(gone, "was"), *_implied_changes(new, "now")]
+
+
+def _changed_inputs(one: Barrier, other: Barrier) -> list[str]:
+    """Return the names of the inputs that differ between two blocks with the same text."""
+    descriptions = [[value for value in mark.what if isinstance(value, BlockDescription)] for mark in (one, other)]
+    return [name for a, b in zip(*descriptions, strict=False) for name in a.changed_inputs(b)]
 
 
 #: Names of barriers in messages.
