@@ -11,6 +11,7 @@ from leafcut.errors import count_of
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.jumps import board_command
 from leafcut.gcode.program import Program
+from leafcut.gcode.words import COMMENT
 from leafcut.geometry.arrays import Mask
 from leafcut.message import Message
 from leafcut.model.issue import Issue, Severity
@@ -21,7 +22,6 @@ from leafcut.model.toolpath import Kind, Toolpath
 _LONG = 60.0
 #: Units of dwells in words, by the unit of the dialect.
 _UNITS = {"s": "seconds", "ms": "milliseconds", "cs": "hundredths of a second"}
-_REMARK = re.compile(r"\([^()]*\)|;.*")
 _CHANGE = re.compile(r"M0*6(?![0-9])", re.IGNORECASE)
 #: Tolerance for equal heights, mm.
 _SAME = 1e-6
@@ -116,7 +116,7 @@ def _unknown_changes(program: Program, dialect: Dialect) -> Iterator[Issue]:
     if 6 in dialect.m_codes:
         return
     for line in np.unique(program.path.line[program.path.kind == Kind.TOOL]).tolist():
-        if _CHANGE.search(_REMARK.sub(" ", program.lines[line - 1])):
+        if _CHANGE.search(COMMENT.sub(" ", program.lines[line - 1])):
             message = Message(
                 "{} does not support M6: it stops with an error or skips the tool change, unless the "
                 "sender handles it; use M0",

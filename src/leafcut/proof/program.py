@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
@@ -14,7 +13,7 @@ from leafcut.errors import ReadError
 from leafcut.gcode.active_comments import is_active_comment
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.interpreter import interpret
-from leafcut.gcode.words import lines
+from leafcut.gcode.words import COMMENT, lines
 from leafcut.message import Message
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
@@ -25,8 +24,6 @@ from leafcut.proof.clearance import check_clearance
 from leafcut.proof.envelope import check_envelope
 from leafcut.proof.read_back import compare_motion
 from leafcut.units import MM_PER_INCH
-
-_COMMENT = re.compile(r"\([^()]*\)|;.*")
 
 
 def read_back(text: str, dialect: Dialect, material_feeds: Mapping[int, float] | None = None) -> Toolpath:
@@ -48,7 +45,7 @@ def _refuse_obeyed_comments(text: str) -> None:
     for number, line in lines(text):
         if "(" not in line and ";" not in line:
             continue
-        comments = [found.strip("(;) \t") for found in _COMMENT.findall(line)]
+        comments = [found.strip("(;) \t") for found in COMMENT.findall(line)]
         obeyed = next(filter(is_active_comment, comments), None)
         if obeyed is not None:
             raise ReadError(

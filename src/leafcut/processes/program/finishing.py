@@ -32,7 +32,7 @@ def finish_program(plan: Plan, best: Candidate) -> Candidate:
     """
     work, job = plan.work, plan.job
     best = replace(best, detail=replace(best.detail, dangers=_new_dangers(work, best.detail.program)))
-    if requests_pace(job):
+    if requests_pace(job.settings):
         paced = with_new_pace(plan, best.detail.program)
         timed = measure_program(plan, paced.program)
         detail = replace(best.detail, program=paced.program, paced=paced)

@@ -26,7 +26,7 @@ from leafcut.model.pace import Pace, PaceRules, PaceStretch, SpindleLoad, ToolLi
 from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import MOTIONS, Kind
-from leafcut.options import FeedOptions, flag_name
+from leafcut.options import FeedOptions, Settings, flag_name
 from leafcut.processes.job import Job
 from leafcut.processes.keep_out import obstacle_hits
 from leafcut.processes.plan import Plan
@@ -67,26 +67,25 @@ class PacedProgram:
     issues: tuple[Issue, ...] = ()
 
 
-def requests_pace(run: Job) -> bool:
+def requests_pace(settings: Settings) -> bool:
     """Return whether the options request new speeds or heights."""
-    options = run.settings.of(ResequenceOptions)
-    return options.air or run.settings.of(FeedOptions).feeds or options.low_retracts
+    return bool(_requested_flags(settings))
 
 
-def check_library(run: Job, program: Program, source: str, process: str) -> list[Issue]:
+def check_library(job: Job, program: Program, source: str, process: str) -> list[Issue]:
     """Return an issue for each tool whose diameter in the ``--tools`` library differs from the program.
 
     Raises OptionError if new speeds or heights are requested as well, because they depend on the tool diameters.
     """
-    others = [] if process in BEAMS else other_tools(program, run.settings, run.machine)
-    if requests_pace(run) and others:
-        raise OptionError("{}: {}: {}", _requested_flags(run)[0], source, others[0])
+    others = [] if process in BEAMS else other_tools(program, job.settings, job.machine)
+    if others and (flags := _requested_flags(job.settings)):
+        raise OptionError("{}: {}: {}", flags[0], source, others[0])
     return others
 
 
-def _requested_flags(run: Job) -> list[str]:
+def _requested_flags(settings: Settings) -> list[str]:
     """Return the flags that request new speeds or heights."""
-    options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions).feeds
+    options, feeds = settings.of(ResequenceOptions), settings.of(FeedOptions).feeds
     wanted = {"air": options.air, "feeds": feeds, "low_retracts": options.low_retracts}
     return [flag_name(name) for name, wants in wanted.items() if wants]
 
@@ -103,22 +102,22 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     PlanError
         The simulation has too many cells or motions.
     """
-    run, source = plan.job, plan.work.source
-    options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions).feeds
-    asked = _requested_flags(run)
+    job, source = plan.job, plan.work.source
+    options, feeds = job.settings.of(ResequenceOptions), job.settings.of(FeedOptions).feeds
+    asked = _requested_flags(job.settings)
     if plan.kind in BEAMS:
         raise OptionError(
             "{}: {} drives a laser or a torch, whose width of cut is not simulated; leave it out", asked[0], source
         )
     blind = [flag for flag in asked if flag != "--air"]
-    workpiece = run.settings.stock.workpiece
+    workpiece = job.settings.stock.workpiece
     if blind and not workpiece:
         raise OptionError(
             "{} needs to know where the material is: give the block with --workpiece, as x,y,z of its lower "
             "and of its upper corner",
             blind[0],
         )
-    tools = tools_of(program, source, run.settings, run.machine)
+    tools = tools_of(program, source, job.settings, job.machine)
     text = "".join(program.lines)
     if not tools:
         return PacedProgram(text, program, PaceChange())
@@ -128,23 +127,25 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
         )
         return PacedProgram(text, program, PaceChange(), (Issue("L513", message, Message("line {}", line)),))
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
-    rules = PaceRules(options.air, feeds, spindle=_spindle(run) if feeds else None)
+    rules = PaceRules(options.air, feeds, spindle=_spindle(job) if feeds else None)
     if workpiece:
-        check_size(program, cutters, block_of(workpiece, ChosenSolid.of(run.settings.read)), source, workpiece)
-    job = _PaceSteps(plan, tools, cutters, stock_before(run, program, cutters), rules)
-    loads = job.loads(program, "cutting the stock")
-    if job.stock.known and not loads.removed.cuts.any():
+        check_size(program, cutters, block_of(workpiece, ChosenSolid.of(job.settings.read)), source, workpiece)
+    steps = _PaceSteps(plan, tools, cutters, stock_before(job, program, cutters), rules)
+    loads = steps.loads(program, "cutting the stock")
+    if steps.stock.known and not loads.removed.cuts.any():
         raise OptionError(
             "--workpiece: {} never touches this stock, so that all its cuts would be in the air; give the "
             "block in the program's coordinates",
             source,
         )
-    found = PacedProgram(text, program, PaceChange(assumed=not job.stock.known), tuple(job.stock_notes()))
+    found = PacedProgram(text, program, PaceChange(assumed=not steps.stock.known), tuple(steps.stock_notes()))
     if options.low_retracts:
-        found = job.lower_retracts(found)
+        found = steps.lower_retracts(found)
     if not options.air and not feeds:
         return found
-    return job.raise_speeds(found, loads if found.program is program else job.loads(found.program, "cutting the stock"))
+    return steps.raise_speeds(
+        found, loads if found.program is program else steps.loads(found.program, "cutting the stock")
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +159,7 @@ class _PaceSteps:
     rules: PaceRules
 
     @property
-    def run(self) -> Job:
+    def job(self) -> Job:
         """The job of the plan."""
         return self.plan.job
 
@@ -169,7 +170,7 @@ class _PaceSteps:
         return found
 
     def loads(self, program: Program, what: str, stock: StockBefore | None = None) -> Loads:
-        check_cancelled = self.run.start_step(what)
+        check_cancelled = self.job.start_step(what)
         return compute_loads(
             program.path, self.cutters, stock or self.stock, self.rules.clearance, _threads(), check_cancelled
         )
@@ -204,14 +205,14 @@ class _PaceSteps:
         from leafcut.processes.program.reading import read_new
 
         try:
-            return read_new(self.run, self.plan.dialect, text)
+            return read_new(self.job, self.plan.dialect, text)
         except ReadError as problem:
             raise VerifyError("the new program cannot be read: {}", problem) from None
 
     def seconds(self, program: Program) -> float:
         from leafcut.timing.toolpath import measure_toolpath
 
-        return measure_toolpath(program.path, self.run.machine).time_s
+        return measure_toolpath(program.path, self.job.machine).time_s
 
     # -- heights -----------------------------------------------------------------------------------------------------
 
@@ -228,7 +229,7 @@ class _PaceSteps:
         for step in ("returns", "heights", "initials"):
             program = found.program
             loads = self.loads(program, "choosing heights", self.stock_with_surroundings)
-            ways = HeightLowering(program, loads, self.rules.clearance, self.run.machine, self.top, self.obstacles)
+            ways = HeightLowering(program, loads, self.rules.clearance, self.job.machine, self.top, self.obstacles)
             try:
                 if step == "returns":
                     returns = ways.returns()
@@ -266,7 +267,7 @@ class _PaceSteps:
         """
         from leafcut.processes.program.proof.new_speeds import check_lowered
 
-        bent = self.top if self.run.machine.rapid_style == "dogleg" else -math.inf
+        bent = self.top if self.job.machine.rapid_style == "dogleg" else -math.inf
         check_lowered(
             program.path, new.path, self.loads(new, "verifying", self.stock_with_surroundings), self.rules, bent
         )
@@ -275,7 +276,7 @@ class _PaceSteps:
     def check_stock_and_obstacles(self, new: Program) -> None:
         """Raise VerifyError unless the new program leaves the same stock as the original and hits no obstacle."""
         self.judge.check(new)
-        if self.obstacles is not None and (met := obstacle_hits(self.run, self.obstacles, new.path)):
+        if self.obstacles is not None and (met := obstacle_hits(self.job, self.obstacles, new.path)):
             raise VerifyError(f"{met[0]}")
 
     # -- speeds ------------------------------------------------------------------------------------------------------
@@ -310,7 +311,7 @@ class _PaceSteps:
             clearance_mm=nearest if math.isfinite(nearest) else None,
         )
         raised = np.isfinite(speed) & loads.mills & (speed > loads.feed)
-        if rules.feeds and raised.any() and rows_with_free_rounding(program.path, self.run.machine, math.inf).any():
+        if rules.feeds and raised.any() and rows_with_free_rounding(program.path, self.job.machine, math.inf).any():
             message = (
                 "the program lets the controller round corners without a limit (G64 without P): higher feeds round "
                 "them more; give a tolerance such as G64 P0.01"
@@ -320,10 +321,10 @@ class _PaceSteps:
         return PacedProgram(text, new, change, (*issues, *kept, *_exceeded_limit_issues(change)))
 
     def pace(self, program: Program, loads: Loads, rules: PaceRules) -> Pace:
-        check_cancelled = self.run.start_step("choosing speeds")
+        check_cancelled = self.job.start_step("choosing speeds")
         chords = self.arcs_as_chords(program, loads) if rules.air else ()
         return plan_pace(
-            program, loads, self.tools, self.cutters, rules, self.run.machine, self.top, check_cancelled, chords
+            program, loads, self.tools, self.cutters, rules, self.job.machine, self.top, check_cancelled, chords
         )
 
     def arcs_as_chords(self, program: Program, loads: Loads) -> Collection[int]:
@@ -335,7 +336,7 @@ class _PaceSteps:
         path = program.path
         rows = [
             row
-            for row in arcs_in_air(program, loads, self.rules, self.run.machine)
+            for row in arcs_in_air(program, loads, self.rules, self.job.machine)
             if self.obstacles is None
             or min(path.before[row, 2], path.end[row, 2])
             >= self.obstacles.between(_place(path.before[row]), _place(path.end[row]), int(path.tool[row]))
@@ -351,7 +352,7 @@ class _PaceSteps:
     def written(self, program: Program, pace: Pace) -> tuple[str, Program]:
         from leafcut.processes.program.post.pace_writer import with_pace
 
-        text = sign_program(with_pace(program, pace, self.plan.dialect.max_line, self.run.start_step("writing")))
+        text = sign_program(with_pace(program, pace, self.plan.dialect.max_line, self.job.start_step("writing")))
         return text, self.read(text) if pace.stretches else program
 
     def undo_losses(self, program: Program, pace: Pace) -> tuple[Pace, str, Program]:
@@ -362,7 +363,7 @@ class _PaceSteps:
         from leafcut.processes.program.proof.new_speeds import changed_stretches
         from leafcut.timing.toolpath import time_rows
 
-        machine, path = self.run.machine, program.path
+        machine, path = self.job.machine, program.path
         own = _seconds_by_row(time_rows(path, machine), np.arange(len(path)))
         text, new = self.written(program, pace)
         for _ in range(_TRIALS):
@@ -513,7 +514,7 @@ class _PaceSteps:
             if number in above or not mine.any() or not np.allclose(speed[mine], loads.feed[mine], rtol=1e-9, atol=0.0):
                 continue
             tool, diameter = self.tools[number], 2.0 * self.cutters[number].radius
-            why = why_kept(program, loads, number, limit, diameter, self.rules, self.run.machine)
+            why = why_kept(program, loads, number, limit, diameter, self.rules, self.job.machine)
             words = Message("it only plunges") if why is None else _kept_feed_text(why, limit, diameter)
             issues.append(Issue("L512", Message("{} keeps its feed: {}", tool.label, words), severity=Severity.NOTE))
         return issues
@@ -572,17 +573,17 @@ def _kept_feed_text(why: KeptFeed, limit: ToolLimits, diameter: float) -> str:
     return _KEPT_WORDS[reason].format(share=100.0 * why.share, line=why.line, width=why.width)
 
 
-def _spindle(run: Job) -> SpindleLoad | None:
+def _spindle(job: Job) -> SpindleLoad | None:
     """Return the limits of power and torque, or None without ``--material``. Raises OptionError for an unknown
     material.
     """
     from leafcut.read.work_materials import load_material
 
-    if "material" not in run.settings.given:
+    if "material" not in job.settings.given:
         return None
-    material = load_material(run.settings.job.material)
-    power = run.machine.spindle_power
-    return SpindleLoad(material, power or math.inf, run.machine.spindle_torque or math.inf, DRIVE_EFFICIENCY)
+    material = load_material(job.settings.job.material)
+    power = job.machine.spindle_power
+    return SpindleLoad(material, power or math.inf, job.machine.spindle_torque or math.inf, DRIVE_EFFICIENCY)
 
 
 def _first_skippable_line(program: Program) -> int:

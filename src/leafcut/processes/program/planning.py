@@ -110,17 +110,18 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
     text, encoding = decode_text(data)
     read = read_foreign(
         text, source, job.settings, job.machine, words, job.start_step("reading"), process=process,
-        router=not requests_pace(job),
+        router=not requests_pace(job.settings),
     )  # fmt: skip
     original, job = read.program, replace(job, machine=read.machine)
     others = check_library(job, original, source, read.process)
     judging = stock_judge(job, original, source, read.process)
     own = read.find_dangers()
     dangers = (*own, *judging.issues)
-    _refuse_dangers(job, source, dangers)
+    if job.settings.read.strict:
+        _refuse_dangers(source, dangers)
     sequence = _sections(job, original, read.process)
     obstacles, noticed = obstacles_of(job, original, sequence.process in BEAMS)
-    stands, starts = _tool_start(job, original, sequence)
+    stands, starts = _tool_start(job.settings.job.start_point, original, sequence)
     work = ForeignWork(
         source=source,
         read=read,
@@ -135,7 +136,7 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
         after=(
             *noticed,
             *read.issues,
-            *_unknown_materials(job, read),
+            *controller_motion(original, read.words, job.settings.job.clearance_height)[1],
             *sequence.issues,
             *_merge_offers(job, sequence),
         ),
@@ -152,15 +153,11 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
     )
 
 
-def _refuse_dangers(job: Job, source: str, dangers: tuple[Issue, ...]) -> None:
+def _refuse_dangers(source: str, dangers: tuple[Issue, ...]) -> None:
     worst = [issue for issue in dangers if issue.severity is Severity.DANGER]
-    if job.settings.read.strict and worst:
+    if worst:
         more = Message(" (and {} more)", len(worst) - 1) if len(worst) > 1 else ""
         raise VerifyError("{}: {}{}; --strict refuses dangerous programs", source, worst[0], more)
-
-
-def _unknown_materials(job: Job, read: ProgramRead) -> list[Issue]:
-    return controller_motion(read.program, read.words, job.settings.job.clearance_height)[1]
 
 
 class _TooManySteps(Exception):
@@ -246,11 +243,12 @@ def _metric(job: Job, section: Section, obstacles: Obstacles | None) -> Metric:
     return travel_metric(job.machine, objective, zones=zones, lift_height_mm=rise if len(zones) else 0.0)
 
 
-def _tool_start(job: Job, original: Program, sequence: Sequence) -> tuple[Point | None, Point | None]:
+def _tool_start(
+    start: tuple[float, ...] | None, original: Program, sequence: Sequence
+) -> tuple[Point | None, Point | None]:
     """Return the position of the tool before the first move, and the same position if the first section starts from
     there.
     """
-    start = job.settings.job.start_point
     if start is None:
         return None, None
     stands = float(start[0]), float(start[1])

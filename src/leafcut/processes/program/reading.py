@@ -115,11 +115,11 @@ def controller_motion(program: Program, words: Dialect, clearance: float) -> tup
     return path, [Issue("L413", message)] if unknown else []
 
 
-def read_new(run: Job, words: Dialect, text: str) -> Program:
+def read_new(job: Job, words: Dialect, text: str) -> Program:
     """Interpret a newly written program for the machine of the job."""
-    check_cancelled = run.start_step("verifying")
+    check_cancelled = job.start_step("verifying")
     return read_foreign(
-        text, "the new program", run.settings, run.machine, words, check_cancelled, process="mill", choose=False
+        text, "the new program", job.settings, job.machine, words, check_cancelled, process="mill", choose=False
     ).program
 
 

@@ -39,7 +39,7 @@ class Judging(NamedTuple):
     issues: tuple[Issue, ...] = ()
 
 
-def stock_judge(run: Job, program: Program, source: str, process: str) -> Judging:
+def stock_judge(job: Job, program: Program, source: str, process: str) -> Judging:
     """Return a judge that compares the stock after new orders of a program with that of the original.
 
     Without ``--workpiece``, the stock is a block around the cuts below Z0. A tool with only a known diameter counts as
@@ -58,21 +58,21 @@ def stock_judge(run: Job, program: Program, source: str, process: str) -> Judgin
 
     if process in BEAMS:
         return Judging()
-    tools, unknown = known_tools(program, run.settings, run.machine, flat=True)
+    tools, unknown = known_tools(program, job.settings, job.machine, flat=True)
     left_out = tuple(unknown)
     if not tools and process == "drill":
         return Judging()
     if not tools:
-        beam = dialect(run.settings.post.dialect or run.machine.controller).torch is not None
+        beam = dialect(job.settings.post.dialect or job.machine.controller).torch is not None
         why = "it is read as a milling program; if a beam cuts, give --process laser or plasma" if beam else _NO_SHAPES
         why = why if unknown else "nothing is cut"
         return Judging(proof=StockProof(unknown=left_out, reason=why))
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
     smallest = smallest_tool(cutters)
-    options = run.settings.stock
+    options = job.settings.stock
     try:
         whole = undivided_moves(program.path, cutters)
-        which = ChosenSolid.of(run.settings.read)
+        which = ChosenSolid.of(job.settings.read)
         block = block_of(options.workpiece, which) if options.workpiece else block_around(whole, cutters)
         if block is None:
             why = "the program cuts nothing below Z0, so the top of the stock is unknown; give --workpiece"
@@ -80,7 +80,7 @@ def stock_judge(run: Job, program: Program, source: str, process: str) -> Judgin
         stock = field_of(options, block, options.cell or usual_cell(block, smallest, _SHARE, _CELLS, _MOST), which)
         bodies = {number: body_of(tool) for number, tool in tools.items()}
         judge = StockJudge.of(
-            program, tools, cutters, bodies, stock, bool(options.workpiece), run.start_step("cutting the stock")
+            program, tools, cutters, bodies, stock, bool(options.workpiece), job.start_step("cutting the stock")
         )
     except PlanError as problem:
         if options.workpiece or options.cell:

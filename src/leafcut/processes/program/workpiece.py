@@ -247,13 +247,13 @@ def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBl
     return StockBlock((float(low[0]), float(low[1]), float(low[2]) - _BELOW), (float(high[0]), float(high[1]), 0.0))
 
 
-def stock_before(run: Job, program: Program, cutters: Mapping[int, Cutter]) -> StockBefore:
+def stock_before(job: Job, program: Program, cutters: Mapping[int, Cutter]) -> StockBefore:
     """Return the given stock, or the largest stock that the rapids of the program allow."""
 
-    options = run.settings.stock
+    options = job.settings.stock
     smallest = smallest_tool(cutters)
     if options.workpiece:
-        which = ChosenSolid.of(run.settings.read)
+        which = ChosenSolid.of(job.settings.read)
         block = block_of(options.workpiece, which)
         field = field_of(options, block, options.cell or usual_cell(block, smallest), which)
         return StockBefore(field, block.low[2], True)
@@ -267,9 +267,9 @@ def stock_before(run: Job, program: Program, cutters: Mapping[int, Cutter]) -> S
         moves_in_cells(program.path, cutters, cell),
         cutters,
         cell,
-        run.machine.rapid_style == "dogleg",
+        job.machine.rapid_style == "dogleg",
         os.cpu_count() or 1,
-        run.start_step("cutting the stock"),
+        job.start_step("cutting the stock"),
     )
     return StockBefore(field, math.inf, False)
 

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.gcode.block_description import normalized
 from leafcut.gcode.program import Program
-from leafcut.gcode.words import COMMENT
 from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
 from leafcut.model.toolpath import SPEED_ALONE, DrillCycle, Kind, Toolpath, last_rows
 
@@ -303,13 +303,12 @@ def first_with_units(program: Program) -> int:
     """Return the first block that states the units, or the number of blocks."""
     for block, line in enumerate(program.line.tolist()):
         text = program.lines[line - 1]
-        # A number may contain blanks: `G2 1` is G21.
-        if ("2" in text or "7" in text) and _UNITS.search("".join(COMMENT.sub("", text).split())):
+        if ("2" in text or "7" in text) and _UNITS.search(normalized(text)):
             return block
     return program.n_blocks
 
 
-_UNITS = re.compile(r"G0*(?:20|21|70|71)(?![0-9.])", re.IGNORECASE)
+_UNITS = re.compile(r"G0*(?:20|21|70|71)(?![0-9.])")
 
 
 def features_of(path: Toolpath, states: States, which: Mask) -> Features:
