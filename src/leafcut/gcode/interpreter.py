@@ -680,8 +680,7 @@ class Interpreter:
             return whole_number(letters.pop("H"), 99_999)
         number = state.offset_number if stated_by == "D" else state.tool
         if number is None:
-            reason = Message("G43 without {}, and no tool was called", stated_by or "H")
-            raise UnclearBlock(reason) if state.keeps_unknown else BlockError(reason)
+            raise UnclearBlock("G43 without {}, and no tool was called", stated_by or "H")
         return number
 
     # -- motion --------------------------------------------------------------------------------------------------------

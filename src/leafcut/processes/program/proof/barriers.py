@@ -18,7 +18,7 @@ from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN, Features, States
-from leafcut.processes.program.proof.matching import Change, change_of_state
+from leafcut.processes.program.proof.matching import FeatureChange, change_of_state
 from leafcut.proof.clearance import rows_at_machine_height
 from leafcut.proof.difference import describe_motion, position_text
 
@@ -292,7 +292,7 @@ class ComparisonGroups(NamedTuple):
     after: list[int]
     mark_of: dict[float, Barrier]
     differences: list[Difference]
-    states: list[tuple[Difference, frozenset[Change]]]
+    states: list[tuple[Difference, frozenset[FeatureChange]]]
     implied: list[ImpliedChange]
 
 
@@ -368,10 +368,10 @@ def _match_groups(before: list[BarrierGroup], after: list[BarrierGroup]) -> Comp
 
 def _unmatched_differences(
     before: list[Barrier], after: list[Barrier]
-) -> tuple[list[Difference], list[tuple[Difference, frozenset[Change]]], list[ImpliedChange]]:
+) -> tuple[list[Difference], list[tuple[Difference, frozenset[FeatureChange]]], list[ImpliedChange]]:
     """Return the `differences`, `states` and `implied` of `ComparisonGroups`."""
     found: list[Difference] = []
-    states: list[tuple[Difference, frozenset[Change]]] = []
+    states: list[tuple[Difference, frozenset[FeatureChange]]] = []
     left, right = Counter(mark.what for mark in after), Counter(mark.what for mark in before)
     gone: list[Barrier] = []
     new: list[Barrier] = []
@@ -440,7 +440,7 @@ def _barrier_noun(mark: Barrier) -> str:
     return _NOUNS.get(mark.kind, "block") if written else Message("block")
 
 
-def _state_changes(one: Barrier, other: Barrier) -> list[Change]:
+def _state_changes(one: Barrier, other: Barrier) -> list[FeatureChange]:
     """Return the changes of the machine state at two barriers that are otherwise equal, or an empty list."""
     if one.kind != other.kind or one.kind in (SKIPPED, OBEYED, MESSAGE):
         return []

@@ -17,8 +17,8 @@ from leafcut.processes.program.proof.barriers import ImpliedChange
 from leafcut.processes.program.proof.features import EXACT, FIRST_CYCLE, Features, name_of
 from leafcut.processes.program.proof.matching import (
     CellKey,
-    Change,
     Feature,
+    FeatureChange,
     MatchTolerance,
     Pairing,
     cells_around,
@@ -50,7 +50,7 @@ class Explanation(NamedTuple):
 
     differences: list[Difference]
     found: int
-    changes: set[Change]
+    changes: set[FeatureChange]
 
 
 class _ChangedFeature(NamedTuple):
@@ -58,8 +58,8 @@ class _ChangedFeature(NamedTuple):
 
     one: Feature
     other: Feature
-    start: list[Change]
-    rest: list[Change]
+    start: list[FeatureChange]
+    rest: list[FeatureChange]
 
 
 def explain(pairing: Pairing, room: MatchTolerance, implied: Sequence[ImpliedChange] = ()) -> Explanation:

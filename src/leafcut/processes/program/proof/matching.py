@@ -45,7 +45,7 @@ class Feature(NamedTuple):
     height: tuple[float, ...]
 
 
-class Change(NamedTuple):
+class FeatureChange(NamedTuple):
     """A value that differs between two features: its name (see `features`, or "start"), both values, and a message."""
 
     name: str
@@ -212,7 +212,7 @@ def _shown_work_offset(tenths: int) -> str:
     return f"G{tenths / 10:g}"
 
 
-def _stated_changes(was: int, now: int) -> Iterator[Change]:
+def _stated_changes(was: int, now: int) -> Iterator[FeatureChange]:
     for bit, gone, new in (
         (1, "units (G20, G21) no longer stated", "units (G20, G21) now stated"),
         (2, "spindle no longer started after the tool change", "spindle now started after the tool change"),
@@ -223,7 +223,7 @@ def _stated_changes(was: int, now: int) -> Iterator[Change]:
         ),
     ):
         if (was ^ now) & bit:
-            yield Change("stated", was, now, gone if was & bit else new)
+            yield FeatureChange("stated", was, now, gone if was & bit else new)
 
 
 #: Name and number format of the values that must be equal; kinds and arcs have their own messages.
@@ -241,19 +241,19 @@ _EXACT_WORDS: dict[str, tuple[str, Callable[[int], object]]] = {
 }
 
 
-def change_of_state(name: str, was: int, now: int) -> Change:
+def change_of_state(name: str, was: int, now: int) -> FeatureChange:
     """Return the change of one of the values in `EXACT`."""
     what, shown = _EXACT_WORDS[name]
-    return Change(name, was, now, f"{what} {shown(was)} became {shown(now)}")
+    return FeatureChange(name, was, now, f"{what} {shown(was)} became {shown(now)}")
 
 
-def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[Change]:
+def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[FeatureChange]:
     """Return the differences of feature `b` from `a` beyond the tolerances."""
     near = room.place + 1e-9
-    found: list[Change] = []
+    found: list[FeatureChange] = []
     if a.exact[0] != b.exact[0]:
         kinds = name_of(a.exact[0]), name_of(b.exact[0])
-        found.append(Change("kind", *kinds, Message("{} became {}", *kinds)))
+        found.append(FeatureChange("kind", *kinds, Message("{} became {}", *kinds)))
     if a.exact != b.exact:
         for name in _EXACT_WORDS:
             was, now = a.exact[EXACT.index(name)], b.exact[EXACT.index(name)]
@@ -275,36 +275,36 @@ def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[Change
     ):
         if abs(one - other) > allowed or math.isnan(one) != math.isnan(other):
             text = Message("{} {} became {}", word, _value_text(one * factor), _value_text(other * factor))
-            found.append(Change(word, one, other, text))
+            found.append(FeatureChange(word, one, other, text))
     found += _path_changes(a, b, near)
     for word, one, other in zip(("R plane", "retract"), a.height, b.height, strict=True):
         if not other >= one - near and not (math.isnan(one) and math.isnan(other)):
             found.append(
-                Change(word, one, other, Message("{} {} sank to {}", word, _value_text(one), _value_text(other)))
+                FeatureChange(word, one, other, Message("{} {} sank to {}", word, _value_text(one), _value_text(other)))
             )
     low, high = a.height[0], b.height[0]
     if high > low + near:
         found.append(
-            Change("R plane", low, high, Message("R plane {} rose to {}", _value_text(low), _value_text(high)))
+            FeatureChange("R plane", low, high, Message("R plane {} rose to {}", _value_text(low), _value_text(high)))
         )
     return found
 
 
-def _path_changes(a: Feature, b: Feature, near: float) -> Iterator[Change]:
+def _path_changes(a: Feature, b: Feature, near: float) -> Iterator[FeatureChange]:
     """Yield the changes of arc and start point; a centre that moves together with the start is not reported."""
     if a.exact[2] != b.exact[2]:
-        yield Change("turns", a.exact[2], b.exact[2], f"turns of the arc {a.exact[2]} became {b.exact[2]}")
+        yield FeatureChange("turns", a.exact[2], b.exact[2], f"turns of the arc {a.exact[2]} became {b.exact[2]}")
     begun = not _is_near(a.place[3:6], b.place[3:6], near)
     one, other = (tuple(q - p for p, q in zip(f.place[3:6], f.place[6:], strict=True)) for f in (a, b))
     if not _is_near(a.place[6:], b.place[6:], near) and not (begun and _is_near(one, other, near)):
         text = f"centre of the arc {position_text(*a.place[6:])} became {position_text(*b.place[6:])}"
-        yield Change("centre", a.place[6:], b.place[6:], text)
+        yield FeatureChange("centre", a.place[6:], b.place[6:], text)
     if not _is_near(a.place[3:5], b.place[3:5], near):
         text = f"start {position_text(*a.place[3:6])} became {position_text(*b.place[3:6])}"
-        yield Change("start", a.place[3:6], b.place[3:6], text)
+        yield FeatureChange("start", a.place[3:6], b.place[3:6], text)
     elif begun:
         text = f"start Z{_value_text(a.place[5])} became Z{_value_text(b.place[5])}"
-        yield Change("start", a.place[3:6], b.place[3:6], text)
+        yield FeatureChange("start", a.place[3:6], b.place[3:6], text)
 
 
 def _value_text(value: float) -> str:
