@@ -80,6 +80,9 @@ def test_it_goes_on_where_it_was_cut_short_and_does_again_what_is_not_the_same(
     lines = (out / "batch.csv").read_text().splitlines(keepends=True)
     (out / "batch.csv").write_text("".join(lines[:4]) + lines[4][:40])  # killed while it wrote the last line
     (out / "p001.nc").write_text("changed by hand")
+    assert batch(folder) == 1
+    assert (out / "p001.nc").read_text() == "changed by hand"
+    (out / "p001.nc").unlink()
     (folder / "in" / "p002.nc").write_text(program(99))
     assert batch(folder) == 0
     new = {one.name for one in out.glob("*.nc") if one.stat().st_mtime_ns != past}

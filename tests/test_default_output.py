@@ -74,6 +74,7 @@ def test_a_guessed_work_has_its_usual_machine(shop: Path) -> None:
     for words in (["b.dxf"], ["cut", "b.dxf"]):
         assert run([*words, "--thickness", "6", "--kerf", "1.5", *FAST, "--no-header", "-o", "out.ngc"]) == 0
         blocks.append(Path("out.ngc").read_text())
+        Path("out.ngc").unlink()
     assert blocks[0] == blocks[1]
 
 
@@ -88,17 +89,52 @@ def test_a_drawing_without_a_usual_work_is_refused_with_the_commands(
     assert run(["g.svg", "--thickness", "3", "--machine", "laser-table", *FAST]) == 0
 
 
-@pytest.mark.parametrize("command", [["drill"], ["nest"]])
-def test_an_existing_drawing_is_not_replaced(
-    shop: Path, command: list[str], capsys: pytest.CaptureFixture[str]
+FOREIGN = (
+    "leafcut: {}: the file exists and its header does not show an unchanged file of leafcut; name another file with "
+    "-o, or move this one away\n"
+)
+
+
+@pytest.mark.parametrize(
+    "command, name, example",
+    [("drill", "kept.dxf", "bracket.dxf"), ("drill", "kept.nc", "cam_121.nc"), ("nest", "kept.dxf", "bracket.dxf")],
+)
+def test_a_named_file_that_leafcut_did_not_write_is_not_replaced(
+    shop: Path, command: str, name: str, example: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    shutil.copy(EXAMPLES / "bracket.dxf", "kept.dxf")
-    words = ["jobs/plate.dxf", "--thickness", "6", *FAST] if command == ["drill"] else ["jobs/plate.dxf:1", *NEST]
-    assert run([*command, *words, "-o", "kept.dxf"]) == 1
-    assert capsys.readouterr().err == (
-        "leafcut: kept.dxf: this is a drawing or a map, which leafcut did not write; choose another name\n"
-    )
-    assert Path("kept.dxf").read_bytes() == (EXAMPLES / "bracket.dxf").read_bytes()
+    shutil.copy(EXAMPLES / example, name)
+    words = ["jobs/plate.dxf", "--thickness", "6", *FAST] if command == "drill" else ["jobs/plate.dxf:1", *NEST]
+    assert run([command, *words, "-o", name]) == 1
+    assert capsys.readouterr().err == FOREIGN.format(name)
+    assert Path(name).read_bytes() == (EXAMPLES / example).read_bytes()
+
+
+def test_a_named_own_program_is_replaced_even_by_another_command(shop: Path) -> None:
+    """Scripts repeat the same command, or remove the file first."""
+    assert run(["drill", "jobs/plate.dxf", "--thickness", "6", *FAST, "-o", "out.nc"]) == 0
+    assert run(["drill", "jobs/plate.dxf", "--thickness", "8", *FAST, "-o", "out.nc"]) == 0
+    assert "--thickness 8mm" in Path("out.nc").read_text()
+    assert run(["reorder", "jobs/part.nc", *FAST, "-o", "out.nc"]) == 0
+    assert is_unchanged(Path("out.nc").read_text())
+    Path("out.nc").write_text("M30\n")
+    assert run(["reorder", "jobs/part.nc", *FAST, "-o", "out.nc"]) == 1
+    Path("out.nc").unlink()
+    assert run(["reorder", "jobs/part.nc", *FAST, "-o", "out.nc"]) == 0
+
+
+def test_a_changed_program_in_a_folder_of_programs_is_not_replaced(
+    shop: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("out").mkdir()
+    words = ["drill", "jobs/plate.dx?", "--thickness", "6", *FAST, "-o", "out"]
+    assert run(words) == 0
+    program = Path("out/plate.ngc")
+    edited = program.read_text() + "(checked)\n"
+    program.write_text(edited)
+    capsys.readouterr()
+    assert run(words) == 1
+    assert capsys.readouterr().err == FOREIGN.format("out/plate.ngc")
+    assert program.read_text() == edited
 
 
 def test_inputs_of_one_name_in_two_folders_have_their_programs_beside_them(shop: Path) -> None:
@@ -125,11 +161,11 @@ def test_an_own_program_is_replaced_and_an_edited_one_is_not(shop: Path, capsys:
     edited = program.read_text().replace("G21", "G21 (checked)", 1)
     program.write_text(edited)
     assert run([*words, "6"]) == 1
-    assert "jobs/plate.ngc: the file exists and was not written by leafcut, or was changed since; name it with -o" in (
-        capsys.readouterr().err
-    )
+    assert capsys.readouterr().err == FOREIGN.format("jobs/plate.ngc")
+    assert run([*words, "6", "-o", "jobs/plate.ngc"]) == 1
     assert program.read_text() == edited
-    assert run([*words, "6", "-o", "jobs/plate.ngc"]) == 0
+    program.unlink()
+    assert run([*words, "6"]) == 0
     assert is_unchanged(program.read_text())
 
 
@@ -196,10 +232,7 @@ def test_nested_sheets_stand_beside_the_first_part_and_a_changed_one_is_not_repl
     edited = (shop / sheets[1]).read_text().replace("CUT_HOLES", "HOLES")
     (shop / sheets[1]).write_text(edited)
     assert run(["nest", "jobs/bracket.dxf:4", *NEST]) == 1
-    assert (
-        f"jobs/{sheets[1]}: the file exists and was not written by leafcut, or was changed since; name it with -o"
-        in (capsys.readouterr().err)
-    )
+    assert capsys.readouterr().err == FOREIGN.format(f"jobs/{sheets[1]}")
     assert (shop / sheets[1]).read_text() == edited
 
 

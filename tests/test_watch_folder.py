@@ -83,6 +83,15 @@ def test_a_new_file_and_a_changed_one_become_programs_once_each(folder: Path) ->
     assert Path("out/a.nc").stat().st_mtime_ns == stamp
 
 
+def test_a_file_in_the_output_folder_that_is_not_leafcuts_is_kept(folder: Path) -> None:
+    (folder / "a.nc").write_text(PROGRAM)
+    Path("out/a.nc").write_text("M30\n")
+    seen = Watched(folder, *[nothing] * 4)
+    assert not seen.names and len(seen.refused) == 1
+    assert "out/a.nc: the file exists and its header does not show an unchanged file of leafcut" in seen.refused[0]
+    assert Path("out/a.nc").read_text() == "M30\n"
+
+
 def test_a_file_that_grows_is_waited_for(folder: Path) -> None:
     """Each look finds it larger; it is ready once, when two find it the same."""
     file = folder / "a.nc"

@@ -16,8 +16,8 @@ from leafcut.cli.flags import File, Json, Name, Time, switch
 from leafcut.cli.json_output import print_json
 from leafcut.cli.progress import Reporter
 from leafcut.cli.several import (
+    TABLE,
     all_drill_files,
-    check_no_drawing,
     check_own,
     expand_inputs,
     inputs_of,
@@ -128,13 +128,8 @@ def optimize(
     from leafcut import api
 
     source = StandardInput.read() if inputs == [DASH] else inputs[0] if len(inputs) == 1 else inputs
-    file, replaced = None if output == DASH else output, None
-    if output is None and not dry_run and inputs != [DASH]:
-        name, work = api.program_for(inputs[0], **given)
-        file = places_beside(inputs[:1], [name], inputs)[0]
-        check_own(file, inputs, work)
-        replaced = Path(file).read_bytes() if Path(file).is_file() else None
-    check_no_drawing(file)
+    file = None if dry_run or output == DASH else _program_file(inputs, output, given)
+    replaced = Path(file).read_bytes() if file and output is None and Path(file).is_file() else None
     with note_old_output(file), Reporter(quiet=quiet) as reporter:
         outcome = api.optimize(source, file, report=report, progress=reporter, **given)
     _report_replaced(file, replaced)
@@ -156,6 +151,21 @@ def optimize(
 
         print_summary(report_of(_without_known_note(outcome)), Console(stderr=output == DASH))
     return _status_of(outcome)
+
+
+def _program_file(inputs: Sequence[str], output: str | None, given: Mapping[str, Any]) -> str | None:
+    """Return the program file, by default beside the input; None for standard input without an output.
+
+    Raises OutputError if the file exists and is not leafcut's own.
+    """
+    from leafcut import api
+
+    command = ""
+    if output is None and inputs != [DASH]:
+        name, command = api.program_for(inputs[0], **given)
+        output = places_beside(inputs[:1], [name], inputs)[0]
+    check_own(output, inputs, command)
+    return output
 
 
 def _report_replaced(file: str | None, before: bytes | None) -> None:
@@ -206,7 +216,7 @@ def _optimize_each(
     workers: int | None, *, dry_run: bool, as_json: bool, quiet: bool,
 ) -> int:  # fmt: skip
     from leafcut import api
-    from leafcut.cli.batch import run_batch
+    from leafcut.cli.batch import read_table, run_batch
     from leafcut.order.executors import open_executor
 
     _check_one_file(given, "there are several inputs")
@@ -224,8 +234,9 @@ def _optimize_each(
             check_own(program, inputs, work)
     else:
         programs = output_files(inputs, names, output, "-o")
+        earlier = {row.program_sha256 for row in read_table(Path(output) / TABLE).values()} if output else set()
         for program in programs:
-            check_no_drawing(program)
+            check_own(program, inputs, earlier=earlier)
     pages = output_files(inputs, [f"{Path(name).stem}.html" for name in names], report, "--report")
     with Reporter(quiet=quiet) as reporter:
         make = partial(
@@ -344,19 +355,27 @@ def _sheets_beside(parts: Sequence[str]) -> str | None:
     """Return the default file of nested sheets, which is named after the first part and next to it; None without that
     part.
 
-    Raises OutputError if it cannot be written, or if it or one of its numbered sheets was not written by leafcut.
+    Raises OutputError if it cannot be written.
     """
-    from leafcut.read.nest_list import file_and_quantity
-
-    inputs = [file_and_quantity(word)[0] for word in parts]
+    inputs = _part_files(parts)
     if not inputs or (":" not in inputs[0] and not Path(inputs[0]).exists()):
         return None  # the missing part is refused when it is read
-    file = Path(places_beside(inputs[:1], [f"{Path(inputs[0]).stem}.dxf"], inputs)[0])
+    return places_beside(inputs[:1], [f"{Path(inputs[0]).stem}.dxf"], inputs)[0]
+
+
+def _part_files(parts: Sequence[str]) -> list[str]:
+    from leafcut.read.nest_list import file_and_quantity
+
+    return [file_and_quantity(word)[0] for word in parts]
+
+
+def _check_sheets(output: str, parts: Sequence[str]) -> None:
+    """Raise OutputError if the file of nested sheets or one of its numbered sheets exists and is not leafcut's own."""
+    file, inputs = Path(output), _part_files(parts)
     numbered = re.compile(re.escape(file.stem) + r"(_v\d+)?(_\d+)?\.dxf", re.IGNORECASE)
     for sheet in sorted(file.parent.iterdir() if file.parent.is_dir() else ()):
         if numbered.fullmatch(sheet.name):
             check_own(str(sheet), inputs, "nest")
-    return str(file)
 
 
 def nest(
@@ -388,7 +407,8 @@ def nest(
     if to_standard_output and as_json:
         raise OptionError("--json and -o - both write to standard output; leave one out")
     file = None if to_standard_output or dry_run else _sheets_beside(parts) if output is None else output
-    check_no_drawing(file)
+    if file is not None:
+        _check_sheets(file, parts)
     with note_old_output(file), Reporter(quiet=quiet) as reporter:
         outcome = api.nest(
             [*parts],

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import glob
-from collections.abc import Iterable, Sequence
+import hashlib
+from collections.abc import Container, Iterable, Sequence
 from pathlib import Path
 
 from leafcut.errors import OptionError, ReadError, count_of
@@ -134,33 +135,29 @@ def places_beside(inputs: Sequence[str], names: Sequence[str], all_inputs: Itera
     return targets
 
 
-def check_no_drawing(target: str | None) -> None:
-    """Raise OutputError for an existing drawing that leafcut did not write, because a program would replace it."""
-    from leafcut.read.registry import format_name
+def check_own(
+    target: str | None, inputs: Sequence[str], command: str = "", earlier: Container[str] = frozenset()
+) -> None:
+    """Raise OutputError for an existing file, unless it is a copy of an input or an unchanged file of leafcut.
 
-    path = Path(target or "")
-    if target is None or not path.is_file() or format_name(path) in ("", "gcode", "csv"):
-        return
-    if not _is_unchanged_output(path.read_bytes()):
-        raise OutputError(f"{target}: this is a drawing or a map, which leafcut did not write; choose another name")
-
-
-def check_own(target: str | None, inputs: Sequence[str], command: str) -> None:
-    """Raise OutputError for an existing file, unless it is a copy of an input or an unchanged file of this command."""
+    With `command`, the file must be of this command. `earlier` are hashes of further files that may be replaced.
+    """
     path = Path(target or "")
     if target is None or not path.is_file():
         return
     data = path.read_bytes()
+    if hashlib.sha256(data).hexdigest() in earlier:
+        return
     if any(Path(source).is_file() and Path(source).read_bytes() == data for source in inputs):
         return
     text = decode_text(data)[0]
     if not is_unchanged(text):
         raise OutputError(
-            f"{target}: the file exists and was not written by leafcut, or was changed since; name it with -o to "
-            "replace it"
+            f"{target}: the file exists and its header does not show an unchanged file of leafcut; name another file "
+            "with -o, or move this one away"
         )
     other = command_of(text)
-    if other and other != command:
+    if command and other and other != command:
         raise OutputError(
             f"{target}: the file exists and was written by `leafcut {other}`; name another file with -o to keep both"
         )

@@ -13,7 +13,7 @@ from typing import Any
 
 from leafcut import api
 from leafcut.cli.batch import REFUSED, WRITTEN, BatchRow, file_sha256, read_table, run_batch
-from leafcut.cli.several import PAGE, TABLE, is_input
+from leafcut.cli.several import PAGE, TABLE, check_own, is_input
 from leafcut.cli.shared import name_input
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import OutputError, check_output
@@ -196,6 +196,8 @@ class FolderWatch:
                 ):
                     raise OptionError(f"{path} and {other_input} would both be written as {name}; rename one of them")
             check_output(self.output / name, [path, *poll.seen])
+            earlier = {row.program_sha256 for row in (*self.earlier.values(), *self.rows.values())}
+            check_own(str(self.output / name), [str(path)], earlier=earlier)
         except LeafcutError as problem:
             self.refused(name_input(str(path), str(problem)))
             self._keep(BatchRow(str(path), "", REFUSED, line=str(problem)))
