@@ -71,7 +71,8 @@ def test_an_import_is_printed_or_written_and_told_with_its_sources(
     printed = capsys.readouterr()
     assert run(["machine", "import", source, "-o", str(out)]) == 0
     told = capsys.readouterr().out
-    assert out.read_text(encoding="utf-8") == printed.out and "note: homing is off" in printed.err
+    digest, _, text = out.read_text(encoding="utf-8").partition("\n")
+    assert digest.startswith("# leafcut digest") and text == printed.out and "note: homing is off" in printed.err
     assert "assumed" in told and f"--machine {out}" in told.replace("\n", "")
     assert load_machine(str(out)).rapid_velocity[0] == pytest.approx(2000 / 60)
     found = answer(["machine", "import", source], capsys)
@@ -93,11 +94,15 @@ def test_nothing_is_written_over_an_input_or_by_halves(tmp_path: Path, capsys: p
     ini.write_bytes((SETTINGS / "linuxcnc_mm.ini").read_bytes())
     assert "never overwritten" in refused(["machine", "import", str(ini), "-o", str(ini)], capsys)
     assert ini.read_bytes() == (SETTINGS / "linuxcnc_mm.ini").read_bytes()
-    out.write_text("old")
+    grbl = str(SETTINGS / "grbl_3018.txt")
+    assert run(["machine", "import", grbl, "-o", str(out)]) == run(["machine", "import", grbl, "-o", str(out)]) == 0
+    old = out.read_text()
     bad = tmp_path / "bad.txt"
     bad.write_text("$110=1e9\n$111=1\n$112=1\n$120=1\n$121=1\n$122=1\n")
     assert "more than any machine has" in refused(["machine", "import", str(bad), "-o", str(out)], capsys)
-    assert out.read_text() == "old" and sorted(f.name for f in tmp_path.iterdir()) == ["a.toml", "bad.txt", "out.toml"]
+    assert out.read_text() == old and sorted(f.name for f in tmp_path.iterdir()) == ["a.toml", "bad.txt", "out.toml"]
+    out.write_text(old + "# measured\n")
+    assert "does not show an unchanged file of leafcut" in refused(["machine", "import", grbl, "-o", str(out)], capsys)
     assert "ends in .toml" in refused(["machine", "import", str(bad), "-o", str(tmp_path / "x.txt")], capsys)
     assert "no folder" in refused(["machine", "import", str(bad), "-o", str(tmp_path / "no" / "x.toml")], capsys)
     assert "printed if you leave out -o" in refused(["machine", "import", str(bad), "-o", "-"], capsys)

@@ -212,7 +212,6 @@ def check_machine(
 ) -> int:
     """Compare leafcut's times with a stop-watch; with several programs, fit accelerations and the corner value."""
     from leafcut import api
-    from leafcut.files.whole_files import write_whole
     from leafcut.report.fit_report import fit_as_json, print_fit
 
     refuse_dash("machine check", *programs)
@@ -225,7 +224,7 @@ def check_machine(
     fitted, results = api.check_times(pairs, machine, dialect=dialect, units=units)
     written = ""
     if output and (fitted.acceleration is not None or fitted.corner is not None):
-        write_whole(output, _fitted_profile(machine, fitted, len(pairs), output))
+        _write(output, _fitted_profile(machine, fitted, len(pairs), output))
         written = output
     if as_json:
         print_json(fit_as_json(fitted, results, [seconds for _, seconds in pairs], written))
@@ -308,7 +307,6 @@ def import_tools(
     as_json: Json = False,
 ) -> int:
     """Convert a tool library of another program; list the tools that leafcut cannot use, with the reason."""
-    from leafcut.files.whole_files import write_whole
     from leafcut.read.tool_text import imported_tools
 
     refuse_dash("tools import", file)
@@ -317,7 +315,7 @@ def import_tools(
         raise OptionError(f"--units: '{units}' is not mm or in")
     text, library = imported_tools(file, units or "", material or "")
     if output:
-        write_whole(output, text)
+        _write(output, text)
     if as_json:
         answer = {"tools": len(library.tools), "left_out": list(library.left_out), "output": output or ""}
         print_json(answer if output else {**answer, "library": text})
@@ -333,6 +331,7 @@ def import_tools(
 
 
 def _check_output(output: str | None, inputs: Sequence[str | None]) -> None:
+    from leafcut.cli.several import check_own
     from leafcut.files.whole_files import check_output
 
     if output in (DASH, HELD):
@@ -340,13 +339,20 @@ def _check_output(output: str | None, inputs: Sequence[str | None]) -> None:
     if output is not None and not output.lower().endswith(".toml"):
         raise OptionError(f"-o {output}: a profile or library is TOML; name a file that ends in .toml")
     check_output(output, [source for source in inputs if source not in (None, DASH)])
+    check_own(output, ())
+
+
+def _write(output: str, text: str) -> None:
+    """Write a profile or library with a digest, so that hand edits are never replaced."""
+    from leafcut.files.digests import DIGEST_LINE, sign_program
+    from leafcut.files.whole_files import write_whole
+
+    write_whole(output, sign_program(f"# {DIGEST_LINE}\n{text}"))
 
 
 def _write_or_print(imported: ImportedMachine, output: str | None, *, as_json: bool) -> None:
-    from leafcut.files.whole_files import write_whole
-
     if output:
-        write_whole(output, imported.text)
+        _write(output, imported.text)
     if as_json:
         print_json(_as_answer(imported, output))
         return
