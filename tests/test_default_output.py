@@ -89,6 +89,12 @@ def test_a_drawing_without_a_usual_work_is_refused_with_the_commands(
     assert run(["g.svg", "--thickness", "3", "--machine", "laser-table", *FAST]) == 0
 
 
+def test_a_wrong_input_is_named_before_an_existing_output(shop: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (shop / "plate.ngc").write_text("M30\n")
+    assert run(["reorder", "jobs/plate.dxf", *FAST]) == 2
+    assert "the input is a drawing, not a program" in capsys.readouterr().err
+
+
 FOREIGN = (
     "leafcut: {}: the file exists and its header does not show an unchanged file of leafcut; name another file with "
     "-o, or move this one away\n"

@@ -156,12 +156,15 @@ def optimize(
 def _program_file(inputs: Sequence[str], output: str | None, given: Mapping[str, Any]) -> str | None:
     """Return the program file, by default beside the input; None for standard input without an output.
 
-    Raises OutputError if the file exists and is not leafcut's own.
+    Raises OutputError if the file exists and is not leafcut's own, and OptionError if the command does not read the
+    input.
     """
     from leafcut import api
+    from leafcut.read.registry import read_source
 
     command = ""
     if output is None and inputs != [DASH]:
+        registry.process_for([read_source(source) for source in inputs], str(given["process"]))
         name, command = api.program_for(inputs[0], **given)
         output = places_beside(inputs[:1], [name], inputs)[0]
     check_own(output, inputs, command)

@@ -121,8 +121,8 @@ def _unknown_command(word: str, command: str, commands: Iterable[str]) -> str:
     if word.startswith("-"):
         if near := closest_names(word, ["--help", "--version"]):
             return Message("unknown option '{}'{}", printable(word), did_you_mean(near))
-        after = f": leafcut {command} {printable(word)}" if command in commands else " (see leafcut --help)"
-        return f"unknown option '{printable(word)}'; name a command first{after}"
+        first = command if command in commands else "FILE"
+        return f"'{printable(word)}': name the command or the file first: leafcut {first} {printable(word)}"
     return Message("unknown command '{}'{}", printable(word), name_suggestion(word, commands))
 
 

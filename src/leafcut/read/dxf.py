@@ -269,7 +269,11 @@ def _nothing_message(walk: BlockWalk[Shape], finds: HoleCollector, selection_iss
     parts += [issue.message for issue in selection_issues]
     if walk.hidden:
         parts.append(Message("on layers that are off, frozen or not chosen: {}", hidden_by_layer(walk)))
-    return Message("no holes: {}", "; ".join(parts) or Message("the drawing is empty"))
+    if not parts:
+        parts.append(Message("the drawing is empty"))
+    elif any(kind in _LINES for kind in walk.others + finds.others):
+        parts.append(Message("use leafcut cut for contours, or leafcut pocket for pockets"))
+    return Message("no holes: {}", "; ".join(parts))
 
 
 def edge_of(
