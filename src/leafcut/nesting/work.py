@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from leafcut.model.part import Part
     from leafcut.read.format import Source
 
+_MAIN = ("sheet", "kerf", "gap", "margin", "rotations")
+
 
 class Nesting(Work):
     """Parts and quantities, nested on sheets."""
@@ -36,9 +38,9 @@ class Nesting(Work):
     help = "Nest parts on sheets, in several variants, and write the best nest as DXF for cutting."
     heads = tuple(head for head in Head if head.method is not None)
     form = (
-        ("main", ("sheet", "kerf", "gap", "margin", "rotations")),
+        ("main", _MAIN),
         ("search", ("variants", "preset", "time_limit")),
-        ("nest", ("nester", "blocks", "machine")),
+        ("nest", (*option_names(NestOptions, (*_MAIN, "variants", "remnants_out")), "machine")),
         ("sheet", option_names(SheetOptions)),
         ("read", ("units", "layers", "concentric", "solid", "up", "strict")),
         ("solve", ("iterations", "seed", "threads")),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from leafcut.model.kinds import Head
 from leafcut.options import JobOptions, MachineOptions, ReadOptions, Settings
 from leafcut.options.condition import when_given
-from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, use
+from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, option_names, use
 from leafcut.processes.drilling.options import DrillOptions
 
 if TYPE_CHECKING:
@@ -28,15 +28,11 @@ if TYPE_CHECKING:
 _MAIN_OPTIONS = (
     "machine", "thickness", "depth", "tools", "material", "feed", "spindle_speed", "cycle", "peck", "clearance_height",
 )  # fmt: skip
-#: Fields of the form's drilling group: depths and surface, details, and the path.
-_DEPTH_OPTIONS = (
-    "depth_to", "break_through", "surface", "surface_unit", "fixture",
-    "retract_height", "keep_out",
+_JOB_OPTIONS = (
+    "break_through", "retract_height", "keep_out", "retract", "diameter_tolerance", "start_point", "end_point", "plan",
 )  # fmt: skip
-_MORE_OPTIONS = ("retract", "dwell", "diameter_tolerance", "centre_drill")
 #: Suitability of a drawing with layers named for drilling.
 _SUITED_BY_NAME = 0.93
-_PATH_OPTIONS = ("start_point", "end_point", "plan")
 
 
 class Drilling(Process):
@@ -73,7 +69,7 @@ class Drilling(Process):
     form = (
         ("main", _MAIN_OPTIONS),
         ("search", SEARCH),
-        ("drill", (*_DEPTH_OPTIONS, *_MORE_OPTIONS, *_PATH_OPTIONS)),
+        ("drill", (*option_names(DrillOptions, _MAIN_OPTIONS), *_JOB_OPTIONS)),
         (
             "read",
             (

@@ -26,6 +26,7 @@ from leafcut.processes.base import (
     SEARCH,
     SEARCH_MORE,
     Process,
+    option_names,
     use,
 )
 from leafcut.processes.program.options import ResequenceOptions
@@ -115,7 +116,7 @@ class ForeignProgram(Process):
         (
             "pace",
             (
-                "low_retracts",
+                *option_names(ResequenceOptions, _MAIN),
                 "material",
                 "solid",
                 "up",
