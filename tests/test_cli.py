@@ -13,7 +13,7 @@ import pytest
 import leafcut
 from leafcut.cli.app import run
 from leafcut.cli.progress import Reporter
-from leafcut.files.digests import sign_program
+from leafcut.files.digests import DIGEST_LINE, sign_program
 from leafcut.model.heartbeat import Progress
 from leafcut.nesting.options import NestOptions
 from leafcut.options import SolveOptions, SpeedOptions, StockOptions
@@ -216,11 +216,12 @@ def test_a_refusal_tells_that_the_program_of_an_earlier_run_is_still_there(
     words = ["optimize", "example:plate-10", "--output", str(program)]
     assert run([*words, "--seed", "x"]) == 2
     assert str(program) not in capsys.readouterr().err
-    program.write_text("G0 X1\n")
+    before = sign_program(f"({DIGEST_LINE})\nG0 X1\n")
+    program.write_text(before)
     assert run([*words, "--seed", "x"]) == 2
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1 and lines[0].endswith(f"; {program} was not changed")
-    assert program.read_text() == "G0 X1\n"
+    assert program.read_text() == before
 
 
 def test_an_output_that_may_not_be_written_is_refused_before_any_work(
