@@ -242,6 +242,17 @@ def test_nested_sheets_stand_beside_the_first_part_and_a_changed_one_is_not_repl
     assert (shop / sheets[1]).read_text() == edited
 
 
+def test_a_changed_remnant_is_not_replaced(shop: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copy(EXAMPLES / "bracket.dxf", "bracket.dxf")
+    words = ["nest", "bracket.dxf:1", *NEST, "-o", "nested.dxf", "--remnants-out", "jobs"]
+    assert run(words) == run(words) == 0
+    remnant = next(shop.glob("nested_rest*.dxf"))
+    remnant.write_text(remnant.read_text().replace("SHEET", "PLATE"))
+    capsys.readouterr()
+    assert run(words) == 1
+    assert capsys.readouterr().err == FOREIGN.format(f"jobs/{remnant.name}")
+
+
 def test_a_nest_of_a_parts_list_has_the_name_of_the_list(shop: Path) -> None:
     shutil.copy(EXAMPLES / "bracket.dxf", shop / "bracket.dxf")
     (shop / "order.csv").write_text("bracket.dxf,2\n")

@@ -373,13 +373,17 @@ def _part_files(parts: Sequence[str]) -> list[str]:
     return [file_and_quantity(word)[0] for word in parts]
 
 
-def _check_sheets(output: str, parts: Sequence[str]) -> None:
-    """Raise OutputError if the file of nested sheets or one of its numbered sheets exists and is not leafcut's own."""
+def _check_sheets(output: str, parts: Sequence[str], remnants: str | None) -> None:
+    """Raise OutputError if a sheet of this name, or a remnant in the folder `remnants`, is not leafcut's own."""
     file, inputs = Path(output), _part_files(parts)
-    numbered = re.compile(re.escape(file.stem) + r"(_v\d+)?(_\d+)?\.dxf", re.IGNORECASE)
-    for sheet in sorted(file.parent.iterdir() if file.parent.is_dir() else ()):
-        if numbered.fullmatch(sheet.name):
-            check_own(str(sheet), inputs, "nest")
+    names = [(file.parent, r"(_v\d+)?(_\d+)?")]
+    if remnants is not None:
+        names.append((Path(remnants), r"(_\d+)?_rest(_\d+)?"))
+    for folder, ending in names:
+        pattern = re.compile(rf"{re.escape(file.stem)}{ending}\.dxf", re.IGNORECASE)
+        for drawing in sorted(folder.iterdir() if folder.is_dir() else ()):
+            if pattern.fullmatch(drawing.name):
+                check_own(str(drawing), inputs, "nest")
 
 
 def nest(
@@ -412,7 +416,7 @@ def nest(
         raise OptionError("--json and -o - both write to standard output; leave one out")
     file = None if to_standard_output or dry_run else _sheets_beside(parts) if output is None else output
     if file is not None:
-        _check_sheets(file, parts)
+        _check_sheets(file, parts, given_options(options).get("remnants_out"))
     with note_old_output(file), Reporter(quiet=quiet) as reporter:
         outcome = api.nest(
             [*parts],
