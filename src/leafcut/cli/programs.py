@@ -62,7 +62,8 @@ def optimize(
         File | None,
         Parameter(
             name=["--output", "-o"],
-            help="program to write, - for standard output; for several inputs, a folder (default: beside the input)",
+            help="program to write, - for standard output; for several inputs, a folder; replaces only unchanged files "
+            "of leafcut (default: beside the input)",
         ),
     ] = None,
     dry_run: Annotated[bool, switch("--dry-run", help="write no program")] = False,
@@ -394,7 +395,8 @@ def nest(
         File | None,
         Parameter(
             name=["--output", "-o"],
-            help="nested sheet to write (DXF), - for standard output if there is one (default: beside the first part)",
+            help="nested sheet to write (DXF), - for standard output if there is one; replaces only unchanged files of "
+            "leafcut (default: beside the first part)",
         ),
     ] = None,
     dry_run: Annotated[bool, switch("--dry-run", help="write no drawing")] = False,
