@@ -204,7 +204,8 @@ def insert_result(kept: NDArray, kept_lengths: NDArray, f: int, first: int, last
     while row > 0 and length < kept_lengths[row - 1] - EPSILON:
         row -= 1
     for later in range(len(kept_lengths) - 1, row, -1):
-        kept[later] = kept[later - 1]
+        for column in range(kept.shape[1]):
+            kept[later, column] = kept[later - 1, column]
         kept_lengths[later] = kept_lengths[later - 1]
     if row < len(kept_lengths):
         kept[row, 0], kept[row, 1], kept[row, 2] = f, first, last
