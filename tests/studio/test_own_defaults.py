@@ -10,6 +10,7 @@ import pytest
 
 from leafcut.files.user_files import DEFAULTS_VARIABLE
 from leafcut.processes.settings import all_options
+from leafcut.studio.page.form_values import Setter
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.saved_state import has_choices, kept_state, restore
 from leafcut.studio.studio import Studio
@@ -41,7 +42,7 @@ def shop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def begun(studio: Studio, work: str = "drill") -> tuple[View, str]:
     view = View(studio, EN, source="example:plate-10", name="plate-10", work=work)
-    return view, view.take_defaults()
+    return view, view.follow_defaults()
 
 
 def notes(view: View) -> dict[str, str]:
@@ -82,8 +83,8 @@ def test_the_command_line_says_the_defaults_and_that_no_others_hold(studio: Stud
 
 def test_a_value_that_is_typed_is_no_default_any_more(studio: Studio, shop: Path) -> None:
     view, _ = begun(studio)
-    view.put("thickness", "4mm")
-    view.put("machine", "")
+    view.table.put("thickness", "4mm")
+    view.table.put("machine", "")
     assert notes(view).keys() == {"break_through", "start_point"}
     assert "machine" not in view.values
 
@@ -97,10 +98,10 @@ def test_a_default_that_does_nothing_is_left_out_of_the_run_and_a_typed_value_is
     monkeypatch.setenv(DEFAULTS_VARIABLE, str(file))
     view, _ = begun(studio)
     assert view.task().options == {}  # it is only used with --thickness
-    view.put("thickness", "6mm")
+    view.table.put("thickness", "6mm")
     assert view.task().options == {"thickness": "6mm", "break_through": "0.5"}
-    view.put("thickness", "")
-    view.put("break_through", "0.7")
+    view.table.put("thickness", "")
+    view.table.put("break_through", "0.7")
     assert view.task().options == {"break_through": "0.7"}
 
 
@@ -132,33 +133,33 @@ def test_a_broken_file_of_defaults_says_one_line_and_nothing_of_it_is_taken(
 def test_a_page_that_is_loaded_again_follows_the_defaults_as_they_are_now(studio: Studio, shop: Path) -> None:
     """Changed, new and removed defaults apply; typed or cleared values stay, and so does an open order."""
     view, _ = begun(studio)
-    view.put("start_point", "3,4")
-    view.put("machine", "")
+    view.table.put("start_point", "3,4")
+    view.table.put("machine", "")
     shop.write_text('machine = "mill.toml"\nthickness = "8mm"\nseed = 5\n[drill]\nstart_point = [7, 7]\n')
     other = View(studio, EN)
     restore(other, json.loads(json.dumps(kept_state(view, "summary", None))))
-    assert other.renew_defaults() == "" and other.renew_defaults() == ""
+    assert other.follow_defaults() == "" and other.follow_defaults() == ""
     assert other.values == {"thickness": "8mm", "start_point": "3,4", "seed": "5"}
     assert notes(other) == {
         "thickness": "from your defaults (shop.toml:2)", "seed": "from your defaults (shop.toml:3)",
     }  # fmt: skip
-    other.usual, other.known_defaults = {}, None  # as where an order is opened: its values are its own
+    other.table.take_job(other.values, {}, ())  # as where an order is opened: its values are its own
     shop.write_text('thickness = "9mm"\npreset = "fast"\n')
-    assert other.renew_defaults() == "" and other.values["thickness"] == "8mm" and "preset" not in other.values
+    assert other.follow_defaults() == "" and other.values["thickness"] == "8mm" and "preset" not in other.values
     shop.write_text("thickness =\n")
-    assert "not a TOML file" in other.renew_defaults() and other.values["thickness"] == "8mm"
+    assert "not a TOML file" in other.follow_defaults() and other.values["thickness"] == "8mm"
 
 
 def test_a_page_with_nothing_but_defaults_is_none_to_come_back_to(studio: Studio, shop: Path) -> None:
     view = View(studio, EN)
-    view.take_defaults()
+    view.follow_defaults()
     assert not has_choices(kept_state(view, "summary", None))
-    view.put("seed", "3")
+    view.table.put("seed", "3")
     kept = kept_state(view, "summary", None)
     assert has_choices(kept)
     other = View(studio, EN)
     restore(other, json.loads(json.dumps(kept)))
-    assert (other.values, other.usual) == (view.values, view.usual)
+    assert other.table == view.table
 
 
 def options_of_file() -> set[str]:
@@ -179,20 +180,21 @@ def test_values_of_a_file_start_fresh_with_the_next_and_values_of_the_shop_stay_
     }  # fmt: skip
     view = View(studio, EN)
     for name, value in (of_file | of_shop).items():
-        view.put(name, value)
+        view.table.put(name, value)
     view.take("example:plate-10", "plate-10")  # chosen before a file was opened: meant for this file
     assert view.values == of_file | of_shop and notes(view) == {}
     view.take("example:plate-10", "plate-10")
     assert view.values == of_file | of_shop
     view.take("upload", "other.dxf")
     assert view.values == of_shop
-    assert view.kept == set(of_shop)
+    assert view.table.set_by(Setter.EARLIER) == set(of_shop)
     assert set(notes(view).values()) == {"kept from the last job"} and "tools" in notes(view)
-    view.put("tools", "mine:other")
+    view.table.put("tools", "mine:other")
     assert "tools" not in notes(view)
     other = View(studio, EN)
     restore(other, json.loads(json.dumps(kept_state(view, "summary", None))))
-    assert other.kept == view.kept == set(of_shop) - {"tools"}
+    assert other.table == view.table
+    assert view.table.set_by(Setter.EARLIER) == set(of_shop) - {"tools"}
 
 
 def test_a_file_starts_with_the_persons_own_defaults_and_not_with_what_the_last_one_had(
@@ -200,9 +202,9 @@ def test_a_file_starts_with_the_persons_own_defaults_and_not_with_what_the_last_
 ) -> None:
     view, _ = begun(studio)
     first = notes(view)
-    view.put("thickness", "20")
-    view.put("break_through", "")
-    view.put("start_point", "3,4")
+    view.table.put("thickness", "20")
+    view.table.put("break_through", "")
+    view.table.put("start_point", "3,4")
     view.take("upload", "other.dxf")
     assert (view.values["thickness"], view.values["break_through"], view.values["start_point"]) == (
         "6mm",

@@ -27,6 +27,7 @@ from leafcut.studio.jobs.task import Task, command_line, prepare, program_name
 from leafcut.studio.jobs.workers import StudioWork
 from leafcut.studio.page import forms
 from leafcut.studio.page.fitting_machines import offered_machines
+from leafcut.studio.page.form_values import Setter
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_input import InputPanel, work_of
 from leafcut.studio.studio import Studio
@@ -228,9 +229,9 @@ def test_a_page_shows_the_command_line_of_its_choices(studio: Studio) -> None:
     view = View(studio, EN)
     assert view.command_line() == ""
     view.source, view.name = studio.folder.add_input("plate.dxf", b"x"), "plate.dxf"
-    view.put("thickness", "3mm")
-    view.put("preset", "default")
-    view.put("machine", "haas-vf2")
+    view.table.put("thickness", "3mm")
+    view.table.put("preset", "default")
+    view.table.put("machine", "haas-vf2")
     assert view.command_line() == "leafcut optimize plate.dxf -o plate.nc --thickness 3mm --machine haas-vf2"
     view.work = "solve"
     assert view.command_line() == "leafcut solve plate.dxf"
@@ -238,8 +239,8 @@ def test_a_page_shows_the_command_line_of_its_choices(studio: Studio) -> None:
     assert view.command_line() == ""
     view.second, view.second_name = studio.folder.add_input("new.nc", b"x"), "new.nc"
     assert view.command_line() == "leafcut verify plate.dxf new.nc --machine haas-vf2"
-    view.put("machine", "")
-    view.put("seed", "x")
+    view.table.put("machine", "")
+    view.table.put("seed", "x")
     assert view.errors == {"seed": "'x' is not a whole number"}
 
 
@@ -247,24 +248,24 @@ def test_what_was_put_for_one_input_does_not_hold_for_the_next(studio: Studio) -
     """The sheet that is cut three times, its origin in a nest, and an order that was made by hand go with it."""
     view = View(studio, EN, work="cut")
     view.take("A" * 16, "sheet.dxf", "nest-of-jobs/1/2")
-    view.put_for_input("quantity", "3")
-    view.put_for_input("plan", "P" * 16, "sheet_plan.json")
-    view.put("thickness", "6mm")
-    view.put("kerf", "1mm")
+    view.table.put("quantity", "3", setter=Setter.INPUT)
+    view.table.put("plan", "P" * 16, "sheet_plan.json", setter=Setter.INPUT)
+    view.table.put("thickness", "6mm")
+    view.table.put("kerf", "1mm")
     assert (view.task().origin, view.task().options["quantity"]) == ("nest-of-jobs/1/2", "3")
     view.take("B" * 16, "other.dxf")
     assert view.task() == Task("optimize", ("B" * 16,), "cut", {"kerf": "1mm"})
-    assert view.shown == {}
-    view.put_for_input("quantity", "3")
-    view.put("quantity", "5")  # typed, but still for this sheet
+    assert view.table.shown == {}
+    view.table.put("quantity", "3", setter=Setter.INPUT)
+    view.table.put("quantity", "5")  # typed, but still for this sheet
     view.take("C" * 16, "third.dxf")
     assert view.task().options == {"kerf": "1mm"}
 
 
 def test_a_wrong_value_of_another_work_stands_in_nobodys_way(studio: Studio) -> None:
     view = View(studio, EN, source="example:plate-10", name="plate-10")
-    view.put("thickness", "thick")
-    view.put("min_diameter", "near")
+    view.table.put("thickness", "thick")
+    view.table.put("min_diameter", "near")
     assert view.invalid_values.keys() == {"thickness", "min_diameter"}
     assert view.read_preview("", StudioWork(studio.workers)).error == ""
     view.work = "program"

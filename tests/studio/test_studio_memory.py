@@ -16,6 +16,7 @@ from leafcut.studio.drawing.editing import CutOrder, HoleOrder
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.task import Task
+from leafcut.studio.page.form_values import Setter
 from leafcut.studio.page.headline import saving_headline
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.pages import Page
@@ -38,9 +39,9 @@ def view_with_everything(studio: Studio) -> View:
     view.second, view.second_name = source, "other.nc"
     view.parts, view.part_names = [WantedPart(source, 3, "0 90")], {source: "plate.dxf"}
     view.sheet, view.work, view.process, view.pace, view.job = (2, 1), "cut", "plasma", "5", job
-    view.put("thickness", "thick")
-    view.put("machine", "laser-table")
-    view.put_for_input("quantity", "4")
+    view.table.put("thickness", "thick")
+    view.table.put("machine", "laser-table")
+    view.table.put("quantity", "4", setter=Setter.INPUT)
     return view
 
 
@@ -52,7 +53,7 @@ def test_what_is_kept_of_a_page_is_chosen_again_as_it_was(studio: Studio) -> Non
     assert kept_state(other, "search", {"job": view.job, "state": []}) == state
     for name in (
         "source", "name", "second", "second_name", "parts", "part_names", "origin", "sheet", "work", "process",
-        "values", "shown", "errors", "of_input", "job", "pace",
+        "table", "errors", "job", "pace",
     ):  # fmt: skip
         assert getattr(other, name) == getattr(view, name), name
     assert other.errors["thickness"]
@@ -62,9 +63,16 @@ def test_what_is_kept_of_a_page_is_chosen_again_as_it_was(studio: Studio) -> Non
     "plain",
     [
         {},
-        {"source": 3, "values": [], "parts": "abc", "sheet": 7, "work": "none", "edit": [], "of_input": None},
-        {"values": {"no_option": "1", "thickness": {"a": 1}}, "parts": [3, "x:many"], "job": "../../x", "pace": "9"},
-        {"work": ["drill"], "process": {}, "pace": [], "shown": {"thickness": 1}, "sheet": ["a", "b"]},
+        {"source": 3, "table": [], "parts": "abc", "sheet": 7, "work": "none", "edit": []},
+        {"table": {"no_option": ["1", "person", "", ""], "thickness": {"a": 1}}, "parts": [3, "x:many"], "pace": "9"},
+        {
+            "work": ["drill"],
+            "process": {},
+            "pace": [],
+            "table": {"seed": ["1", "x", "", ""]},
+            "sheet": ["a"],
+            "job": "../../x",
+        },
     ],
 )
 def test_what_is_damaged_of_a_page_is_as_if_it_had_not_been_chosen(studio: Studio, plain: dict[str, object]) -> None:
@@ -249,21 +257,23 @@ def test_only_what_means_something_else_is_told_as_different(studio: Studio) -> 
     studio.jobs.wait(job, 60)
     record = studio.jobs.record(job)
     assert record is not None
-    view = View(studio, words("en"), source=source, name="plate.dxf", values={"thickness": "0.6cm", "preset": "fast"})
+    view = View(studio, words("en"), source=source, name="plate.dxf")
+    view.table.put("thickness", "0.6cm")
+    view.table.put("preset", "fast")
 
     def told() -> list[str]:
         return [one.line(view.words).replace("\u00a0", " ") for one in differences(as_record(record), view)]
 
     assert told() == []
-    view.put("pixel_size", "0.1")  # means nothing to holes
+    view.table.put("pixel_size", "0.1")  # means nothing to holes
     assert told() == []
-    view.put("thickness", "25")
-    view.put("strict", True)
+    view.table.put("thickness", "25")
+    view.table.put("strict", True)
     assert told() == ["Thickness 6 mm; now 25 mm", "Strict checks off; now on"]
-    view.put("strict", False)
-    view.put("thickness", "")
+    view.table.put("strict", False)
+    view.table.put("thickness", "")
     assert told() == ["Thickness 6 mm; now unknown"]
-    view.put("thickness", "6mm")
+    view.table.put("thickness", "6mm")
     view.source = studio.folder.add_input("other.dxf", b"0")
     assert told() == ["Part plate.dxf; now other.dxf"]
     view.source, view.work = source, "cut"
@@ -303,10 +313,14 @@ def test_a_page_is_built_as_it_was_left_and_a_job_in_the_address_that_is_another
 
 def test_what_was_said_of_local_search_holds_when_the_page_comes_back(studio: Studio) -> None:
     """Ants were chosen for a map, and local search was turned on again; then another page stood here for a while."""
-    view = View(studio, words("en"), source="random:50:1", name="random", work="solve", values={"algorithm": "mmas"})
+    view = View(studio, words("en"), source="random:50:1", name="random", work="solve")
+    view.table.put("algorithm", "mmas")
+    view.follow_study()
+    assert view.values["local_search"] is False
+    view.table.put("local_search", True)
     state = kept_state(view, "summary", None)
     view.work = "drill"
-    view.values = {}
+    view.table.clear()
     view.follow_study()
     restore(view, state)
     view.follow_study()

@@ -148,7 +148,7 @@ def test_machines_that_cannot_do_the_work_are_not_offered(studio: Studio) -> Non
 
 def test_a_machine_that_was_chosen_for_other_work_says_why_not(studio: Studio) -> None:
     view = View(studio, EN, work="drill")
-    view.put("machine", "laser-table")
+    view.table.put("machine", "laser-table")
     assert view.invalid_values["machine"] == "laser-table works with a laser; choose a machine with a spindle"
     field = next(f for group in view.form() for f in group["fields"] if f["name"] == "machine")
     assert ["laser-table", "laser-table"] in field["choices"]
@@ -236,12 +236,14 @@ def test_holes_alone_are_pictured_with_their_widths() -> None:
 
 
 def test_what_another_task_chose_and_cannot_be_used_is_left(studio: Studio) -> None:
-    view = View(studio, EN, work="pocket", values={"machine": "plasma-table", "pixel_size": "0.5"})
+    view = View(studio, EN, work="pocket")
+    view.table.put("machine", "plasma-table")
+    view.table.put("pixel_size", "0.5")
     view.seen = read_preview(str(EXAMPLES / "pocket.dxf"), "pocket")
     assert view.leave_unsuitable_machine() == "plasma-table cannot do this task: linuxcnc-mill is chosen."
     assert not view.values.get("machine")
     assert not view.values.get("pixel_size")
-    view.put("machine", "haas-vf2")
+    view.table.put("machine", "haas-vf2")
     assert view.leave_unsuitable_machine() == ""
     assert view.values["machine"] == "haas-vf2"
 

@@ -20,7 +20,8 @@ from leafcut.studio.jobs.whole import Zero
 from leafcut.studio.jobs.workers import StudioWork
 from leafcut.studio.page import fitting_machines, forms
 from leafcut.studio.page.chart_menus import Menus, chart_menus, chart_problem
-from leafcut.studio.page.own_defaults import OwnDefaults, own_defaults, without_idle
+from leafcut.studio.page.form_values import FormValues, Setter
+from leafcut.studio.page.own_defaults import own_defaults, without_idle
 from leafcut.studio.wording import Words
 
 if TYPE_CHECKING:
@@ -43,24 +44,14 @@ class View:
         Origin of an input that is a nested sheet (`sheets.SheetOfNest.origin`); empty for other inputs.
     sheet
         Visible sheet of the job's nests: variant and number.
-    values, shown, errors
-        Form: typed values, displayed names of files, and errors.
-    of_input
-        Names of values that apply only to this input and are reset with the next.
-    kept
-        Names of shop options that were chosen for an earlier input.
-    usual
-        Values from the user's own defaults: name → file and line.
-    known_defaults
-        Names of the options in the defaults file when it was last read; None if the page no longer follows it.
+    table
+        Form: the values, each with who set it.
     job
         The job whose result is visible.
     pace
         Speed of a search that can be watched step by step (`panel_live.PACES`).
     edited
         Whether the order of the result was edited and not run yet.
-    for_study
-        Whether an algorithm of the literature is chosen for a map; None before the user has chosen.
     """
 
     studio: Studio
@@ -76,17 +67,24 @@ class View:
     seen: Preview | None = None
     work: str = "drill"
     process: str = "auto"
-    values: dict[str, Any] = field(default_factory=dict)
-    shown: dict[str, str] = field(default_factory=dict)
-    errors: dict[str, str] = field(default_factory=dict)
-    of_input: set[str] = field(default_factory=set)
-    kept: set[str] = field(default_factory=set)
-    usual: dict[str, str] = field(default_factory=dict)
-    known_defaults: set[str] | None = None
+    table: FormValues = field(default_factory=FormValues)
     job: str | None = None
     pace: str = "full"
     edited: bool = False
-    for_study: bool | None = None
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The values of the form that are set."""
+        return self.table.values_only
+
+    @property
+    def errors(self) -> dict[str, str]:
+        """Errors of single values: name → message."""
+        values = self.values
+        lines = {name: forms.problem_with(name, value) for name, value in values.items()}
+        if "chart" in values:
+            lines["chart"] = chart_problem(values, self.studio.folder)
+        return {name: line for name, line in lines.items() if line}
 
     def read_preview(self, work: str, reading: StudioWork, on_message: Callable[[Any], Any] | None = None) -> Preview:
         """Read the input in another process and return its preview; slow for a large file.
@@ -94,9 +92,10 @@ class View:
         Without `work`, it is read for the most likely kind of work. Raise `LeafcutError` if it cannot be read.
         """
         try:
-            values = dict(self.values)  # the user may type meanwhile
+            values = self.values
             known = forms.values_of_work(work, values) if work else forms.changed_values(values)
-            options = {n: v for n, v in known.items() if n in OF_READING and n not in self.errors}
+            errors = self.errors
+            options = {n: v for n, v in known.items() if n in OF_READING and n not in errors}
             call = prepare(Task("simulate", (self.source,), "auto", options), self.studio.folder)
             seen: Preview = reading.run(preview, call.sources[0], work, call.options, on_message=on_message)
         except LeafcutError as problem:
@@ -120,49 +119,39 @@ class View:
     @property
     def studied(self) -> bool:
         """Whether the search is an algorithm of the literature, which can be watched step by step."""
-        chosen = str(self.values.get("algorithm") or "auto")
-        return "algorithm" in forms.values_of_work(self.work, self.values) and chosen in LITERATURE
+        values = self.values
+        chosen = str(values.get("algorithm") or "auto")
+        return "algorithm" in forms.values_of_work(self.work, values) and chosen in LITERATURE
 
     def follow_study(self) -> None:
-        """Turn local search off when an algorithm of the literature is chosen for a map, and on again afterwards.
+        """Turn local search off while an algorithm of the literature is chosen for a map, unless the user has decided.
 
         Local search would hide what ants and fireflies learn.
         """
-        before, self.for_study = self.for_study, self.work == "solve" and self.studied
-        if before is None or before == self.for_study:
-            return
-        if self.for_study and "local_search" not in self.values:
-            self.put("local_search", False)
-        elif not self.for_study:
-            self.put("local_search", "")
+        entry = self.table.get("local_search")
+        if self.work == "solve" and self.studied:
+            if entry is None:
+                self.table.put("local_search", False, setter=Setter.STUDY)
+        elif entry is not None and entry.setter is Setter.STUDY:
+            del self.table["local_search"]
 
     def leave_unsuitable_machine(self) -> str:
         """Reset options of an earlier input that do not suit this input; return a message for the user, or ""."""
         if self.values.get("pixel_size") and self.seen is not None and self.seen.format != "picture":
-            self.put("pixel_size", "")
+            self.table.put("pixel_size", "")
         machine = str(self.values.get("machine") or "")
         if not fitting_machines.unsuitable_reason(machine, self.work, self.studio.folder, self.words):
             return ""
-        self.put("machine", "")
+        self.table.put("machine", "")
         return self.words("choose.left", machine=machine.removeprefix(OWN), usual=api.default_machine(self.work))
 
     def take(self, source: str, name: str, origin: str = "") -> None:
         """Change to another input, and reset the values of the previous input."""
-        for put in self.of_input & self.values.keys():
-            self.put(put, "")
+        self.table.leave_input()
         if self.source not in ("", source):
-            self._start_fresh()
+            self.table.start_fresh(own_defaults(self.studio.folder))
         self.source, self.name, self.origin = source, name, origin
         self.second = self.second_name = ""
-
-    def _start_fresh(self) -> None:
-        defaults = own_defaults(self.studio.folder) if self.known_defaults is not None else OwnDefaults()
-        for _, name, spec in all_options():
-            if spec.of_file and name not in self.usual and (name in self.values or name in defaults.values):
-                self.put(name, defaults.values.get(name, ""), defaults.shown.get(name, ""))
-                if name in self.values and name in defaults.places:
-                    self.usual[name] = defaults.places[name]
-        self.kept = self.values.keys() - self.usual.keys()
 
     @property
     def invalid_values(self) -> dict[str, str]:
@@ -177,52 +166,12 @@ class View:
         line = fitting_machines.unsuitable_reason(machine, self.work, self.studio.folder, self.words)
         return {**self.errors, "machine": line} if line else self.errors
 
-    def take_defaults(self) -> str:
-        """Set the values to the user's own defaults; return an error message, or an empty text."""
+    def follow_defaults(self) -> str:
+        """Take the user's own defaults, except for typed or cleared values; return an error message or ""."""
         defaults = own_defaults(self.studio.folder)
-        for name, value in defaults.values.items():
-            self.put(name, value, defaults.shown.get(name, ""))
-        self.usual = {name: place for name, place in defaults.places.items() if name in self.values}
-        self.known_defaults = set(defaults.places)
+        if not defaults.problem:
+            self.table.follow_defaults(defaults)
         return defaults.problem
-
-    def renew_defaults(self) -> str:
-        """Update the values from the defaults file, except typed or cleared values; return an error message or ""."""
-        defaults = own_defaults(self.studio.folder)
-        if defaults.problem:
-            return defaults.problem
-        new = set() if self.known_defaults is None else defaults.values.keys() - self.known_defaults
-        follow = set(self.usual) | {name for name in new if name not in self.values}
-        for name in follow:
-            self.put(name, defaults.values.get(name, ""), defaults.shown.get(name, ""))
-        self.usual = {name: defaults.places[name] for name in follow if name in defaults.places and name in self.values}
-        if self.known_defaults is not None:
-            self.known_defaults = set(defaults.places)
-        return ""
-
-    def put_for_input(self, name: str, value: Any, shown: str = "") -> None:
-        """Set a value that applies to this input only."""
-        self.put(name, value, shown)
-        self.of_input.add(name)
-
-    def put(self, name: str, value: Any, shown: str = "") -> None:
-        """Set a value as typed, and record its error."""
-        self.of_input.discard(name)
-        self.kept.discard(name)
-        self.usual.pop(name, None)
-        if value in (None, "", group_of(name).defaults()[name]):
-            self.values.pop(name, None)
-            self.shown.pop(name, None)
-        else:
-            self.values[name] = value
-            if shown:
-                self.shown[name] = shown
-        self.errors.pop(name, None)
-        problem = forms.problem_with(name, value)
-        if name == "chart":
-            problem = chart_problem(self.values, self.studio.folder)
-        if problem:
-            self.errors[name] = problem
 
     def take_options(self, input_id: str) -> None:
         """Load an opened options file; raise `OptionError` if it is not an options file, or if it names files."""
@@ -234,10 +183,11 @@ class View:
             spec = group_of(name).specs()[name]
             if spec.names_file(value):
                 raise OptionError(f"{flag_name(name)}: choose a file opened in the studio, not a path")
-        self.for_study = None  # the file decides
+        if "algorithm" in options:
+            self.table.put("local_search", "")  # the file decides
         for name, value in options.items():
             words = ",".join(map(str, value)) if isinstance(value, list) else value
-            self.put(name, words if isinstance(words, bool) else str(words))
+            self.table.put(name, words if isinstance(words, bool) else str(words))
 
     def form(self) -> list[dict[str, Any]]:
         """Return the options form for the chosen kind of work."""
@@ -251,8 +201,8 @@ class View:
             machines=machines,
             tools=tools,
             menus=self._menus(self.work),
-            usual=self.usual,
-            kept=self.kept,
+            usual=self.table.places,
+            kept=self.table.set_by(Setter.EARLIER),
         )
 
     def cut_form(self) -> list[dict[str, Any]]:
@@ -267,9 +217,9 @@ class View:
 
     def cut_options(self) -> dict[str, Any]:
         """Return the options for cutting nested sheets; raise `OptionError` if a value is invalid."""
-        wrong = [name for name in self.errors if name in forms.CUT_OF_NEST]
-        if wrong:
-            raise OptionError(f"{flag_name(wrong[0])}: {self.errors[wrong[0]]}")
+        for name, line in self.errors.items():
+            if name in forms.CUT_OF_NEST:
+                raise OptionError(f"{flag_name(name)}: {line}")
         return {name: value for name, value in forms.values_of_work("cut", self.values).items() if name != "quantity"}
 
     def _machines(self) -> dict[str, str]:
@@ -300,7 +250,7 @@ class View:
         process = self.process if self.work == "program" else work.process
         origin = self.origin if self.work == "cut" else ""
         kind = self.seen.format if self.seen is not None else ""
-        options = without_idle(forms.values_of_work(self.work, self.values), self.usual, self.work, kind)
+        options = without_idle(forms.values_of_work(self.work, self.values), self.table.places, self.work, kind)
         return Task(work.command, inputs, process, options, origin)
 
     def command_line(self) -> str:

@@ -138,7 +138,7 @@ class Page:
         if kept is not None:
             restore(self.view, kept)
         #: Error in the user's own defaults.
-        self._unread = self.view.take_defaults() if kept is None else self.view.renew_defaults()
+        self._unread = self.view.follow_defaults()
         self._kept, self._asked = kept is not None, job if kept is None else ""
         #: Expiry of the current message on the monotonic clock, s.
         self._until = math.inf
@@ -288,7 +288,7 @@ class Page:
         kept = self.memory.newest()
         if kept is not None:
             restore(self.view, kept)
-            self._unread = self.view.renew_defaults()
+            self._unread = self.view.follow_defaults()
             await self._resume(kept)
 
     async def _resume(self, kept: KeptState) -> None:

@@ -46,18 +46,18 @@ class BenchPanel:
         """Show the card if the kind of work is solving a map."""
         view = self.view
         self.place.set_visibility(view.work == "solve")
-        self.note.set_visibility(bool(view.for_study) and view.values.get("local_search") is False)
+        self.note.set_visibility(view.work == "solve" and view.studied and view.values.get("local_search") is False)
         flags = {f"algorithm-{name}": name in self.chosen for name in COMPARED}
         groups = self._groups() if view.work == "solve" else []  # most pages never show it
         self.form.show({"runs": self.runs, "local": self.local_search, **flags}, groups=groups)
         runs = int(self.runs) * len(self.chosen) if self.runs.isdecimal() else 0
         self.begin.set_text(view.words("bench.begin", runs=f"{runs:,}"))
 
-    def restore(self, task: Task, values: dict[str, Any]) -> None:
+    def restore(self, task: Task, options: dict[str, Any]) -> None:
         """Show the choices of a study. Its option for local search does not affect the form above."""
         if task.command == "study":
             self.runs, self.chosen = str(task.runs), set(task.algorithms)
-            self.local_search = values.pop("local_search", True)
+            self.local_search = options.pop("local_search", True)
 
     def _groups(self) -> list[dict[str, Any]]:
         w = self.view.words
@@ -114,9 +114,9 @@ def settings_of(view: View, algorithms: tuple[str, ...]) -> dict[str, Any]:
         n for algorithm in algorithms or ("auto",) for _, names in forms.names_of("solve", algorithm) for n in names
     }
     known -= {"algorithm", "local_search"}
-    wrong = next((name for name in view.errors if name in known), None)
-    if wrong is not None:
-        raise OptionError(f"{flag_name(wrong)}: {view.errors[wrong]}")
+    for name, line in view.errors.items():
+        if name in known:
+            raise OptionError(f"{flag_name(name)}: {line}")
     return {name: value for name, value in forms.changed_values(view.values).items() if name in known}
 
 

@@ -18,6 +18,7 @@ from leafcut.studio.drawing.editing import CutOrder, Edited, HoleOrder, OrderSto
 from leafcut.studio.drawing.scene import edited_scene
 from leafcut.studio.jobs.history import History, JobRecord
 from leafcut.studio.page.elements import box, button, text
+from leafcut.studio.page.form_values import FormValue, Setter
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.stop_keys import StopKeys
 from leafcut.units import format_length
@@ -51,9 +52,8 @@ class TriedOrder:
     base: str | None
     sheet: tuple[int, int]
     job: str | None
-    #: Previous value and displayed file name of the option that now contains the edited order.
-    value: Any
-    shown: str
+    #: Previous entry of the option that now contains the edited order.
+    plan: FormValue | None
 
 
 class EditPanel:
@@ -259,11 +259,11 @@ class EditPanel:
         name = f"{Path(view.name.replace(':', '-')).stem}_edited.json"
         input_id = view.studio.folder.add_input(name, edited.text().encode())
         base, sheet = view.job, view.sheet
-        value, shown = view.values.get("plan", ""), view.shown.get("plan", "")
-        view.put_for_input("plan", input_id, name)
+        plan = view.table.get("plan")
+        view.table.put("plan", input_id, name, Setter.INPUT)
         self.page.input.draw()
         self.page.run.start()
-        self._tried = TriedOrder(edited, base, sheet, view.job, value, shown)
+        self._tried = TriedOrder(edited, base, sheet, view.job, plan)
         if view.job == base:
             self.take_back()
 
@@ -276,7 +276,10 @@ class EditPanel:
         if tried is None or tried.job != view.job:
             return False
         view.job, view.sheet = tried.base, tried.sheet
-        view.put_for_input("plan", tried.value, tried.shown)
+        if tried.plan is None:
+            view.table.pop("plan", None)
+        else:
+            view.table["plan"] = tried.plan
         self.page.remember()
         self.page.input.draw()
         self.page.run.draw()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import re
 from collections.abc import Awaitable
+from copy import copy
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
@@ -19,6 +20,7 @@ from leafcut.studio.jobs.sheets import SheetOfNest, upload_sheet
 from leafcut.studio.jobs.task import Task, display_name, parts_of
 from leafcut.studio.page import forms
 from leafcut.studio.page.elements import Form, Opener, box, button, link, text
+from leafcut.studio.page.form_values import Setter
 from leafcut.studio.page.forms import plain_field, plain_group
 from leafcut.studio.page.page_state import OF_READING, View
 from leafcut.studio.page.panel_bench import BenchPanel
@@ -36,8 +38,6 @@ if TYPE_CHECKING:
 _MAX_ISSUES = 30
 #: Time for which an obsolete reading may continue before its process is killed, s.
 _GRACE_SECONDS = 1.0
-#: Attributes of a view that the user types.
-_TYPED = ("values", "shown", "errors")
 
 
 class InputPanel:
@@ -124,7 +124,7 @@ class InputPanel:
 
     def _take_options(self, _: str, value: str, name: str) -> Awaitable[None] | None:
         view = self.view
-        before = dict(view.values)
+        before = view.values
         try:
             view.take_options(value)
         except LeafcutError as problem:
@@ -180,12 +180,12 @@ class InputPanel:
         view = self.view
         if view.work == "nest" and await self.parts.take(source, name):
             return
-        before = {k: v.copy() if isinstance(v, dict | list | set) else v for k, v in vars(view).items()}
+        before = {k: copy(v) if isinstance(v, dict | list) else v for k, v in vars(view).items()}
         edit, shown = self.page.run.edit.kept(), self.page.result.kept()
         self.page.save_and_rename()
         view.take(source, name or source)
         self.page.run.leave()
-        taken = {kind: dict(getattr(view, kind)) for kind in _TYPED}
+        taken = dict(view.table)
         if not await self.read(""):
             return
         broken = not view.source or (view.seen is not None and view.seen.broken)
@@ -201,10 +201,9 @@ class InputPanel:
                 self.recent.draw()
             return
         line = self.page.message_line.text
-        typed = {kind: _added(taken[kind], getattr(view, kind)) for kind in _TYPED}
+        typed = {name: entry for name, entry in view.table.items() if taken.get(name) != entry}
         vars(view).update(before)
-        for kind, entries in typed.items():
-            getattr(view, kind).update(entries)
+        view.table.update(typed)
         self.page.run.edit.hold(edit)
         self.page.stay()
         if view.seen is None and not self._is_cancelled(line):  # this input has interrupted the reading
@@ -226,7 +225,7 @@ class InputPanel:
         self.page.save_and_rename()
         view.take(source, sheet.file, sheet.origin)
         self.page.run.leave()
-        view.put_for_input("quantity", str(sheet.count) if sheet.count > 1 else "")
+        view.table.put("quantity", str(sheet.count) if sheet.count > 1 else "", setter=Setter.INPUT)
         view.work = "cut"
         self.page.remember()
         if await self.read("cut"):
@@ -303,7 +302,7 @@ class InputPanel:
             line = "" if seen.pixels else seen.error  # the drawing asks for the size of a picture
             fits = work in (*seen.works, "nest")
             if not work and seen.whole.machine and not view.values.get("machine"):
-                view.put_for_input("machine", seen.whole.machine)
+                view.table.put("machine", seen.whole.machine, setter=Setter.INPUT)
             view.work = work if fits else seen.work or (view.work if view.work in seen.works else seen.works[0])
         self._show_problem(line)
         self.draw()
@@ -334,7 +333,7 @@ class InputPanel:
 
     def _put(self, name: str, value: Any, shown: str) -> Awaitable[bool] | None:
         view = self.view
-        view.put(name, value, shown)
+        view.table.put(name, value, shown)
         self._show_values()
         if name not in OF_READING or not view.source or name in view.errors:
             return None
@@ -351,7 +350,7 @@ class InputPanel:
         except LeafcutError as problem:
             self.page.show_message(str(problem), True)
             return None
-        self.view.put_for_input("pixel_size", f"{size:.6g}mm")
+        self.view.table.put("pixel_size", f"{size:.6g}mm", setter=Setter.INPUT)
         self._show_values()
         if "pixel_size" in self.view.errors:
             self.page.show_message(self.view.errors["pixel_size"], True)
@@ -371,7 +370,7 @@ class InputPanel:
         view.follow_study()
         self.bench.draw()
         errors = {name: view.words.plain(line) for name, line in view.problems.items()}
-        self.options.show(view.values, view.shown, errors, view.form())
+        self.options.show(view.values, view.table.shown, errors, view.form())
         self.draw_pace()
         self._show_command()
 
@@ -398,11 +397,9 @@ class InputPanel:
         view.process, view.work = task.process, work_of(task, view.name)
         removed = {name: line for name in task.options if (line := why_removed(name))}
         options = {name: value for name, value in task.options.items() if name not in removed}
-        view.values, view.errors, view.for_study = options, {}, None
-        view.usual, view.kept, view.known_defaults = {}, set(), None
-        self.bench.restore(task, view.values)
-        view.shown = {name: self._named(value) for name, value in options.items() if isinstance(value, str)}
-        view.of_input = {"plan", *(("quantity",) if task.origin else ())} & view.values.keys()
+        self.bench.restore(task, options)
+        shown = {name: self._named(value) for name, value in options.items() if isinstance(value, str)}
+        view.table.take_job(options, shown, of_input=("plan", "quantity") if task.origin else ("plan",))
         newest = await self.resume()
         if removed:
             self._show_problem("; ".join(removed.values()))
@@ -532,10 +529,6 @@ class InputPanel:
         if view.work == "nest":
             return "parts.none"
         return "open.second_missing" if view.source and view.work == "verify" else "command.none"
-
-
-def _added(before: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in now.items() if name not in before or before[name] != value}
 
 
 def _read(view: View, work: str, reading: PreviewReading) -> tuple[Preview | None, str]:

@@ -1,0 +1,121 @@
+"""The values of the options form, each with who set it. All else about a form is a function of this table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Any
+
+from leafcut.processes.settings import all_options, group_of
+from leafcut.studio.page.own_defaults import OwnDefaults
+
+
+class Setter(StrEnum):
+    """Who set a value. An option without an entry has leafcut's default."""
+
+    PERSON = "person"
+    #: The person, for an earlier input.
+    EARLIER = "earlier"
+    #: The open input; the value is removed with it.
+    INPUT = "input"
+    #: The file of the user's own defaults.
+    FILE = "file"
+    #: The studio, while an algorithm of the literature is studied.
+    STUDY = "study"
+
+
+@dataclass(frozen=True)
+class FormValue:
+    """A value as typed, or "" for an option that was reset to leafcut's default.
+
+    Attributes
+    ----------
+    shown
+        Displayed name of a chosen file.
+    place
+        File and line of a user's own default.
+    """
+
+    value: Any = ""
+    setter: Setter = Setter.PERSON
+    shown: str = ""
+    place: str = ""
+
+
+class FormValues(dict[str, FormValue]):
+    """The entries of a form: option → value and setter."""
+
+    def put(self, name: str, value: Any, shown: str = "", setter: Setter = Setter.PERSON) -> None:
+        """Set a value. leafcut's default counts as a reset."""
+        reset = value in (None, "", group_of(name).defaults()[name])
+        self[name] = FormValue(setter=setter) if reset else FormValue(value, setter, shown)
+
+    @property
+    def values_only(self) -> dict[str, Any]:
+        """The values that are set: option → value."""
+        return {name: entry.value for name, entry in self.items() if entry.value != ""}
+
+    @property
+    def shown(self) -> dict[str, str]:
+        """Displayed names of chosen files: option → name."""
+        return {name: entry.shown for name, entry in self.items() if entry.shown}
+
+    @property
+    def places(self) -> dict[str, str]:
+        """Values from the user's own defaults: option → file and line."""
+        return {name: entry.place for name, entry in self.items() if entry.setter is Setter.FILE}
+
+    def set_by(self, *setters: Setter) -> set[str]:
+        """Return the options with a value that one of the setters has set."""
+        return {name for name, entry in self.items() if entry.setter in setters and entry.value != ""}
+
+    def follow_defaults(self, defaults: OwnDefaults, keep: Iterable[str] = ()) -> None:
+        """Take the values of the user's own defaults, except where another setter has decided."""
+        for name in [name for name, entry in self.items() if entry.setter is Setter.FILE and name not in keep]:
+            del self[name]
+        for name, value in defaults.values.items():
+            if name not in self and value != group_of(name).defaults()[name]:
+                self[name] = FormValue(value, Setter.FILE, defaults.shown.get(name, ""), defaults.places[name])
+
+    def leave_input(self) -> None:
+        """Remove the values that apply only to the open input."""
+        for name in [name for name, entry in self.items() if entry.setter is Setter.INPUT]:
+            del self[name]
+
+    def start_fresh(self, defaults: OwnDefaults) -> None:
+        """Reset the options that describe a file, and mark the other values as those of an earlier input."""
+        of_file = {name for _, name, spec in all_options() if spec.of_file}
+        for name, entry in list(self.items()):
+            if name in of_file and entry.setter is not Setter.FILE:
+                del self[name]
+            elif entry.setter is Setter.PERSON and entry.value != "":
+                self[name] = replace(entry, setter=Setter.EARLIER)
+        self.follow_defaults(
+            OwnDefaults({n: v for n, v in defaults.values.items() if n in of_file}, defaults.shown, defaults.places),
+            keep=self,
+        )
+
+    def take_job(self, options: Mapping[str, Any], shown: Mapping[str, str], of_input: Iterable[str]) -> None:
+        """Take the options of a job. All other options are reset, so that they do not follow the user's own defaults."""
+        self.clear()
+        self.update({name: FormValue() for _, name, _ in all_options()})
+        for name in options.keys() & self.keys():
+            setter = Setter.INPUT if name in of_input else Setter.PERSON
+            self[name] = FormValue(options[name], setter, shown.get(name, ""))
+
+    def as_plain(self) -> dict[str, list[Any]]:
+        """Return the entries as plain values."""
+        return {name: [entry.value, entry.setter, entry.shown, entry.place] for name, entry in self.items()}
+
+    @classmethod
+    def of_plain(cls, plain: Any) -> FormValues:
+        """Return the entries of the result of `as_plain`. Invalid entries are ignored."""
+        options, table = {name for _, name, _ in all_options()}, cls()
+        for name, entry in plain.items() if isinstance(plain, dict) else ():
+            match entry:
+                case [str() | bool() | int() | float() as value, str() as setter, str() as shown, str() as place] if (
+                    name in options and setter in set(Setter)
+                ):
+                    table[name] = FormValue(value, Setter(setter), shown, place)
+        return table
