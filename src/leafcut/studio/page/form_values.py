@@ -70,9 +70,9 @@ class FormValues(dict[str, FormValue]):
         """Return the options with a value that one of the setters has set."""
         return {name for name, entry in self.items() if entry.setter in setters and entry.value != ""}
 
-    def follow_defaults(self, defaults: OwnDefaults, keep: Iterable[str] = ()) -> None:
+    def follow_defaults(self, defaults: OwnDefaults) -> None:
         """Take the values of the user's own defaults, except where another setter has decided."""
-        for name in [name for name, entry in self.items() if entry.setter is Setter.FILE and name not in keep]:
+        for name in [name for name, entry in self.items() if entry.setter is Setter.FILE]:
             del self[name]
         for name, value in defaults.values.items():
             if name not in self and value != group_of(name).defaults()[name]:
@@ -83,21 +83,17 @@ class FormValues(dict[str, FormValue]):
         for name in [name for name, entry in self.items() if entry.setter is Setter.INPUT]:
             del self[name]
 
-    def start_fresh(self, defaults: OwnDefaults) -> None:
+    def start_fresh(self) -> None:
         """Reset the options that describe a file, and mark the other values as those of an earlier input."""
         of_file = {name for _, name, spec in all_options() if spec.of_file}
         for name, entry in list(self.items()):
-            if name in of_file and entry.setter is not Setter.FILE:
+            if name in of_file:
                 del self[name]
             elif entry.setter is Setter.PERSON and entry.value != "":
                 self[name] = replace(entry, setter=Setter.EARLIER)
-        self.follow_defaults(
-            OwnDefaults({n: v for n, v in defaults.values.items() if n in of_file}, defaults.shown, defaults.places),
-            keep=self,
-        )
 
     def take_job(self, options: Mapping[str, Any], shown: Mapping[str, str], of_input: Iterable[str]) -> None:
-        """Take the options of a job. All other options are reset, so that they do not follow the user's own defaults."""
+        """Take the options of a job. All others are reset, so that they do not follow the user's own defaults."""
         self.clear()
         self.update({name: FormValue() for _, name, _ in all_options()})
         for name in options.keys() & self.keys():

@@ -149,7 +149,8 @@ class View:
         """Change to another input, and reset the values of the previous input."""
         self.table.leave_input()
         if self.source not in ("", source):
-            self.table.start_fresh(own_defaults(self.studio.folder))
+            self.table.start_fresh()
+            self.follow_defaults()
         self.source, self.name, self.origin = source, name, origin
         self.second = self.second_name = ""
 
