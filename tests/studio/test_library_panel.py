@@ -29,7 +29,9 @@ def panel_of(studio: Studio, kind: str, tab: str = "toml") -> tuple[LibraryPanel
     """Return the form of ``mine`` on a page, and its messages."""
     said: list[str] = []
     page: Any = SimpleNamespace(
-        show_message=lambda line, bad=False: said.append(line), input=SimpleNamespace(draw=lambda: None)
+        show_message=lambda line, bad=False: said.append(line),
+        input=SimpleNamespace(draw=lambda: None),
+        store_draft=lambda *_: None,
     )
     panel = LibraryPanel(View(studio, words("en")), page, kind)
     panel.tab = tab

@@ -1,10 +1,8 @@
-"""The choices of a page are stored under a name that opens no file; damaged entries are ignored."""
+"""The choices of a page are stored as plain values; damaged entries are ignored."""
 
 from __future__ import annotations
 
 import json
-import os
-import time
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +21,6 @@ from leafcut.studio.page.pages import Page
 from leafcut.studio.page.saved_state import kept_state, restore
 from leafcut.studio.page.staleness import differences
 from leafcut.studio.recent_files import MAX_RECENT, RecentFiles
-from leafcut.studio.saved_pages import LONGEST, MAX_CHARACTERS, MAX_PAGES, KeptPages
 from leafcut.studio.studio import Studio, open_studio
 from leafcut.studio.wording import words
 
@@ -83,68 +80,14 @@ def test_what_is_damaged_of_a_page_is_as_if_it_had_not_been_chosen(studio: Studi
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ["", "..", "../history", "a" * 15, "a" * 17, "aaaaaaaa/aaaaaaa", "aaaaaaaaaaaaaaa\n"])
-def test_a_name_that_is_none_is_neither_read_nor_written(tmp_path: Path, name: str) -> None:
-    (tmp_path / "history.json").write_text("{}")
-    pages = KeptPages(tmp_path / "pages")
-    pages.put(name, "{}")
-    pages.drop(name)
-    assert pages.get(name) is None
-    assert list((tmp_path / "pages").iterdir()) == []
-    assert (tmp_path / "history.json").exists()
-
-
-def test_pages_are_few_and_not_for_ever_and_none_that_is_seen_goes(tmp_path: Path) -> None:
-    pages = KeptPages(tmp_path)
-    seen = pages.new_name()
-    assert pages.hold(seen, lambda: True)
-    pages.put(seen, '{"source": "a"}')
-    long_ago = time.time() - LONGEST - 60
-    os.utime(tmp_path / f"{seen}.json", (long_ago, long_ago))
-    old = pages.new_name()
-    pages.put(old, "{}")
-    os.utime(tmp_path / f"{old}.json", (long_ago, long_ago))
-    for _ in range(MAX_PAGES + 5):
-        pages.put(pages.new_name(), "{}")
-    assert pages.get(seen) == {"source": "a"}
-    assert pages.get(old) is None
-    assert len(list(tmp_path.glob("*.json"))) <= MAX_PAGES + 1
-    large = pages.new_name()
-    pages.put(large, json.dumps({"name": "x" * MAX_CHARACTERS}))
-    assert pages.get(large) is None
-
-
-def test_a_name_is_of_one_page_that_is_seen(tmp_path: Path) -> None:
-    pages = KeptPages(tmp_path)
-    name = pages.new_name()
-    there = [True]
-
-    def first() -> bool:
-        return there[0]
-
-    def second() -> bool:
-        return True
-
-    assert pages.hold(name, first)
-    assert pages.hold(name, first)
-    assert not pages.hold(name, second)
-    there[0] = False
-    assert pages.hold(name, second)
-    pages.release(second)
-    assert pages.hold(name, first)
-
-
-def test_what_lies_damaged_of_pages_recent_files_and_drafts_stops_nothing(tmp_path: Path) -> None:
+def test_what_lies_damaged_of_recent_files_stops_nothing(tmp_path: Path) -> None:
     root = tmp_path / "studio"
-    (root / "pages").mkdir(parents=True)
-    (root / "pages" / f"{'a' * 16}.json").write_bytes(b"\xff{")
+    root.mkdir()
     (root / "recent.json").write_text(
         '[1, {"source": "example:plate-27"}, {"source": "x", "name": "y", "opened": "z"}]'
     )
     studio = open_studio(root)
-    assert studio.pages.get("a" * 16) is None
     assert studio.recent.newest() == []
-    assert dict(studio.drafts("machines")) == {}
     studio.jobs.close()
     studio.history.close()
 
@@ -168,57 +111,19 @@ def test_recent_files_are_told_once_and_no_more_than_some_and_what_is_gone_is_no
     assert recent.newest() == []
 
 
-def test_what_a_page_or_the_recent_files_have_stays_when_its_job_is_forgotten_and_at_a_new_start(
-    studio: Studio,
-) -> None:
+def test_what_a_page_or_the_recent_files_have_stays_when_its_job_is_forgotten(studio: Studio) -> None:
     made = [studio.folder.add_input(f"plate{k}.dxf", PLATE.read_bytes()) for k in range(3)]
     jobs = [studio.jobs.start(Task("optimize", (one,), options={"thickness": "6", "preset": "fast"})) for one in made]
-    view = View(studio, words("en"))
-    view.take(made[0], "plate0.dxf")
-    studio.pages.put(studio.pages.new_name(), json.dumps(kept_state(view, "summary", None)))
-    studio.recent.add(made[1], "plate1.dxf")
-    for job in jobs:
-        studio.jobs.cancel(job)
-        studio.jobs.wait(job, 60)
-        studio.jobs.delete(job)
-    there = [(studio.folder.inputs / one).is_dir() for one in made]
-    assert there == [True, True, False]
-    for one in made[:2]:
-        os.utime(studio.folder.inputs / one, (0, 0))
-    again = open_studio(studio.folder.root)
-    assert [(studio.folder.inputs / one).is_dir() for one in made] == there
-    again.jobs.close()
-    again.history.close()
-
-
-def test_drafts_are_of_names_that_a_person_can_give_and_of_no_others(studio: Studio) -> None:
-    drafts = studio.drafts("machines")
-    drafts["mine"] = "name = 1"
-    assert studio.drafts("machines")["mine"] == "name = 1"
-    assert studio.drafts("tools").get("mine") is None
-    assert drafts.get("../token") is None
-    with pytest.raises(ValueError, match="not a valid name"):
-        drafts["../x"] = "a"
-    assert drafts.pop("mine") == "name = 1"
-    assert drafts.pop("mine", None) is None
-    assert len(drafts) == 0
-
-
-def test_a_draft_that_cannot_be_written_is_kept_as_long_as_the_page(studio: Studio) -> None:
-    drafts = studio.drafts("machines")
-    drafts["mine"] = "name = 1"
-    drafts["mine"] = long = "x" * 300_000
-    assert dict(drafts) == {"mine": long}
-    drafts["mine"] = "name = 2"
-    assert studio.drafts("machines")["mine"] == drafts["mine"] == "name = 2"
-    del drafts["mine"]
-    assert not (studio.folder.root / "drafts" / "tools").exists()
-    (studio.folder.root / "drafts" / "tools").write_text("a file where the folder would be")
-    tools = studio.drafts("tools")
-    tools["mine"] = "name = 3"
-    assert dict(tools) == {"mine": "name = 3"}
-    assert tools.pop("mine") == "name = 3"
-    assert (dict(drafts), dict(tools)) == ({}, {})
+    with Client(page_of("/")):
+        page = Page(studio, words("en"))
+        page.build()
+        page.view.take(made[0], "plate0.dxf")
+        studio.recent.add(made[1], "plate1.dxf")
+        for job in jobs:
+            studio.jobs.cancel(job)
+            studio.jobs.wait(job, 60)
+            studio.jobs.delete(job)
+        assert [(studio.folder.inputs / one).is_dir() for one in made] == [True, True, False]
 
 
 def test_an_order_that_was_put_away_is_gone_on_with_and_that_of_other_stops_is_not() -> None:
@@ -299,16 +204,6 @@ def test_a_program_that_stays_as_long_says_why_in_place_of_nothing_saved() -> No
     assert saving_headline({**answer, "staying": []}, w).large == "Already in the best order found"
     assert saving_headline({**answer, "after": {"time_s": 10.0}, "saved_percent": 20.0}, w).kind == "better"
     assert saving_headline({**answer, "after": {"time_s": 13.0}, "saved_percent": -4.0}, w).kind == "worse"
-
-
-def test_a_page_is_built_as_it_was_left_and_a_job_in_the_address_that_is_another_comes_first(studio: Studio) -> None:
-    view = view_with_everything(studio)
-    name = studio.pages.new_name()
-    studio.pages.put(name, json.dumps(kept_state(view, "search", None)))
-    with Client(page_of("/")):
-        assert Page(studio, words("en"), name).view.values == view.values
-        assert Page(studio, words("en"), name, "other-job-id").view.values == {}
-        assert Page(studio, words("en"), "b" * 16).view.source == ""
 
 
 def test_what_was_said_of_local_search_holds_when_the_page_comes_back(studio: Studio) -> None:

@@ -26,8 +26,8 @@ OWN, BUILT_IN = "mine:", ("example:", "random:")
 LARGEST_UPLOAD = 64 * 1024 * 1024
 #: Maximum length of a file name, bytes; file systems allow 255.
 _LONGEST_NAME = 160
-#: Age after which unused uploads are deleted, s.
-_UNUSED_SECONDS = 24 * 3600.0
+#: Age after which unused uploads are deleted, s. Browsers may still have pages with younger ones.
+_UNUSED_SECONDS = 14 * 24 * 3600.0
 _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\.|\Z)")
 
 
@@ -101,7 +101,7 @@ class Folder:
                 shutil.rmtree(self.inputs / input_id, ignore_errors=True)
 
     def drop_unused(self, used: Iterable[str]) -> None:
-        """Delete uploads that are older than a day and not in use."""
+        """Delete uploads that are older than two weeks and not in use."""
         keep, now = set(used), time.time()
         old = [p.name for p in self.inputs.iterdir() if now - p.stat().st_mtime > _UNUSED_SECONDS]
         self.drop_inputs(name for name in old if name not in keep)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
+from weakref import WeakValueDictionary
 
-from leafcut.studio.drafts import Drafts
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import History
 from leafcut.studio.jobs.jobs import Jobs
@@ -14,7 +15,6 @@ from leafcut.studio.keys import StudioKeys, kept_secret
 from leafcut.studio.lab_runs import LabRuns
 from leafcut.studio.machine.link import MachineLink
 from leafcut.studio.recent_files import RecentFiles
-from leafcut.studio.saved_pages import KeptPages
 
 HOST, PORT = "127.0.0.1", 8173
 
@@ -29,14 +29,13 @@ class Studio:
     workers: StudioWorkers
     keys: StudioKeys
     port: int
-    pages: KeptPages
     recent: RecentFiles
     lab: LabRuns
     machine: MachineLink = field(default_factory=MachineLink)
-
-    def drafts(self, kind: str) -> Drafts:
-        """Return the unsaved texts of the user's own ``machines`` or ``tools``."""
-        return Drafts(self.folder, kind)
+    #: Unsaved texts of the user's own files: kind → name → text. Browsers store them, too.
+    drafts: dict[str, dict[str, str]] = field(default_factory=lambda: {"machines": {}, "tools": {}})
+    #: The pages (`page.pages.Page`) by the names of their choices in a browser's history.
+    open_pages: WeakValueDictionary[str, Any] = field(default_factory=WeakValueDictionary)
 
     def close(self) -> None:
         """Stop all activities, the machine first."""
@@ -70,12 +69,13 @@ def open_studio(root: Path, port: int = PORT, workers: StudioWorkers | None = No
     folder = Folder(root)
     history = History(root / "history.sqlite")
     history.interrupt()
-    pages, recent = KeptPages(root / "pages"), RecentFiles(folder)
+    recent = RecentFiles(folder)
+    open_pages: WeakValueDictionary[str, Any] = WeakValueDictionary()
 
     def kept() -> set[str]:
-        return pages.files_in_use() | recent.files_in_use()
+        return recent.files_in_use().union(*(page.files_in_use() for page in list(open_pages.values())))
 
     folder.drop_unused(history.inputs_in_use() | kept())
     workers = workers or StudioWorkers(root / "temporary")
     jobs, keys = Jobs(folder, history, workers, kept), StudioKeys(kept_secret(root))
-    return Studio(folder, history, jobs, workers, keys, port, pages, recent, LabRuns(folder))
+    return Studio(folder, history, jobs, workers, keys, port, recent, LabRuns(folder), open_pages=open_pages)

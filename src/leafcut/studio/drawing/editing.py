@@ -16,7 +16,7 @@ from leafcut.read.order_file import drawing_of, order_text
 
 State = TypeVar("State")
 #: Limits for a stored order: number of undo steps, and characters of all steps together.
-_MAX_STEPS, _MAX_LETTERS = 30, 1_000_000
+_MAX_STEPS, _MAX_LETTERS = 30, 300_000
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from nicegui.events import GenericEventArguments
 
 Fields = list[dict[str, Any]]
 
-#: Maximum number of history steps that are sent to a browser at once.
-_STEPS = 50
+#: Maximum wait for an answer of the browser, s.
+_PATIENCE = 20.0
 
 
 def _answer(element: Element, event: GenericEventArguments, act: Callable[..., Any], *names: str) -> Any:
@@ -214,21 +214,48 @@ class SaveBar(Element, component="../static/save_bar.js"):
         self.update()
 
 
-class Address(Element, component="../static/address.js"):
-    """The history of the browser: adds steps together with the page, and reports Back and Forward.
+class BrowserState(Element, component="../static/browser_state.js"):
+    """What the browser stores of a page: steps of its history with choices, and drafts of profiles.
 
-    `on_went` receives the query of the new address (key → text), and whether the browser had recorded all steps at
-    that time; a step that is still on its way is recorded after it.
+    `on_went` is called after Back or Forward. It receives the query of the address (key → text), the choices of the
+    step, and whether the browser had recorded all steps; a step that is still on its way is recorded after it.
     """
 
-    def __init__(self, on_went: Callable[[dict[str, Any], bool], Any]) -> None:
+    def __init__(self, on_went: Callable[[dict[str, Any], str, bool], Any]) -> None:
         super().__init__()
         self._number = 0
         self.props["steps"] = []
-        self.on("went", lambda e: on_went(e.args["said"], e.args["done"] == self._number))
+        self.on("went", lambda e: on_went(e.args["address"], str(e.args["choices"]), e.args["done"] == self._number))
+        self.on("took", lambda e: self._forget(e.args))
 
-    def step(self, step: str, address: str) -> None:
-        """Add an address to the history. `step` is ``pushState`` or ``replaceState``."""
+    def step(self, step: str, address: str, choices: str) -> None:
+        """Add an address with its choices to the history. `step` is ``pushState`` or ``replaceState``."""
         self._number += 1
-        self.props["steps"] = [*self.props["steps"][1 - _STEPS :], [self._number, step, address]]
+        steps = self.props["steps"]
+        if step == "replaceState" and steps and steps[-1][1] == step:
+            steps = steps[:-1]
+        self.props["steps"] = [*steps, [self._number, step, address, choices]]
         self.update()
+
+    def _forget(self, number: int) -> None:
+        self.props["steps"] = [step for step in self.props["steps"] if step[0] > number]
+
+    async def read(self) -> str:
+        """Return the choices of the current step, or an empty text."""
+        return str(await self.run_method("read", timeout=_PATIENCE))
+
+    async def read_last(self) -> str:
+        """Return the choices of the page that was closed last, or an empty text."""
+        return str(await self.run_method("readLast", timeout=_PATIENCE))
+
+    async def draft_names(self) -> list[str]:
+        """Return the names of the stored drafts."""
+        return [str(name) for name in await self.run_method("drafts", timeout=_PATIENCE)]
+
+    async def draft(self, name: str) -> str:
+        """Return a stored draft."""
+        return str(await self.run_method("draft", name, timeout=_PATIENCE))
+
+    def set_draft(self, name: str, text: str | None) -> None:
+        """Store a draft; None deletes it."""
+        self.run_method("setDraft", name, text)

@@ -8,10 +8,11 @@ from importlib.resources import files
 from pathlib import Path
 
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.studio.drafts import MAX_CHARACTERS
 from leafcut.studio.folder import Folder
 
 KINDS = ("machines", "tools")
+#: Maximum length of a profile, characters; profiles have a few thousand.
+MAX_CHARACTERS = 200_000
 
 
 def shipped_names(kind: str) -> list[str]:

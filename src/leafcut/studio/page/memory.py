@@ -1,138 +1,142 @@
-"""The choices of a page, saved under a name in its URL, so that they survive reloads, Back and restarts."""
+"""The choices of a page in the history of its browser, so that Back, a reload and a restart continue with them."""
 
 from __future__ import annotations
 
 import json
+import secrets
+from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode
 
 from nicegui import Client
 
-from leafcut.studio.page.elements import Address
-from leafcut.studio.page.saved_state import KeptState, has_choices
-from leafcut.studio.saved_pages import KeptPages
+from leafcut.studio.page.elements import BrowserState
+from leafcut.studio.page.saved_state import KeptState
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
+    from collections.abc import Awaitable
 
     from leafcut.studio.page.pages import Page
 
+#: Maximum size of stored choices, characters. A browser's message to the server must be smaller than 1 MiB.
+MAX_CHARACTERS = 900_000
+
 
 class Memory:
-    """The name of a page, its saved state, and its address. Another file or job gets a new name, so that Back works."""
+    """The steps of a page in the browser's history, each with an address and named choices.
 
-    def __init__(self, page: Page, kept: KeptPages, name: str = "") -> None:
-        self._page, self._kept = page, kept
-        known = kept.get(name) is not None
-        self.name = self._initial_name = name if known else kept.new_name()
-        #: Last saved text, and whether anything was saved.
-        self._text = ""
-        self._written = known
-        #: Previous name, while it is unknown whether another input will be opened.
-        self._left = ""
-        self._address = ""
-        self._seen: Callable[[], bool] = lambda: False
-        self._history: Address | None = None
+    A view is a step with the same name. Another file or job gets a new name, so that Back returns to the earlier
+    choices. `on_went` receives the address of a step to which the browser has gone, and its choices if they have
+    another name.
+    """
 
-    def watch(self, client: Client, on_address: Callable[[dict[str, Any], bool], Awaitable[None]]) -> None:
-        """Connect to the browser of a page: claim the name while the page is open, and follow Back and Forward."""
-        self._history = Address(on_address)
-        self._seen = lambda: client.has_socket_connection
-        client.on_connect(self.hold)
-        client.on_delete(lambda: self._kept.release(self._seen))
+    def __init__(
+        self, page: Page, client: Client, on_went: Callable[[dict[str, Any], KeptState | None], Awaitable[None]]
+    ) -> None:
+        self._page, self._on_went = page, on_went
+        self.browser = BrowserState(self._follow)
+        self.is_open: Callable[[], bool] = lambda: client.has_socket_connection
+        self._rename(secrets.token_urlsafe(9))
+        #: Whether the browser's choices have been read; before that, nothing may replace them.
+        self._loaded = False
+        #: Whether another input is being opened, which will be a new step.
+        self._opening = False
+        #: Whether a view was opened before the browser's choices were read.
+        self._late_step = False
+        #: Choices that were left by Back or Forward, by name: the browser may have gone before it could store them.
+        self._left: dict[str, KeptState] = {}
+        #: Last sent address and choices.
+        self._sent = ("", "")
 
-    def hold(self) -> None:
-        """Claim the name. If another open page has it (a duplicated tab), continue under a new name."""
-        if not self._kept.hold(self.name, self._seen):
-            self.name, self._text = self._kept.new_name(), ""
-            self._kept.hold(self.name, self._seen)
-            self.save()
+    def _rename(self, name: str) -> None:
+        self.name = name
+        self._page.studio.open_pages[name] = self._page
 
-    def save(self) -> None:
-        """Save the page's state if it has changed, and update the address."""
-        if self._write() and not self._left:
-            self.replace()
-
-    def _write(self) -> bool:
-        state = self._page.state()
-        text = json.dumps(state)
-        if (
-            text == self._text
-            or not (has_choices(state) or self._written)
-            or not self._kept.hold(self.name, self._seen)
-        ):
-            return False
-        self._text, self._written = text, True
-        self._kept.put(self.name, text)
-        return True
-
-    def save_and_rename(self) -> None:
-        """Save the state and continue under a new name, because another input may be opened."""
-        state = self._page.state()
-        if self._left or not (state["source"] or state["job"] or state["parts"]):
-            return
-        self.save()
-        self._left, self.name, self._text = self.name, self._kept.new_name(), ""
-        self._kept.hold(self.name, self._seen)
-
-    def stay(self) -> None:
-        """Return to the previous name, because no other input was opened."""
-        if self._left:
-            self._kept.drop(self.name)
-            self.name, self._left, self._text = self._left, "", ""
-
-    def settle(self) -> None:
-        """Update the address. If another input was opened, add a step to the browser's history."""
-        self.save()
-        if self._left:
-            self._left = ""
-            self.push()
-        else:
-            self.replace()
-
-    def newest(self) -> KeptState | None:
-        """Return the state that is saved under the initial name, or None."""
-        return self._kept.get(self._initial_name)
-
-    def take(self, name: str) -> KeptState | None:
-        """Continue under another name; return the state that is saved under it, or None."""
-        state = self._kept.get(name)
+    async def load(self) -> KeptState | None:
+        """Return the choices of the browser's current step, or None."""
+        state = _parsed(await self.browser.read())
+        self._loaded = True
         if state is None:
             return None
-        self._write()
-        self.name, self._text, self._written, self._left = name, "", True, ""
-        self.hold()
-        return state
+        name = str(state.get("page"))
+        other = self._page.studio.open_pages.get(name)
+        if other is None or not other.memory.is_open():  # otherwise this is a duplicated tab
+            self._rename(name)
+        # The page before a reload has received what was typed last, but its browser could not store it any more.
+        return other.state() if other is not None and not other.memory.is_open() else state
+
+    async def load_last(self) -> KeptState | None:
+        """Return the choices of the page that this browser closed last, or None."""
+        return _parsed(await self.browser.read_last())
+
+    def save(self) -> None:
+        """Save the page's state if it has changed, except while another input is being opened."""
+        if self._loaded and not self._opening:
+            late, self._late_step = self._late_step, False
+            self._send("pushState" if late else "replaceState")
+
+    def prepare_step(self) -> None:
+        """Save the state, and keep it in this step, because another input may be opened."""
+        state = self._page.state()
+        if not self._opening and (state["source"] or state["job"] or state["parts"]):
+            self.save()
+            self._opening = True
+
+    def stay(self) -> None:
+        """Continue in this step, because no other input was opened."""
+        self._opening = False
+
+    def settle(self) -> None:
+        """Save the state. If another input was opened, it is a new step."""
+        if self._opening:
+            self._opening = False
+            self._rename(secrets.token_urlsafe(9))
+            self.push()
+        else:
+            self.save()
 
     def push(self) -> None:
-        """Add the current address as a step to the browser's history."""
-        self._put("pushState")
+        """Save the state as a new step."""
+        if self._loaded:
+            self._send("pushState")
+        else:
+            self._late_step = True
 
-    def record_address(self, address: dict[str, Any]) -> None:
-        """Record the browser's current address, so that it is not sent again."""
-        self._address = _address({key: str(address.get(key, "")) for key in ("page", "view", "job")})
+    async def _follow(self, address: dict[str, Any], state: str, newest: bool) -> None:
+        """Follow Back or Forward.
 
-    def replace(self) -> None:
-        """Replace the URL that the browser shows if the new one differs."""
-        if self.address != self._address:
-            self._put("replaceState")
+        `newest`: whether the browser has recorded all steps. If not, the missing step would replace this one later,
+        so this one is sent again.
+        """
+        kept, self._opening = _parsed(state), False
+        name = self.name if kept is None else str(kept.get("page"))
+        other = name != self.name
+        if other:
+            self._left[self.name] = self._page.state()
+            kept = self._left.get(name, kept)
+        self._rename(name)
+        await self._on_went(address, kept if other else None)
+        if not newest:
+            self._sent = ("", "")
+        self.save()
 
-    def _put(self, step: str) -> None:
-        self._address = self.address
-        if self._history is not None:
-            self._history.step(step, self._address)
-
-    @property
-    def address(self) -> str:
-        """Address of the page in its current state."""
+    def _send(self, step: str) -> None:
+        state = self._page.state()
+        text = json.dumps({**state, "page": self.name})
+        if len(text) > MAX_CHARACTERS:
+            text = json.dumps({**state, "page": self.name, "edit": None})
         page, job = self._page, self._page.view.job
-        query = {
-            "page": self.name if self._written else "",
-            "view": "" if page.shown in ("", "work") else page.shown,
-            "job": job or "",
-        }
-        return _address(query)
+        query = {"view": "" if page.shown in ("", "work") else page.shown, "job": job or ""}
+        sent = ("/?" + urlencode({key: word for key, word in query.items() if word}), text)
+        if sent != self._sent:
+            self._sent = sent
+            self.browser.step(step, *sent)
 
 
-def _address(query: dict[str, str]) -> str:
-    return "/?" + urlencode({key: word for key, word in query.items() if word})
+def _parsed(text: str) -> KeptState | None:
+    with suppress(ValueError, RecursionError):
+        state = json.loads(text)
+        if isinstance(state, dict):
+            return state
+    return None

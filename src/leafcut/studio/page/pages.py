@@ -20,6 +20,7 @@ from leafcut.studio.folder import Folder
 from leafcut.studio.page.badge import Badge
 from leafcut.studio.page.elements import box, button, link, text
 from leafcut.studio.page.help_dialog import VIEWS, help_dialog
+from leafcut.studio.page.library import MAX_CHARACTERS
 from leafcut.studio.page.memory import Memory
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_input import InputPanel
@@ -66,8 +67,8 @@ def add_pages(app: FastAPI, studio: Studio) -> None:
     tidier = _Tidier()
 
     @ui.page("/", title="leafcut studio")
-    def page(request: Request, lang: str = "", page: str = "", view: str = "", job: str = "") -> None:
-        Page(studio, words(_language(studio.folder, request, lang)), page, job).build(view)
+    def page(request: Request, lang: str = "", view: str = "", job: str = "") -> None:
+        Page(studio, words(_language(studio.folder, request, lang)), job).build(view)
         ui.context.client.on_delete(tidier.page_gone)
         ui.context.client.on_connect(studio.workers.get_ready)  # the page is visible, so this delays nobody
         tidier.drop_unseen()
@@ -128,18 +129,15 @@ def _language(folder: Folder, request: Request, asked: str) -> str:
 class Page:
     """An open page of the studio."""
 
-    def __init__(self, studio: Studio, words: Words, name: str = "", job: str = "") -> None:
+    def __init__(self, studio: Studio, words: Words, job: str = "") -> None:
         self.studio, self.words = studio, words
         self.view = View(studio, words)
-        self.memory = Memory(self, studio.pages, name)
-        kept = self.memory.newest()
-        if kept is not None and job and kept.get("job") != job:
-            kept, self.memory = None, Memory(self, studio.pages)
-        if kept is not None:
-            restore(self.view, kept)
         #: Error in the user's own defaults.
         self._unread = self.view.follow_defaults()
-        self._kept, self._asked = kept is not None, job if kept is None else ""
+        #: The job in the address, for a step of the browser's history without choices.
+        self._asked = job
+        #: Choices of the page that this browser closed last, while this page is empty.
+        self.last: KeptState | None = None
         #: Expiry of the current message on the monotonic clock, s.
         self._until = math.inf
         self.shown = ""
@@ -154,7 +152,7 @@ class Page:
         )
         ui.add_body_html(first_bar())
         ui.context.client.content.classes("all")
-        with box("div", "studio", lang=w.language):
+        with box("div", "studio loading", lang=w.language) as self.place:
             self._top()
             self.views = {}
             with box("div", "work", id="view-work") as self.views["work"]:
@@ -182,7 +180,7 @@ class Page:
             self.message_line = text("div", "", "said", id="said", role="status", aria_live="polite")
             self.message_line.on("click", lambda: self.show_message(""))
             self.announced = text("div", "", "unseen", id="announced", role="status", aria_live="polite")
-            self.memory.watch(ui.context.client, self.follow_address)
+            self.memory = Memory(self, ui.context.client, self.follow)
             self.badge = Badge(self.view)
         self.built = True
         if self._unread:
@@ -190,10 +188,7 @@ class Page:
         self.show(view if view in self.views else "work")
         self.timer = ui.timer(_TICK, self.tick)
         ui.context.client.on_delete(self._forget)
-        if self._kept:
-            ui.timer(0.0, self._go_on, once=True)
-        elif self._asked:
-            ui.timer(0.0, lambda: self.open_job(self._asked), once=True)
+        ui.timer(0.0, self._load, once=True)
 
     def _forget(self) -> None:
         """Release large objects when the page closes; garbage collection releases the rest."""
@@ -267,31 +262,49 @@ class Page:
             self.show(name)
             self.memory.push()
 
-    async def follow_address(self, address: dict[str, Any], newest: bool) -> None:
-        """Follow the browser's Back or Forward to a view, and to the choices saved under another name.
-
-        `newest`: whether the browser has recorded all steps. If not, the missing step would change the address
-        later, so the address is sent again.
-        """
-        if newest:
-            self.memory.record_address(address)
-        name, view = str(address.get("page", "")), str(address.get("view", ""))
-        kept = self.memory.take(name) if name != self.memory.name else None
+    async def follow(self, address: dict[str, Any], kept: KeptState | None) -> None:
+        """Show the view of a step to which the browser has gone, and its choices if they are not those of this page."""
+        view = str(address.get("view", ""))
         self.show(view if view in self.views else "work")
         if kept is not None:
             restore(self.view, kept)
-            await self._resume(kept)
-        self.memory.replace()
+            await self._show_restored(kept)
 
-    async def _go_on(self) -> None:
-        """Restore the last saved state, including input that arrived after this page was requested."""
-        kept = self.memory.newest()
+    async def _load(self) -> None:
+        """Continue with what the browser has stored. The page is invisible until then."""
+        try:
+            kept = await self.memory.load()
+            if kept is None and not self._asked:
+                last = await self.memory.load_last()
+                self.last = last if last is not None and last.get("source") else None
+                self.run.invite()
+        finally:
+            self.place.classes(remove="loading")
         if kept is not None:
-            restore(self.view, kept)
-            self._unread = self.view.follow_defaults()
-            await self._resume(kept)
+            await self.resume(kept)
+        elif self._asked:
+            await self.open_job(self._asked)
+        self.memory.save()
+        for name in await self.memory.browser.draft_names():
+            kind, _, profile = name.partition("/")
+            if profile not in self.studio.drafts.get(kind, {profile: ""}):
+                self.studio.drafts[kind][profile] = await self.memory.browser.draft(name)
+                if self.shown == kind:
+                    self.show(kind)
 
-    async def _resume(self, kept: KeptState) -> None:
+    def store_draft(self, kind: str, name: str) -> None:
+        """Store a draft in the browser, or delete it there if it no longer exists."""
+        draft = self.studio.drafts[kind].get(name)
+        if draft is None or len(draft) <= MAX_CHARACTERS:
+            self.memory.browser.set_draft(f"{kind}/{name}", draft)
+
+    async def resume(self, kept: KeptState) -> None:
+        """Continue with stored choices."""
+        restore(self.view, kept)
+        self.view.follow_defaults()
+        await self._show_restored(kept)
+
+    async def _show_restored(self, kept: KeptState) -> None:
         self.result.take_tab(str(kept.get("tab")))
         edit = kept.get("edit")
         self.run.edit.hold(edit if isinstance(edit, dict) else None)
@@ -328,7 +341,7 @@ class Page:
         if record is None:
             self.show_message(self.words("jobs.gone"), True)
             return
-        self.memory.save_and_rename()
+        self.memory.prepare_step()
         self.view.job = job
         self.show("work")
         self.run.watch()
@@ -339,13 +352,11 @@ class Page:
         self.run.draw()
         self.result.draw()
 
-    def save_and_rename(self) -> None:
-        """Save the choices for Back, because another input may be opened."""
-        self.memory.save_and_rename()
-
-    def stay(self) -> None:
-        """Continue with the current input, because no other input was opened."""
-        self.memory.stay()
+    def files_in_use(self) -> set[str]:
+        """Return all texts among the choices that may be ids of uploads."""
+        state = self.state()
+        values = (entry[0] for entry in state["table"].values() if isinstance(entry[0], str))
+        return {state["source"], state["second"], *(part.input for part in self.view.parts), *values}
 
     def remember(self) -> None:
         """Update the address with the page and its job, so that it works even after a restart of the studio."""

@@ -182,7 +182,7 @@ class InputPanel:
             return
         before = {k: copy(v) if isinstance(v, dict | list) else v for k, v in vars(view).items()}
         edit, shown = self.page.run.edit.kept(), self.page.result.kept()
-        self.page.save_and_rename()
+        self.page.memory.prepare_step()
         view.take(source, name or source)
         self.page.run.leave()
         taken = dict(view.table)
@@ -205,7 +205,7 @@ class InputPanel:
         vars(view).update(before)
         view.table.update(typed)
         self.page.run.edit.hold(edit)
-        self.page.stay()
+        self.page.memory.stay()
         if view.seen is None and not self._is_cancelled(line):  # this input has interrupted the reading
             await self.read("")
         self.draw()
@@ -222,7 +222,7 @@ class InputPanel:
         except LeafcutError as problem:
             self.page.show_message(str(problem), True)
             return
-        self.page.save_and_rename()
+        self.page.memory.prepare_step()
         view.take(source, sheet.file, sheet.origin)
         self.page.run.leave()
         view.table.put("quantity", str(sheet.count) if sheet.count > 1 else "", setter=Setter.INPUT)
@@ -308,6 +308,8 @@ class InputPanel:
         self.draw()
         self.page.run.draw()
         self.page.result.draw()
+        if work:  # not a new input
+            self.page.remember()
         return True
 
     def _choose(self, name: str, value: str, _: str) -> Awaitable[None] | None:

@@ -33,7 +33,7 @@ class LibraryPanel:
         #: Array and entry of a tool library that the form shows.
         self.array, self.entry = ("tool", 0) if kind == "tools" else ("", 0)
         #: Name → unsaved text of the user's own profiles.
-        self.drafts = view.studio.drafts(kind)
+        self.drafts = view.studio.drafts[kind]
         self._saved = ""
         #: Text shown on this page. Another page may have saved or typed a different text.
         self._shown = ""
@@ -234,11 +234,16 @@ class LibraryPanel:
     def _change(self, words: str) -> None:
         """Store the text as a draft. Runs and lists use the saved text."""
         self.drafts[self.chosen] = words
+        self.page.store_draft(self.kind, self.chosen)
+
+    def _drop_draft(self, name: str) -> None:
+        self.drafts.pop(name, None)
+        self.page.store_draft(self.kind, name)
 
     def _discard(self) -> None:
         if not self._ensure_current():
             return
-        self.drafts.pop(self.chosen, None)
+        self._drop_draft(self.chosen)
         self.draw()
 
     def _check(self) -> None:
@@ -291,7 +296,7 @@ class LibraryPanel:
             return
         words = self.now if name == shown else self._renamed(self.now, shown, name)
         if self._keep(name, words):
-            self.drafts.pop(shown, None)
+            self._drop_draft(shown)
 
     def _keep(self, name: str, words: str) -> bool:
         try:
@@ -300,13 +305,13 @@ class LibraryPanel:
             self.page.show_message(line_of(problem), True)
             return False
         self.page.show_message(self.view.words("library.saved", name=name))
-        self.drafts.pop(name, None)
+        self._drop_draft(name)
         self.choose(name, True)
         self.page.input.draw()
         return True
 
     def _delete(self) -> None:
         library.delete_profile(self.view.studio.folder, self.kind, self.chosen)
-        self.drafts.pop(self.chosen, None)
+        self._drop_draft(self.chosen)
         self.choose(library.shipped_names(self.kind)[0], False)
         self.page.input.draw()

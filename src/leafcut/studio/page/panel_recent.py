@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from nicegui.element import Element
 
-from leafcut.studio.page.elements import box, button, link, text
+from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.page.page_state import View
 from leafcut.studio.recent_files import RecentFile
 from leafcut.studio.wording import day_and_time
@@ -44,12 +44,11 @@ class RecentPanel:
 
     def draw_short(self) -> None:
         """Show the last few files and the most recently closed page in the current container."""
-        w, studio = self.view.words, self.view.studio
-        closed, rows = studio.pages.newest_closed(), studio.recent.newest()[:_SHORT]
-        if closed is not None:
-            name, kept = closed
+        w, last = self.view.words, self.page.last
+        rows = self.view.studio.recent.newest()[:_SHORT]
+        if last is not None:
             with box("p", "continue"):
-                link(w("recent.continue", name=str(kept.get("name", ""))), f"/?page={name}", "button")
+                button(w("recent.continue", name=str(last.get("name", ""))), lambda: self.page.resume(last))
         if rows:
             with box("div", "try", role="group", aria_label=w("recent.title")):
                 text("span", w("recent.title"), "quiet")

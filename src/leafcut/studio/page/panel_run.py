@@ -60,6 +60,11 @@ class RunPanel:
         self._unseen: tuple[str, str] | None = None
         self.draw()
 
+    def invite(self) -> None:
+        """Show again what an empty page offers."""
+        self._unseen = None
+        self._show_why_empty()
+
     def _show_why_empty(self) -> None:
         view = self.view
         unseen = (view.name, view.seen.error) if view.source and view.seen is not None and view.seen.error else ("", "")

@@ -10,7 +10,7 @@ from typing import Any
 from leafcut.errors import OptionError
 from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.page import forms
-from leafcut.studio.page.form_values import FormValues, Setter
+from leafcut.studio.page.form_values import FormValues
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_live import PACES
 
@@ -36,13 +36,6 @@ def kept_state(view: View, tab: str, edit: dict[str, Any] | None) -> KeptState:
         "tab": tab,
         "edit": edit,
     }
-
-
-def has_choices(kept: KeptState) -> bool:
-    """Return whether a page has choices to restore. Values from the user's defaults do not count."""
-    typed = any(setter != Setter.FILE for _, setter, *_ in kept["table"].values())
-    chosen = (kept["work"], kept["process"], kept["sheet"]) != ("drill", "auto", [1, 1])
-    return typed or chosen or any(kept[name] for name in ("source", "second", "origin", "parts", "job", "edit"))
 
 
 def restore(view: View, plain: Mapping[str, Any]) -> None:

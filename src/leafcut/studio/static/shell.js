@@ -40,12 +40,14 @@
     const lost = metaContent("lost").split("|");
     document.querySelectorAll("#popup > span").forEach((line, k) => { line.textContent = lost[k] || line.textContent; });
   });
-  // Switching the language does not leave the current page.
+  // Switching the language reloads the current page, which keeps its choices.
   document.addEventListener("click", (event) => {
-    const at = /** @type {HTMLAnchorElement | null} */ (around(event, ".languages a")), address = new URLSearchParams(location.search);
-    if (!at) return;
-    address.set("lang", at.lang);
-    at.search = String(address);
+    const lang = around(event, ".languages a")?.lang, address = new URLSearchParams(location.search);
+    if (!lang) return;
+    event.preventDefault();
+    address.set("lang", lang);
+    history.replaceState(history.state, "", `?${address}`);
+    location.reload();
   });
   // A click outside an open menu, or on one of its links, closes it.
   document.addEventListener("click", (event) => {
