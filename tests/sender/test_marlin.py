@@ -437,7 +437,7 @@ def test_the_command_sends_to_a_marlin_behind_a_port_and_logs_it(
 
 def test_the_page_of_the_studio_serves_grbl_boards_alone_and_says_so(tmp_path: Path) -> None:
     from leafcut.studio.folder import Folder
-    from leafcut.studio.machine.program import machine_of, sendable
+    from leafcut.studio.control.program import machine_of, sendable
 
     with pytest.raises(OptionError, match="supports only GRBL boards; send to marlin with leafcut send"):
         machine_of("marlin-mpcnc", Folder(tmp_path))
@@ -445,7 +445,7 @@ def test_the_page_of_the_studio_serves_grbl_boards_alone_and_says_so(tmp_path: P
 
 
 def test_the_page_of_the_studio_says_what_answers_and_what_sends_to_it() -> None:
-    from leafcut.studio.machine.link import MachineLink
+    from leafcut.studio.control.link import MachineLink
 
     board = FakeMarlin()
     link = MachineLink(lambda _name, _baud: board, clock=board.clock)

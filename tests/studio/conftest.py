@@ -15,8 +15,8 @@ from starlette.testclient import TestClient
 
 from grbl_board import board, patient, running
 from leafcut.studio.jobs.workers import StudioWorkers
-from leafcut.studio.server.app import guard_app, make_api
-from leafcut.studio.studio import PORT, Studio, open_studio
+from leafcut.studio.server.app import guard_app, make_api, open_with_rooms
+from leafcut.studio.studio import PORT, Studio
 from outside_programs import program_path
 
 __all__ = ["board", "patient", "running"]
@@ -55,9 +55,9 @@ def workers(tmp_path_factory: pytest.TempPathFactory, search_path: None) -> Iter
 @pytest.fixture
 def studio(tmp_path: Path, workers: StudioWorkers) -> Iterator[Studio]:
     """Return a studio that nobody has used; its runs are ended with the test."""
-    opened = open_studio(tmp_path / "studio", workers=workers)
+    opened = open_with_rooms(tmp_path / "studio", workers=workers)
     yield opened
-    opened.machine.close()
+    opened.rooms["control"].stop()
     opened.jobs.close()
     opened.history.close()
 
@@ -65,7 +65,7 @@ def studio(tmp_path: Path, workers: StudioWorkers) -> Iterator[Studio]:
 @pytest.fixture
 def own_studio(tmp_path: Path, search_path: None) -> Iterator[Studio]:
     """Return a studio with processes of its own, which a test may kill, and which find the packages it installs."""
-    opened = open_studio(tmp_path / "own", workers=StudioWorkers(tmp_path / "work", spare=False))
+    opened = open_with_rooms(tmp_path / "own", workers=StudioWorkers(tmp_path / "work", spare=False))
     yield opened
     opened.close()
     opened.history.close()

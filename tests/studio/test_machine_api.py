@@ -67,7 +67,7 @@ class Machine:
 @pytest.fixture
 def open_board(studio: Studio, client: TestClient, board: Board) -> Iterator[Machine]:
     """Return a studio that is connected to the board, whose profile is the person's own machine."""
-    studio.machine.grace = 60.0
+    studio.rooms["control"].link.grace = 60.0
     port = SerialPort(board.port)
     GrblConversation(port).ask("G10 L2 P1 X{} Y{} Z{}".format(*ZERO))  # it keeps the zeros of the test before
     port.close()
@@ -76,7 +76,7 @@ def open_board(studio: Studio, client: TestClient, board: Board) -> Iterator[Mac
     machine = Machine(client, studio, board)
     machine.ask("connect", port=board.port)
     yield machine
-    studio.machine.close()
+    studio.rooms["control"].stop()
 
 
 def test_a_board_is_connected_told_of_and_given_back(open_board: Machine) -> None:
@@ -191,7 +191,7 @@ def test_from_the_next_hole_on_it_may_go_to_the_end(open_board: Machine) -> None
 
 
 def test_a_program_is_held_when_nobody_shows_the_machine_and_can_go_on(open_board: Machine) -> None:
-    link = open_board.studio.machine
+    link = open_board.studio.rooms["control"].link
     open_board.start(SLOW)
     link.grace = 0.2
     until(lambda: link.state.status == "Hold")
@@ -203,7 +203,7 @@ def test_a_program_is_held_when_nobody_shows_the_machine_and_can_go_on(open_boar
 
 
 def test_a_program_that_was_told_so_goes_on_alone_and_a_jog_never(open_board: Machine) -> None:
-    link = open_board.studio.machine
+    link = open_board.studio.rooms["control"].link
     open_board.start(plate(20), alone=True)
     link.grace = 0.0
     until(lambda: link.state.ended)
@@ -216,7 +216,7 @@ def test_a_program_that_was_told_so_goes_on_alone_and_a_jog_never(open_board: Ma
 
 
 def test_one_page_commands_it_the_other_sees_it_and_may_stop_it(open_board: Machine) -> None:
-    link = open_board.studio.machine
+    link = open_board.studio.rooms["control"].link
     link.take("page")
     assert open_board.state()["holder"] == "page"
     assert open_board.refused("jog", x=1, feed=100) == "another page controls the machine; take it over first"

@@ -12,8 +12,8 @@ from leafcut.errors import SendError
 from leafcut.gcode.dialects import dialect
 from leafcut.read.machine import load_machine
 from leafcut.sender.job import SendJob, job_of, tools_of
-from leafcut.studio.machine.link import MachineLink, RunWishes
-from leafcut.studio.machine.state import MachineTask
+from leafcut.studio.control.link import MachineLink, RunWishes
+from leafcut.studio.control.state import MachineTask
 
 PLATE = "G21 G90 G94 G17\nG0 Z5\nM3 S900\nG0 X1 Y2\nG1 Z-1 F100\nG0 Z5\nM5\nM30\n"
 #: An answer of the thread that speaks to the board, s.

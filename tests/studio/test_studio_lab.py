@@ -17,7 +17,7 @@ from leafcut.lab.own_experiment import comparison_experiment
 from leafcut.lab.running import RunSummary
 from leafcut.model.heartbeat import Progress
 from leafcut.read import read
-from leafcut.studio import lab_runs
+from leafcut.studio.lab import runs as lab_runs
 from leafcut.studio.studio import Studio
 
 SHORT = "machining_time"
@@ -25,7 +25,7 @@ SHORT = "machining_time"
 
 @pytest.mark.slow
 def test_an_experiment_runs_once_and_its_report_and_runs_can_be_had(studio: Studio, client: TestClient) -> None:
-    lab, of = studio.lab, short_form(load(SHORT))
+    lab, of = studio.rooms["lab"].runs, short_form(load(SHORT))
     lab.start(of)
     lab.wait()
     assert lab.state is not None
@@ -64,7 +64,7 @@ def test_one_runs_at_a_time_and_stops_when_it_is_told_or_the_studio_ends(
         return RunSummary(2, 1, 1, stopped=True)
 
     monkeypatch.setattr(lab_runs, "run", waits)
-    lab, of = studio.lab, load(SHORT)
+    lab, of = studio.rooms["lab"].runs, load(SHORT)
     lab.start(of)
     assert begun.wait(60)
     assert lab.running
@@ -82,7 +82,7 @@ def test_one_runs_at_a_time_and_stops_when_it_is_told_or_the_studio_ends(
 
 def test_a_failure_names_no_folder_of_the_studio(studio: Studio) -> None:
     gone = studio.folder.root / "inputs" / "gone.dxf"
-    lab = studio.lab
+    lab = studio.rooms["lab"].runs
     lab.start(comparison_experiment("gone", str(gone), "solve", {}, ["nn", "2opt"], 1))
     lab.wait()
     assert lab.state is not None

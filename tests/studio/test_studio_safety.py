@@ -20,8 +20,8 @@ from leafcut.studio.jobs.task import Task, prepare
 from leafcut.studio.keys import COOKIE_SECONDS, StudioKeys
 from leafcut.studio.server import safety
 from leafcut.studio.server.app import guard_app, make_api, patient_protocol
-from leafcut.studio.server.safety import STILL_POLICY, Guard
-from leafcut.studio.studio import PORT, Studio, open_studio
+from leafcut.studio.server.safety import Guard
+from leafcut.studio.studio import PORT, STILL_POLICY, Studio, open_studio
 
 OWN = f"http://127.0.0.1:{PORT}"
 

@@ -12,7 +12,7 @@ import sources
 #: Modules of ours that may import modules named by strings: the lazy names of the library, the processes, the add-ons.
 _BY_STRING = ("__init__.py", "processes/registry.py", "addons/")
 #: Modules of the studio that build their parts, which name them for types alone in order to call them.
-_WHOLES = ("leafcut.studio.page.pages", "leafcut.studio.page.panel_machine")
+_WHOLES = ("leafcut.studio.page.pages", "leafcut.studio.control.panel")
 
 
 def faults() -> Iterator[str]:
@@ -27,7 +27,7 @@ def _imports() -> dict[str, set[str]]:
     """Return the modules that each module imports, also in functions and for types alone."""
     graph = grimp.build_graph("leafcut", cache_dir=None)
     imports = {module: set(graph.find_modules_directly_imported_by(module)) for module in graph.modules}
-    parts = (module for module in imports if module.startswith("leafcut.studio.page."))
+    parts = (module for module in imports if module.startswith(("leafcut.studio.page.", "leafcut.studio.control.")))
     return imports | {module: imports[module].difference(_WHOLES) for module in parts}
 
 

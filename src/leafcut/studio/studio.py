@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 from weakref import WeakValueDictionary
 
 from leafcut.studio.folder import Folder
@@ -12,11 +13,43 @@ from leafcut.studio.jobs.history import History
 from leafcut.studio.jobs.jobs import Jobs
 from leafcut.studio.jobs.workers import StudioWorkers
 from leafcut.studio.keys import StudioKeys, kept_secret
-from leafcut.studio.lab_runs import LabRuns
-from leafcut.studio.machine.link import MachineLink
 from leafcut.studio.recent_files import RecentFiles
 
 HOST, PORT = "127.0.0.1", 8173
+#: Policy for a static document, such as a report: no scripts, no loading.
+STILL_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox; frame-ancestors 'none'"
+
+
+class Room(Protocol):
+    """A view with a package of its own, which is loaded when the view is first shown.
+
+    Attributes
+    ----------
+    name, key
+        Name of the view, and its key.
+    styles, modules
+        Static files for every page.
+    """
+
+    name: str
+    key: str
+    styles: tuple[str, ...]
+    modules: tuple[str, ...]
+
+    def add_routes(self, routes: Any, studio: Studio) -> None:
+        """Add its routes to an `APIRouter`."""
+
+    def open(self, page: Any, client: Any) -> Any:
+        """Create its view for a `Page` in the current container; return it as a `RoomView`."""
+
+    def add_bar(self, page: Any) -> Callable[[], None]:
+        """Add what every page shows; return the function that updates it."""
+
+    def stop(self) -> None:
+        """Stop its activities."""
+
+    def close(self) -> None:
+        """Release its resources after all jobs have ended."""
 
 
 @dataclass(frozen=True)
@@ -30,20 +63,21 @@ class Studio:
     keys: StudioKeys
     port: int
     recent: RecentFiles
-    lab: LabRuns
-    machine: MachineLink = field(default_factory=MachineLink)
+    #: Name → view with a package of its own, in the order in which they are stopped.
+    rooms: dict[str, Room] = field(default_factory=dict)
     #: Unsaved texts of the user's own files: kind → name → text. Browsers store them, too.
     drafts: dict[str, dict[str, str]] = field(default_factory=lambda: {"machines": {}, "tools": {}})
     #: The pages (`page.pages.Page`) by the names of their choices in a browser's history.
     open_pages: WeakValueDictionary[str, Any] = field(default_factory=WeakValueDictionary)
 
     def close(self) -> None:
-        """Stop all activities, the machine first."""
-        self.machine.close()
-        self.lab.stop()
+        """Stop all activities, those of the rooms first."""
+        for room in self.rooms.values():
+            room.stop()
         self.jobs.close()
         self.workers.close()
-        self.lab.close()
+        for room in self.rooms.values():
+            room.close()
 
     def address(self, key: str) -> str:
         """Return the address that opens the page with a key from `StudioKeys.new_entry`."""
@@ -78,4 +112,4 @@ def open_studio(root: Path, port: int = PORT, workers: StudioWorkers | None = No
     folder.drop_unused(history.inputs_in_use() | kept())
     workers = workers or StudioWorkers(root / "temporary")
     jobs, keys = Jobs(folder, history, workers, kept), StudioKeys(kept_secret(root))
-    return Studio(folder, history, jobs, workers, keys, port, recent, LabRuns(folder), open_pages=open_pages)
+    return Studio(folder, history, jobs, workers, keys, port, recent, open_pages=open_pages)

@@ -9,7 +9,8 @@ from nicegui import ui
 from leafcut._version import __version__
 from leafcut.studio.wording import Words
 
-VIEWS = (("work", "1"), ("jobs", "2"), ("machines", "3"), ("tools", "4"), ("lab", "5"), ("control", "6"))
+#: Views of the page, and their keys.
+VIEWS = (("work", "1"), ("jobs", "2"), ("machines", "3"), ("tools", "4"))
 #: Other keys of the page → key of their description.
 _KEYS: tuple[tuple[tuple[str, ...], str], ...] = (
     (("O",), "key.o"),
@@ -34,15 +35,15 @@ _DRAWING_KEYS = (
 )  # fmt: skip
 
 
-def help_dialog(words: Words) -> None:
+def help_dialog(words: Words, views: tuple[tuple[str, str], ...]) -> None:
     """Add the hidden help dialog to the page."""
     # A single element instead of hundreds, because every page contains the dialog and few pages show it.
-    dialog = ui.html(_text(words), sanitize=False, tag="dialog").classes("help")
+    dialog = ui.html(_text(words, views), sanitize=False, tag="dialog").classes("help")
     dialog.props.update({"id": "help", "aria-label": words("top.help")})
 
 
 @cache
-def _text(words: Words) -> str:
+def _text(words: Words, views: tuple[tuple[str, str], ...]) -> str:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     from leafcut import api
@@ -55,7 +56,7 @@ def _text(words: Words) -> str:
     return environment.get_template("help.html.jinja").render(
         w=words,
         version=__version__,
-        page_keys=(*(((key,), f"top.{name}") for name, key in VIEWS), *_KEYS),
+        page_keys=(*(((key,), f"top.{name}") for name, key in views), *_KEYS),
         drawing_keys=_DRAWING_KEYS,
         lists=(("help.formats", kinds), ("help.algorithms", api.algorithms())),
     )

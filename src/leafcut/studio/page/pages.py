@@ -1,4 +1,4 @@
-"""The layout of the studio's page with its six views. Their content is in the panels."""
+"""The layout of the studio's page with its views. Their content is in the panels and in the rooms of the studio."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import time
 from contextlib import suppress
 from functools import cache
 from html import escape
-from typing import TYPE_CHECKING, Any
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any, Protocol
 
 from fastapi import Request
 from nicegui import Client, background_tasks, ui
@@ -25,9 +26,7 @@ from leafcut.studio.page.memory import Memory
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_input import InputPanel
 from leafcut.studio.page.panel_jobs import JobsPanel
-from leafcut.studio.page.panel_lab import LabPanel
 from leafcut.studio.page.panel_library import LibraryPanel
-from leafcut.studio.page.panel_machine import MachinePanel, StopBar
 from leafcut.studio.page.panel_result import ResultPanel
 from leafcut.studio.page.panel_run import RunPanel
 from leafcut.studio.page.saved_state import KeptState, kept_state, restore
@@ -55,10 +54,10 @@ LEAF = (
     '10-17z"></path><path d="M5 20 14 10"></path><path d="M20 4l-3.5 3.5"></path></svg>'
 )
 
-_STYLES = ("colours.css", "studio.css", "room.css", "works.css", "figures.css", "machine.css")
+_STYLES = ("colours.css", "studio.css", "room.css", "works.css", "figures.css")
 #: Must run before painting, because it sets the light or dark theme.
 _FIRST_SCRIPT = "shell.js"
-_MODULES = ("focus.js", "badge.js", "machine_stop.js", "picture.js")
+_MODULES = ("focus.js", "badge.js", "picture.js")
 
 
 def add_pages(app: FastAPI, studio: Studio) -> None:
@@ -83,6 +82,16 @@ def add_pages(app: FastAPI, studio: Studio) -> None:
         show_welcome_message=False,
         reconnect_timeout=RECONNECT_SECONDS,
     )
+
+
+class RoomView(Protocol):
+    """The view of a room in a page."""
+
+    async def show(self) -> None:
+        """Show its current content."""
+
+    def tick(self, *, shown: bool) -> None:
+        """Update it; called every `_TICK` seconds once it was shown."""
 
 
 class _Tidier:
@@ -132,6 +141,7 @@ class Page:
     def __init__(self, studio: Studio, words: Words, job: str = "") -> None:
         self.studio, self.words = studio, words
         self.view = View(studio, words)
+        self._keys = (*VIEWS, *sorted(((room.name, room.key) for room in studio.rooms.values()), key=itemgetter(1)))
         #: Error in the user's own defaults.
         self._unread = self.view.follow_defaults()
         #: The job in the address, for a step of the browser's history without choices.
@@ -147,9 +157,8 @@ class Page:
         """Lay out the page and show one of its views."""
         w = self.words
         lost = escape(w("help.lost") + "|" + w("help.again"))
-        ui.add_head_html(
-            f'<meta name="leafcut-language" content="{w.language}"><meta name="leafcut-lost" content="{lost}">{head()}'
-        )
+        meta = f'<meta name="leafcut-language" content="{w.language}"><meta name="leafcut-lost" content="{lost}">'
+        ui.add_head_html(meta + self._head())
         ui.add_body_html(first_bar())
         ui.context.client.content.classes("all")
         with box("div", "studio loading", lang=w.language) as self.place:
@@ -170,13 +179,12 @@ class Page:
             for kind in ("machines", "tools"):
                 with box("div", "sheet", id=f"view-{kind}") as self.views[kind]:
                     self.__dict__[kind] = LibraryPanel(self.view, self, kind)
-            with box("div", "sheet", id="view-lab") as self.views["lab"]:
-                self.lab = LabPanel(self.view, self)
-            #: Created when first shown, because most pages never show it.
-            self.control: MachinePanel | None = None
-            self.views["control"] = box("div", "sheet", id="view-control")
-            self.stop_bar = StopBar(self.view)
-            help_dialog(w)
+            #: Views of rooms that were shown; most pages never show them.
+            self.rooms: dict[str, RoomView] = {}
+            for name in self.studio.rooms:
+                self.views[name] = box("div", "sheet", id=f"view-{name}")
+            self._bars = [room.add_bar(self) for room in self.studio.rooms.values()]
+            help_dialog(w, self._keys)
             self.message_line = text("div", "", "said", id="said", role="status", aria_live="polite")
             self.message_line.on("click", lambda: self.show_message(""))
             self.announced = text("div", "", "unseen", id="announced", role="status", aria_live="polite")
@@ -189,6 +197,10 @@ class Page:
         self.timer = ui.timer(_TICK, self.tick)
         ui.context.client.on_delete(self._forget)
         ui.timer(0.0, self._load, once=True)
+
+    def _head(self) -> str:
+        rooms = self.studio.rooms.values()
+        return head(sum((room.styles for room in rooms), ()), sum((room.modules for room in rooms), ()))
 
     def _forget(self) -> None:
         """Release large objects when the page closes; garbage collection releases the rest."""
@@ -206,7 +218,7 @@ class Page:
                 text("span", "studio", "quiet")
             self.tabs = {}
             with box("nav", "tabs", aria_label=w("top.views"), data_roving=""):
-                for name, key in VIEWS:
+                for name, key in self._keys:
                     tab = button(w(f"top.{name}"), lambda name=name: self.go(name), "tab", data_key=key)
                     self.tabs[name] = tab
             with box("div", "tools"):
@@ -243,18 +255,16 @@ class Page:
             )
         if name == "jobs":
             self.jobs.draw()
-        elif name == "lab":
-            self.lab.draw()
-        elif name == "control":
-            background_tasks.create(self._control().draw())
         elif name in ("machines", "tools"):
             self.__dict__[name].draw()
+        elif name in self.studio.rooms:
+            background_tasks.create(self._room(name).show())
 
-    def _control(self) -> MachinePanel:
-        if self.control is None:
-            with self.views["control"]:
-                self.control = MachinePanel(self.view, self, self.views["control"].client)
-        return self.control
+    def _room(self, name: str) -> RoomView:
+        if name not in self.rooms:
+            with self.views[name]:
+                self.rooms[name] = self.studio.rooms[name].open(self, self.views[name].client)
+        return self.rooms[name]
 
     def go(self, name: str) -> None:
         """Show one of the views as a step of the browser's history."""
@@ -367,26 +377,25 @@ class Page:
         if time.monotonic() > self._until:
             self.show_message("", stays=True)
         self.badge.tick()
-        self.stop_bar.tick()
-        if self.control is not None:
-            self.control.tick(shown=self.shown == "control")
+        for update_bar in self._bars:
+            update_bar()
+        for name, room in self.rooms.items():
+            room.tick(shown=self.shown == name)
         self.run.tick()
         self.result.tick()
         if self.shown == "jobs":
             self.jobs.tick()
-        elif self.shown == "lab":
-            self.lab.tick()
 
 
 @cache
-def head() -> str:
-    """Return the style sheets and scripts as HTML."""
+def head(styles: tuple[str, ...] = (), modules: tuple[str, ...] = ()) -> str:
+    """Return the style sheets and scripts of the page and of the rooms as HTML."""
     # Browsers cache by address, so a newer file gets a new address.
     newest = int(max(file.stat().st_mtime for file in STATIC.iterdir()))
-    styles = [f'<link rel="stylesheet" href="/static/{name}?{newest}">' for name in _STYLES]
+    links = [f'<link rel="stylesheet" href="/static/{name}?{newest}">' for name in (*_STYLES, *styles)]
     first = f'<script src="/static/{_FIRST_SCRIPT}?{newest}"></script>'
-    modules = [f'<script type="module" src="/static/{name}?{newest}"></script>' for name in _MODULES]
-    return "".join([*styles, first, *modules])
+    scripts = [f'<script type="module" src="/static/{name}?{newest}"></script>' for name in (*_MODULES, *modules)]
+    return "".join([*links, first, *scripts])
 
 
 def first_bar() -> str:

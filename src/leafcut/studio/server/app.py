@@ -14,11 +14,14 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import OutputError
+from leafcut.studio.control.room import ControlRoom
 from leafcut.studio.folder import LARGEST_UPLOAD, data_folder
+from leafcut.studio.jobs.workers import StudioWorkers
 from leafcut.studio.keys import redirect_page, write_private
+from leafcut.studio.lab.room import LabRoom
 from leafcut.studio.lock import lock_folder
 from leafcut.studio.server.safety import Guard
-from leafcut.studio.studio import HOST, PORT, Studio, open_studio
+from leafcut.studio.studio import HOST, PORT, Room, Studio, open_studio
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
@@ -36,6 +39,14 @@ HEAD_SECONDS = 10.0
 
 class StudioError(LeafcutError):
     """The studio cannot be opened on this computer."""
+
+
+def open_with_rooms(root: Path, port: int = PORT, workers: StudioWorkers | None = None) -> Studio:
+    """Open the studio (`open_studio`) with all its rooms, the machine first."""
+    studio = open_studio(root, port, workers)
+    rooms: tuple[Room, ...] = (ControlRoom(), LabRoom(studio.folder))
+    studio.rooms.update({room.name: room for room in rooms})
+    return studio
 
 
 def make_api(studio: Studio) -> FastAPI:
@@ -111,7 +122,7 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
         raise StudioError(f"the studio needs the package {package}: pip install 'leafcut[studio]'") from None
     folder = root or data_folder()
     with _listen(port) as listening, lock_folder(folder, "http://{}:{}".format(*listening.getsockname())):
-        studio = open_studio(folder, listening.getsockname()[1])
+        studio = open_with_rooms(folder, listening.getsockname()[1])
         app = make_api(studio)
         add_pages(app, studio)
         door = _Entrance(studio)

@@ -29,14 +29,11 @@ from leafcut.studio.jobs.jobs import Jobs, line_of
 from leafcut.studio.jobs.nest_request import wanted_parts
 from leafcut.studio.jobs.sheets import comparison, plan_cuts, sheets_of
 from leafcut.studio.jobs.task import Task
-from leafcut.studio.lab_runs import LabRuns
-from leafcut.studio.server.machine_routes import add_machine
-from leafcut.studio.server.safety import STILL_POLICY
+from leafcut.studio.studio import STILL_POLICY, Studio
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
 
-    from leafcut.studio.studio import Studio
 
 #: Media types that may be displayed in a browser tab of their own.
 _SHOWN = ("image/svg+xml", "text/html; charset=utf-8")
@@ -121,9 +118,9 @@ def router(studio: Studio) -> APIRouter:
     _add_files(routes, studio.folder)
     _add_jobs(routes, studio.jobs)
     _add_lists(routes)
-    _add_lab(routes, studio.lab)
     _add_points(routes, studio.folder)
-    add_machine(routes, studio)
+    for room in studio.rooms.values():
+        room.add_routes(routes, studio)
 
     @routes.get("", include_in_schema=False)
     @routes.get("/{rest:path}", include_in_schema=False)
@@ -388,27 +385,6 @@ def _add_jobs(routes: APIRouter, jobs: Jobs) -> None:
         disposition = f"{'inline' if shown else 'attachment'}; filename*=UTF-8''{quote(stored.file_name)}"
         headers = {"content-disposition": disposition, "content-security-policy": STILL_POLICY}
         return Response(stored.data, media_type=stored.media_type, headers=headers)
-
-
-def _add_lab(routes: APIRouter, lab: LabRuns) -> None:
-    @routes.get("/lab/{name}/{file}", summary="The report (report.html) or the runs (runs.csv) of an experiment")
-    def experiment(
-        name: Annotated[str, Path(max_length=60)], file: Annotated[str, Path(max_length=20)], reduced: bool = False
-    ) -> Response:
-        from leafcut.lab.page import rows_as_csv, write_page
-        from leafcut.lab.running import can_run
-
-        if file not in ("report.html", "runs.csv"):
-            raise HTTPException(404, "the file does not exist")
-        description = lab.description_of(name, reduced)
-        rows = lab.rows(description)
-        headers = {"content-security-policy": STILL_POLICY}
-        if file == "runs.csv":
-            headers["content-disposition"] = f'attachment; filename="{description.name}.csv"'
-            return Response(rows_as_csv(description, rows), media_type="text/csv; charset=utf-8", headers=headers)
-        n_possible = sum(can_run(description, plan) for plan in description.runs())
-        page = write_page(description, rows, n_possible, description.n_runs - n_possible)
-        return Response(page, media_type="text/html; charset=utf-8", headers=headers)
 
 
 def _add_lists(routes: APIRouter) -> None:

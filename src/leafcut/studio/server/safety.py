@@ -72,10 +72,6 @@ def content_policy(nonce: str, host: str) -> str:
     )
 
 
-#: Policy for a static document, such as a report: no scripts, no loading.
-STILL_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox; frame-ancestors 'none'"
-
-
 class Guard:
     """An ASGI application that guards another application.
 

@@ -11,11 +11,12 @@ from nicegui import background_tasks
 
 from leafcut.errors import LeafcutError
 from leafcut.sender.port import BAUD, BAUDS, ports
-from leafcut.studio.machine.state import Connection, MachineState, MachineTask
+from leafcut.studio.control.by_hand import ByHandPanel
+from leafcut.studio.control.fields import Field, Menu, enable
+from leafcut.studio.control.link import MachineLink
+from leafcut.studio.control.program_panel import MachineProgramPanel
+from leafcut.studio.control.state import Connection, MachineState, MachineTask
 from leafcut.studio.page.elements import box, button, text
-from leafcut.studio.page.machine_by_hand import ByHandPanel
-from leafcut.studio.page.machine_fields import Field, Menu, enable
-from leafcut.studio.page.machine_program import MachineProgramPanel
 from leafcut.studio.page.page_state import View
 
 if TYPE_CHECKING:
@@ -32,9 +33,9 @@ _EVERY = 10
 class MachinePanel:
     """The machine view of a page."""
 
-    def __init__(self, view: View, page: Page, client: Client) -> None:
+    def __init__(self, view: View, page: Page, client: Client, link: MachineLink) -> None:
         self.view, self.page, self._client = view, page, client
-        self.link, self.key = view.studio.machine, str(client.id)
+        self.link, self.key = link, str(client.id)
         self._number, self._ticks = -1, 0
         state = self.link.state
         # While a machine is connected, repeat the last message.
@@ -133,7 +134,7 @@ class MachinePanel:
 
     # Display.
 
-    async def draw(self) -> None:
+    async def show(self) -> None:
         """Show the view with the current ports and the open program."""
         self._drawing = True
         try:
@@ -150,7 +151,7 @@ class MachinePanel:
         if connected and self._ticks % _EVERY == 0:
             self.link.record_page(self.key, adopt=shown)
         if shown and connected and self._ticks % _EVERY == 0 and not self._drawing and self.program.changed():
-            background_tasks.create(self.draw())
+            background_tasks.create(self.show())
         state = self.link.state
         if state.number != self._number and connected:
             self._show(state)
@@ -198,8 +199,8 @@ def status_words(state: MachineState, view: View) -> str:
 class StopBar:
     """The Stop button for the machine, visible in every view while a machine is connected."""
 
-    def __init__(self, view: View) -> None:
-        self.view = view
+    def __init__(self, view: View, link: MachineLink) -> None:
+        self.view, self.link = view, link
         self._shown: object = None
         w = view.words
         with box("div", "machine-stop", role="region", aria_label=w("machine.stop_region")) as self.place:
@@ -213,7 +214,7 @@ class StopBar:
 
     def tick(self) -> None:
         """Show the button while a machine is connected."""
-        state = self.view.studio.machine.state
+        state = self.link.state
         now = (state.connection is not Connection.CLOSED, state.moves, status_words(state, self.view))
         if now == self._shown:
             return

@@ -14,15 +14,15 @@ from leafcut.sender.job import SendJob, accepted_codes
 from leafcut.sender.jogging import box_of_cuts
 from leafcut.sender.resuming import number_in_mm
 from leafcut.sender.run import Request
+from leafcut.studio.control.fields import Field, Menu, Switch, enable
+from leafcut.studio.control.line_words import lines_of_hole
+from leafcut.studio.control.link import ReadyProgram, RunWishes
+from leafcut.studio.control.program import program_of_file, program_of_job, sendable
+from leafcut.studio.control.state import MachineState, MachineTask
 from leafcut.studio.drawing.canvas import Canvas
 from leafcut.studio.folder import OWN
 from leafcut.studio.jobs.jobs import line_of
-from leafcut.studio.machine.link import ReadyProgram, RunWishes
-from leafcut.studio.machine.program import program_of_file, program_of_job, sendable
-from leafcut.studio.machine.state import MachineState, MachineTask
 from leafcut.studio.page.elements import box, button, text
-from leafcut.studio.page.machine_fields import Field, Menu, Switch, enable
-from leafcut.studio.page.machine_words import lines_of_hole
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_program import is_program
 from leafcut.units import format_time
@@ -30,7 +30,7 @@ from leafcut.units import format_time
 if TYPE_CHECKING:
     from nicegui.element import Element
 
-    from leafcut.studio.page.panel_machine import MachinePanel
+    from leafcut.studio.control.panel import MachinePanel
 
 
 _USUAL = "grbl-3018"
@@ -42,7 +42,7 @@ class MachineProgramPanel:
     """The card with the running program, or with the program to run."""
 
     def __init__(self, view: View, panel: MachinePanel, drawing: Element) -> None:
-        self.view, self.panel, self.link = view, panel, view.studio.machine
+        self.view, self.panel, self.link = view, panel, panel.link
         self.job: SendJob | None = None
         #: Key of the loaded program. `problem` shows why it cannot be sent.
         self._key: tuple[str, ...] = ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from nicegui.element import Element
@@ -110,6 +110,24 @@ class Switch:
 
     def _on_switch(self, event: Any) -> None:
         self.on = bool(event.args)
+
+
+class JogPad(Element, component="../static/jog.js"):
+    """Buttons and keys that move a machine. `on_jog` receives axis, sign, and whether a key is held down."""
+
+    def __init__(
+        self, label: str, hint: str, on_jog: Callable[[str, int, bool], Any], on_release: Callable[[], Any]
+    ) -> None:
+        super().__init__()
+        self.props.update(label=label, hint=hint, off=True)
+        self.on("jog", lambda e: on_jog(str(e.args["axis"]), int(e.args["sign"]), bool(e.args["held"])))
+        self.on("release", on_release)
+
+    def switch(self, enabled: bool) -> None:
+        """Enable or disable the buttons and keys."""
+        if self.props["off"] == enabled:
+            self.props["off"] = not enabled
+            self.update()
 
 
 def enable(element: Element, enabled: bool) -> None:

@@ -34,7 +34,7 @@ from leafcut.sender.port import BAUD, Port, PortLost, SerialPort
 from leafcut.sender.resuming import steps_from_resume
 from leafcut.sender.run import SILENCE_SECONDS, STATUS_SECONDS, Request, RunResult, RunView, SendRun
 from leafcut.sender.run_texts import ending_in_words
-from leafcut.studio.machine.state import (
+from leafcut.studio.control.state import (
     Connection,
     MachineQuestion,
     MachineState,

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 from nicegui.elements.mixins.text_element import TextElement
 
-from leafcut.studio.machine.state import MachineState, MachineTask
-from leafcut.studio.page.elements import JogPad, box, button, text
-from leafcut.studio.page.machine_fields import Field, enable
+from leafcut.studio.control.fields import Field, JogPad, enable
+from leafcut.studio.control.state import MachineState, MachineTask
+from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.page.page_state import View
 from leafcut.units import to_fixed
 
 if TYPE_CHECKING:
-    from leafcut.studio.page.panel_machine import MachinePanel
+    from leafcut.studio.control.panel import MachinePanel
 
 _AXES = "XYZ"
 #: Jog distances, mm.
@@ -24,7 +24,7 @@ class ByHandPanel:
     """The cards for position, jog and probe."""
 
     def __init__(self, view: View, panel: MachinePanel) -> None:
-        self.view, self.panel, self.link = view, panel, view.studio.machine
+        self.view, self.panel, self.link = view, panel, panel.link
         self.step = "1"
         self._position()
         self._jog()

@@ -18,8 +18,8 @@ from leafcut.errors import OptionError
 from leafcut.sender.job import SendJob, accepted_codes
 from leafcut.sender.port import BAUD, ports
 from leafcut.sender.run import Request
-from leafcut.studio.machine.link import RunWishes
-from leafcut.studio.machine.program import program_of_file, program_of_job
+from leafcut.studio.control.link import MachineLink, RunWishes
+from leafcut.studio.control.program import program_of_file, program_of_job
 
 if TYPE_CHECKING:
     from leafcut.studio.studio import Studio
@@ -96,29 +96,27 @@ class AnswerBody(BaseModel):
     answer: Literal["go on", "all", "stop"]
 
 
-def add_machine(router: APIRouter, studio: Studio) -> None:
+def add_machine(router: APIRouter, studio: Studio, link: MachineLink) -> None:
     """Add the routes for the machine."""
-    _add_connection(router, studio)
-    _add_by_hand(router, studio)
-    _add_program(router, studio)
+    _add_connection(router, link)
+    _add_by_hand(router, link)
+    _add_program(router, studio, link)
 
 
-def _state(studio: Studio) -> dict[str, Any]:
-    studio.machine.record_page(PROGRAM)
-    return studio.machine.state.as_json()
+def _state(link: MachineLink) -> dict[str, Any]:
+    link.record_page(PROGRAM)
+    return link.state.as_json()
 
 
-async def _done(studio: Studio, future: Future[Any]) -> dict[str, Any]:
+async def _done(link: MachineLink, future: Future[Any]) -> dict[str, Any]:
     await asyncio.wrap_future(future)
-    return _state(studio)
+    return _state(link)
 
 
-def _add_connection(router: APIRouter, studio: Studio) -> None:
-    link = studio.machine
-
+def _add_connection(router: APIRouter, link: MachineLink) -> None:
     @router.get("/machine", summary="State and position of the machine, and the progress of its program")
     async def state() -> dict[str, Any]:
-        return _state(studio)
+        return _state(link)
 
     @router.get("/machine/ports", summary="The serial ports of this computer")
     def serial_ports() -> dict[str, Any]:
@@ -126,17 +124,17 @@ def _add_connection(router: APIRouter, studio: Studio) -> None:
 
     @router.post("/machine/connect", summary="Connect a GRBL board")
     async def connect(body: ConnectBody) -> dict[str, Any]:
-        return await _done(studio, link.connect(PROGRAM, body.port, body.baud))
+        return await _done(link, link.connect(PROGRAM, body.port, body.baud))
 
     @router.post("/machine/disconnect", summary="Close the port")
     async def disconnect() -> dict[str, Any]:
         await asyncio.to_thread(link.disconnect, PROGRAM)
-        return _state(studio)
+        return _state(link)
 
     @router.post("/machine/take", summary="Take control of the machine from a page")
     async def take() -> dict[str, Any]:
         link.take(PROGRAM)
-        return _state(studio)
+        return _state(link)
 
     @router.post("/machine/stop", summary="Stop the machine: hold, wait for standstill, reset; the spindle is off")
     async def stop() -> dict[str, str]:
@@ -144,39 +142,35 @@ def _add_connection(router: APIRouter, studio: Studio) -> None:
         return {"stop": "sent"}
 
 
-def _add_by_hand(router: APIRouter, studio: Studio) -> None:
-    link = studio.machine
-
+def _add_by_hand(router: APIRouter, link: MachineLink) -> None:
     @router.post("/machine/home", summary="Home it")
     async def home() -> dict[str, Any]:
-        return await _done(studio, link.home(PROGRAM))
+        return await _done(link, link.home(PROGRAM))
 
     @router.post("/machine/unlock", summary="Unlock the machine after an alarm or a hold, without homing")
     async def unlock() -> dict[str, Any]:
-        return await _done(studio, link.unlock(PROGRAM))
+        return await _done(link, link.unlock(PROGRAM))
 
     @router.post("/machine/jog", summary="Jog the machine")
     async def jog(body: JogBody) -> dict[str, Any]:
         moves = {axis: value for axis, value in (("X", body.x), ("Y", body.y), ("Z", body.z)) if value}
-        return await _done(studio, link.jog(PROGRAM, moves, body.feed))
+        return await _done(link, link.jog(PROGRAM, moves, body.feed))
 
     @router.post("/machine/cancel", summary="End a jog or a frame")
     async def cancel() -> dict[str, Any]:
         link.cancel(PROGRAM)
-        return _state(studio)
+        return _state(link)
 
     @router.post("/machine/zero", summary="Set the work zero at the current tool position (G10 L20 P1)")
     async def zero(body: ZeroBody) -> dict[str, Any]:
-        return await _done(studio, link.zero(PROGRAM, body.axes))
+        return await _done(link, link.zero(PROGRAM, body.axes))
 
     @router.post("/machine/probe", summary="Set the zero of Z with a touch plate (G38.2)")
     async def probe(body: ProbeBody) -> dict[str, Any]:
-        return await _done(studio, link.probe(PROGRAM, body.plate, body.feed, body.travel))
+        return await _done(link, link.probe(PROGRAM, body.plate, body.feed, body.travel))
 
 
-def _add_program(router: APIRouter, studio: Studio) -> None:
-    link = studio.machine
-
+def _add_program(router: APIRouter, studio: Studio, link: MachineLink) -> None:
     @router.post(
         "/machine/check", summary="Check a program against the current state of the machine, without sending it"
     )
@@ -191,35 +185,35 @@ def _add_program(router: APIRouter, studio: Studio) -> None:
     @router.post("/machine/frame", summary="Trace the bounding box of a program in the air")
     async def frame(body: FrameBody) -> dict[str, Any]:
         job = await asyncio.to_thread(_program, studio, body)
-        return await _done(studio, link.frame(PROGRAM, job, RunWishes(unhomed=body.unhomed), body.feed))
+        return await _done(link, link.frame(PROGRAM, job, RunWishes(unhomed=body.unhomed), body.feed))
 
     @router.post("/machine/run", summary="Run a program")
     async def run(body: RunBody) -> dict[str, Any]:
         job = await asyncio.to_thread(_program, studio, body)
         ready = await asyncio.wrap_future(link.run(PROGRAM, job, _wishes(body)))
-        return {**_state(studio), "told": ready.told}
+        return {**_state(link), "told": ready.told}
 
     @router.post("/machine/answer", summary="Answer a question of the program: next hole, tool change, pause")
     async def answer(body: AnswerBody) -> dict[str, Any]:
         link.answer(PROGRAM, {"go on": "", "all": "all", "stop": None}[body.answer])
-        return _state(studio)
+        return _state(link)
 
     @router.post(
         "/machine/hold", summary="Hold the program: the machine decelerates to a stop, the spindle keeps running"
     )
     async def hold() -> dict[str, Any]:
         link.request(PROGRAM, Request.HOLD)
-        return _state(studio)
+        return _state(link)
 
     @router.post("/machine/resume", summary="Go on after a hold")
     async def resume() -> dict[str, Any]:
         link.request(PROGRAM, Request.RESUME)
-        return _state(studio)
+        return _state(link)
 
     @router.post("/machine/feed/{change}", summary="Change the feed by 10 %, or reset it to the programmed feed")
     async def feed(change: Annotated[Literal["faster", "slower", "normal"], Path()]) -> dict[str, Any]:
         link.request(PROGRAM, _FEEDS[change])
-        return _state(studio)
+        return _state(link)
 
 
 def _wishes(body: RunBody) -> RunWishes:

@@ -17,6 +17,7 @@ from leafcut.lab.store import Row
 from leafcut.report.wording import time_words
 from leafcut.studio.jobs.jobs import line_of
 from leafcut.studio.jobs.task import prepare
+from leafcut.studio.lab.runs import LabRuns
 from leafcut.studio.page.elements import Form, box, button, link, table, text
 from leafcut.studio.page.forms import plain_field, plain_group
 from leafcut.studio.page.page_state import View
@@ -37,8 +38,8 @@ _COMPARABLE = ("solve", "drill", "program", "cut", "pocket")
 class LabPanel:
     """The list of experiments, and the selected experiment."""
 
-    def __init__(self, view: View, page: Page) -> None:
-        self.view, self.page, self.lab = view, page, view.studio.lab
+    def __init__(self, view: View, page: Page, runs: LabRuns) -> None:
+        self.view, self.page, self.lab = view, page, runs
         self.chosen, self.reduced = shipped_names()[0], False
         self.runs = _RUNS
         #: Option → values selected for comparison.
@@ -50,8 +51,10 @@ class LabPanel:
         self._next = 0.0
         self.place = box("div", "page lab")
 
-    def tick(self) -> None:
+    def tick(self, *, shown: bool) -> None:
         """Update the experiment if its state has changed."""
+        if not shown:
+            return
         if self._current_state() != self._drawn:
             self.draw()
         elif self._growing is not None and time.monotonic() >= self._next:
@@ -62,6 +65,10 @@ class LabPanel:
         if state is None:
             return (self.view.source,)
         return self.view.source, state.description.key, state.running, state.line
+
+    async def show(self) -> None:
+        """Show the list and the selected experiment."""
+        self.draw()
 
     def draw(self) -> None:
         """Show the list and the selected experiment."""

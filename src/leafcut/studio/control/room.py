@@ -1,0 +1,51 @@
+"""Control as a room of the studio."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from leafcut.studio.control.link import MachineLink
+
+if TYPE_CHECKING:
+    from fastapi import APIRouter
+
+    from leafcut.studio.control.panel import MachinePanel
+    from leafcut.studio.page.pages import Page
+    from leafcut.studio.studio import Studio
+
+
+class ControlRoom:
+    """The connection to a machine, its view, and the Stop bar of every page."""
+
+    name, key = "control", "6"
+    styles: tuple[str, ...] = ("machine.css",)
+    modules: tuple[str, ...] = ("machine_stop.js",)
+
+    def __init__(self) -> None:
+        self.link = MachineLink()
+
+    def add_routes(self, routes: APIRouter, studio: Studio) -> None:
+        """Add the routes for the machine."""
+        from leafcut.studio.control.routes import add_machine
+
+        add_machine(routes, studio, self.link)
+
+    def open(self, page: Page, client: Any) -> MachinePanel:
+        """Create the view in the current container."""
+        from leafcut.studio.control.panel import MachinePanel
+
+        return MachinePanel(page.view, page, client, self.link)
+
+    def add_bar(self, page: Page) -> Callable[[], None]:
+        """Add the Stop bar to a page; return the function that updates it."""
+        from leafcut.studio.control.panel import StopBar
+
+        return StopBar(page.view, self.link).tick
+
+    def stop(self) -> None:
+        """Stop the machine and disconnect."""
+        self.link.close()
+
+    def close(self) -> None:
+        """Do nothing; the machine is already disconnected."""

@@ -1,0 +1,1 @@
+"""Lab: experiments, their view and their routes."""

@@ -1,1 +1,0 @@
-"""Connection to the machine, its state, and the running program."""
