@@ -436,8 +436,8 @@ def test_the_command_sends_to_a_marlin_behind_a_port_and_logs_it(
 
 
 def test_the_page_of_the_studio_serves_grbl_boards_alone_and_says_so(tmp_path: Path) -> None:
-    from leafcut.studio.folder import Folder
     from leafcut.studio.control.program import machine_of, sendable
+    from leafcut.studio.folder import Folder
 
     with pytest.raises(OptionError, match="supports only GRBL boards; send to marlin with leafcut send"):
         machine_of("marlin-mpcnc", Folder(tmp_path))

@@ -20,7 +20,7 @@ from leafcut.sender.port import SerialPort
 
 #: Waits longer for an answer of the board and for a report of the page.
 PATIENT = (
-    f"{PATIENT_PAGES}; from leafcut.sender.grbl import GrblConversation; from leafcut.studio.machine import link; "
+    f"{PATIENT_PAGES}; from leafcut.sender.grbl import GrblConversation; from leafcut.studio.control import link; "
     "GrblConversation.patience, link.GRACE = 10.0, 30.0"
 )
 #: The views of the page by their keys.
