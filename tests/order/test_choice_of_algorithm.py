@@ -21,10 +21,8 @@ from leafcut.order.algorithms import (
     needs_choices,
     warm_up,
 )
-from leafcut.order.colony import run_colony, warm_colony
 from leafcut.order.directed import DirectedInstance, build_directed, greedy_path
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.kicks import run_kicks, warm_kicks
 from leafcut.order.search import AlgorithmRun, Best, SearchResult
 from leafcut.order.stop import Stop
 
@@ -81,13 +79,14 @@ def test_the_built_in_algorithms_have_one_or_both_move_sets() -> None:
 def test_the_built_in_algorithms_run_and_check_what_they_are_named_after() -> None:
     ants, flies = algorithms.run_ants, algorithms.run_fireflies
     assert {name: a.search for name, a in PLACES.items() if name != "2opt"} == {
-        "colony": run_colony, "kicks": run_kicks, "firefly": flies, "nn": algorithms._nearest_tour,
+        "colony": algorithms.run_colony, "kicks": algorithms.run_kicks, "firefly": flies,
+        "nn": algorithms._nearest_tour,
         **dict.fromkeys(ANTS, ants),
     }  # fmt: skip
     assert {name: a.search for name, a in CHOICES.items()} == {
         "colony": algorithms.run_paths, "firefly": flies, "nn": algorithms._nearest_path, **dict.fromkeys(ANTS, ants),
     }  # fmt: skip
-    assert (PLACES["colony"].warm, PLACES["kicks"].warm) == (warm_colony, warm_kicks)
+    assert (PLACES["colony"].warm, PLACES["kicks"].warm) == (algorithms.warm_colony, algorithms.warm_kicks)
     assert CHOICES["colony"].warm is algorithms.warm_paths
     for registry in (PLACES, CHOICES):
         assert registry["firefly"].check is algorithms.check_fireflies
@@ -188,7 +187,7 @@ def test_full_candidate_lists_are_refused_for_more_than_three_thousand_clusters(
 def test_an_algorithm_checks_the_options_of_ants_and_fireflies(choices: bool) -> None:
     given: list[tuple[object, ...]] = []
     algorithm = Algorithm(
-        "toy", lambda *_: SearchResult(np.zeros(0, dtype=np.int32)), build_directed if choices else build_instance,
+        "toy", lambda *_: SearchResult(np.zeros(0, dtype=np.int32)), choices,
         check=lambda *a: given.append(a),
     )  # fmt: skip
     aco, firefly = AcoOptions(n_ants=3), FireflyOptions(n_fireflies=4)
@@ -196,9 +195,10 @@ def test_an_algorithm_checks_the_options_of_ants_and_fireflies(choices: bool) ->
     assert given == [("toy", aco, firefly, choices)]
 
 
-def test_lists_have_the_candidates_of_the_algorithm_or_those_asked_for() -> None:
+def test_lists_have_the_candidates_of_the_algorithm_or_those_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     given: list[int] = []
-    algorithm = Algorithm("toy", lambda *_: None, lambda _, k: given.append(k), candidates=7)  # type: ignore
+    monkeypatch.setattr(algorithms, "build_instance", lambda _, k: given.append(k))
+    algorithm = Algorithm("toy", lambda *_: None, candidates=7)  # type: ignore
     for candidates in (None, 0, 5):
         algorithm.instance(points(9), candidates)
     assert given == [7, 0, 5]
@@ -271,9 +271,9 @@ class Watched:
 def test_the_warm_up_solves_forty_scattered_places(warm: bool, directed: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """With choices, the first comes before the second."""
     watched = Watched(build_directed if directed else build_instance)
-    if directed:
-        monkeypatch.setattr(algorithms, "build_directed", watched.build)
-    algorithm = Algorithm("toy", watched.search, watched.build, warm=watched.warm if warm else None)
+    builder = "leafcut.order.directed.build_directed" if directed else "leafcut.order.algorithms.build_instance"
+    monkeypatch.setattr(builder, watched.build)
+    algorithm = Algorithm("toy", watched.search, directed, warm=watched.warm if warm else None)
     options, firefly = SolveOptions(iterations=1), FireflyOptions(n_fireflies=2)
     algorithms._warm_up(algorithm, directed, True, options, firefly)
     assert watched.given == [(options, AcoOptions(n_ants=1), firefly, True if warm else None)]

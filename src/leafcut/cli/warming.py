@@ -24,7 +24,7 @@ from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.algorithms import warm_up
 from leafcut.order.bound import ALL_PAIRS
 from leafcut.order.construction import FEW
-from leafcut.order.kicks import MANY
+from leafcut.order.instance import MANY
 from leafcut.order.solve import solve
 from leafcut.timing.travel import travel_heights
 

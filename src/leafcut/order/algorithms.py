@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,21 +16,24 @@ from leafcut.files.plugins import lazy_function
 from leafcut.geometry.arrays import Ints
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import ALGORITHM_TITLES, ANT_ALGORITHMS, AcoOptions, FireflyOptions, SolveOptions
-from leafcut.order.colony import run_colony, warm_colony
 from leafcut.order.construction import nearest_neighbour
-from leafcut.order.directed import FEW_CLUSTERS, FEW_NODES, AnyInstance, DirectedInstance, build_directed, greedy_path
 from leafcut.order.exact import choose_nodes
 from leafcut.order.instance import (
+    CANDIDATES,
+    FEW_CLUSTERS,
+    FEW_NODES,
     FULL_LISTS_LIMIT,
+    MANY,
     Instance,
     build_instance,
     is_directed,
     path_cost,
 )
-from leafcut.order.kicks import CANDIDATES, MANY, run_kicks, warm_kicks
-from leafcut.order.packaged import PACKAGED, run_packaged
 from leafcut.order.search import AlgorithmRun, Best, SearchResult
 from leafcut.order.stop import Stop
+
+if TYPE_CHECKING:
+    from leafcut.order.directed import AnyInstance, DirectedInstance
 
 #: Candidates per node for ants, which choose every edge of a tour from them.
 ANTS_CANDIDATES = 16
@@ -45,7 +48,6 @@ WARM_NODES = 40
 #: Maximum size of a problem with choices for algorithms that store the costs of all moves (n² memory).
 MOST_CLUSTERS, MOST_NODES = 1000, 6000
 
-Build = Callable[[RoutingProblem, int], AnyInstance]
 Search = Callable[[Any, AlgorithmRun], SearchResult]
 #: A short search that calls all kernels; the flag marks a large problem.
 Warm = Callable[[Any, AlgorithmRun, bool], Ints]
@@ -57,8 +59,8 @@ class Algorithm:
 
     Attributes
     ----------
-    build
-        Returns the instance of a problem: `build_instance` for places, `build_directed` for choices.
+    has_choices
+        Whether its move set is that of choices.
     warm
         Calls all kernels of `search`; None if `search` itself does.
     few
@@ -69,20 +71,20 @@ class Algorithm:
 
     name: str
     search: Search
-    build: Build = build_instance
+    has_choices: bool = False
     warm: Warm | None = None
     few: bool = False
     candidates: int = ANTS_CANDIDATES
     check: Callable[[str, AcoOptions, FireflyOptions, bool], None] = lambda *_: None
 
-    @property
-    def has_choices(self) -> bool:
-        """Whether its move set is that of choices."""
-        return self.build is build_directed
-
     def instance(self, problem: RoutingProblem, candidates: int | None) -> AnyInstance:
         """Return the instance of a problem for its move set."""
-        return self.build(problem, self.candidates if candidates is None else candidates)
+        candidates = self.candidates if candidates is None else candidates
+        if not self.has_choices:
+            return build_instance(problem, candidates)
+        from leafcut.order.directed import build_directed
+
+        return build_directed(problem, candidates)
 
 
 def algorithm_for(problem: RoutingProblem, options: SolveOptions) -> Algorithm:
@@ -112,6 +114,8 @@ def algorithm_for(problem: RoutingProblem, options: SolveOptions) -> Algorithm:
 @cache
 def _packaged(name: str) -> Algorithm:
     """Always the same entry, so that its warm-up runs once."""
+    from leafcut.order.packaged import run_packaged
+
     return Algorithm(name, partial(run_packaged, name))
 
 
@@ -131,6 +135,8 @@ def needs_choices(problem: RoutingProblem) -> bool:
 
 def algorithm_titles() -> dict[str, str]:
     """Return the values of ``--algorithm`` with their titles; a broken plug-in has its error instead."""
+    from leafcut.order.packaged import PACKAGED
+
     titles = {one.name: one.refusal if one.adds is None else one.adds.title for one in PACKAGED.plugins()}
     return {**titles, **ALGORITHM_TITLES}
 
@@ -138,6 +144,8 @@ def algorithm_titles() -> dict[str, str]:
 def check_algorithm(name: str) -> None:
     """Check the name of an algorithm. Raises OptionError if it is unknown, or its package cannot be loaded."""
     if name not in ALGORITHM_TITLES:
+        from leafcut.order.packaged import PACKAGED
+
         PACKAGED.load(name)
 
 
@@ -197,6 +205,8 @@ def _nearest_tour(instance: Instance, run: AlgorithmRun) -> SearchResult:
 
 
 def _nearest_path(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
+    from leafcut.order.directed import greedy_path
+
     path = greedy_path(instance)
     nodes = instance.nodes(path.node, path.enter)
     run.best.offer(nodes, instance.length(path.node, path.enter, path.leave), 0)
@@ -207,6 +217,8 @@ def _lazy_call(place: str) -> Callable[..., Any]:
     return lazy_function(f"leafcut.order.{place}")
 
 
+run_colony, warm_colony = (_lazy_call(f"colony:{name}") for name in ("run_colony", "warm_colony"))
+run_kicks, warm_kicks = (_lazy_call(f"kicks:{name}") for name in ("run_kicks", "warm_kicks"))
 run_ants, check_ants = (_lazy_call(f"literature.ant_algorithms:{name}") for name in ("run_ants", "check_ants"))
 run_fireflies, check_fireflies = (
     _lazy_call(f"literature.fireflies:{name}") for name in ("run_fireflies", "check_fireflies")
@@ -230,9 +242,9 @@ PLACES = {
 CHOICES = {
     one.name: one
     for one in (
-        Algorithm("colony", run_paths, build_directed, warm_paths, candidates=CANDIDATES),
-        *(Algorithm(name, run_ants, build_directed, few=True, check=check_ants) for name in ANT_ALGORITHMS),
-        Algorithm("firefly", run_fireflies, build_directed, few=True, check=check_fireflies),
-        Algorithm("nn", _nearest_path, build_directed),
+        Algorithm("colony", run_paths, has_choices=True, warm=warm_paths, candidates=CANDIDATES),
+        *(Algorithm(name, run_ants, has_choices=True, few=True, check=check_ants) for name in ANT_ALGORITHMS),
+        Algorithm("firefly", run_fireflies, has_choices=True, few=True, check=check_fireflies),
+        Algorithm("nn", _nearest_path, has_choices=True),
     )
 }

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Ints
 from leafcut.kernels.annealing import BEST, AntPath, anneal
 from leafcut.kernels.cluster_paths import Clusters
-from leafcut.order.directed import FEW_CLUSTERS, FEW_NODES, DirectedInstance
-from leafcut.order.instance import costs_of_edges
+from leafcut.order.directed import DirectedInstance
+from leafcut.order.instance import FEW_CLUSTERS, FEW_NODES, costs_of_edges
 from leafcut.order.precedence import compressed_rows, transitive_closure
 
 #: Maximum growth of the path by a step, in mean moves between clusters: at the start, alternating, and at the end.

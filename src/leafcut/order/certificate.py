@@ -11,15 +11,11 @@ import numpy as np
 from leafcut.geometry.arrays import Floats
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import Solution
-from leafcut.options import SolveOptions
 from leafcut.order.construction import nearest_neighbour
 from leafcut.order.directed import AnyInstance, least_costs
-from leafcut.order.instance import Instance, build_instance, is_symmetric
+from leafcut.order.instance import CANDIDATES, Instance, build_instance, is_symmetric
 from leafcut.order.search import Best
 from leafcut.order.stop import Deadline
-
-#: Candidates per node for the lower bound of an order that needed no search.
-CANDIDATES = 8
 
 #: With asymmetric costs or several nodes per cluster, the bound is computed on a table of the cheapest moves between
 #: clusters: maximum number of clusters, and of nodes.
@@ -32,9 +28,9 @@ MOST_BOUNDED = 20_000
 ROUNDING = 1e-9
 
 
-def compute_shown_bound(options: SolveOptions, instance: AnyInstance, best: Best) -> None:
+def compute_shown_bound(instance: AnyInstance, best: Best) -> None:
     """Compute a lower bound for an observed search, with the clock stopped; it does not change the result."""
-    if not options.bound or instance.problem.n_clusters > MOST_BOUNDED:
+    if instance.problem.n_clusters > MOST_BOUNDED:
         return
     cancelled = best.stop.cancelled
     with best.stop.paused():

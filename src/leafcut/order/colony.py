@@ -23,9 +23,8 @@ from leafcut.kernels import EPSILON
 from leafcut.kernels.assembly import MOST_CHANGES, Assembly, assemble
 from leafcut.kernels.cost import tour_cost
 from leafcut.order.construction import greedy, random_words
-from leafcut.order.instance import Instance
+from leafcut.order.instance import MANY, Instance
 from leafcut.order.kicks import (
-    MANY,
     NODES_PER_LOOK,
     descend,
     first_tour,

@@ -38,10 +38,6 @@ from leafcut.order.precedence import CLOSURE_LIMIT, checked_pairs, compressed_ro
 #: Maximum number of nodes for candidates by the costs of all pairs, if clusters have several nodes: n² memory.
 DENSE_LIMIT = 3000
 
-#: Maximum number of clusters, with the anchor, and of nodes for annealing and the ants of `auto`, which store the costs
-#: of all moves: n² memory.
-FEW_CLUSTERS, FEW_NODES = 500, 2500
-
 #: Number of candidates tried for the first and the second new edge of an exchange. Measured on contours with holes that
 #: must be cut first: 16 candidates with (16, 8) are far better than 8, which are mostly the contour's own holes.
 BREADTH = (16, 8)

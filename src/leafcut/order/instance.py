@@ -27,6 +27,17 @@ ROWS_AT_ONCE = 256
 #: Maximum number of nodes for full candidate lists, which take n² memory.
 FULL_LISTS_LIMIT = 3000
 
+#: Candidates per node for exchanges and lower bounds.
+CANDIDATES = 8
+
+#: Maximum number of clusters, with the anchor, and of nodes for annealing and the ants of `auto`, which store the costs
+#: of all moves: n² memory.
+FEW_CLUSTERS, FEW_NODES = 500, 2500
+
+#: From this number of nodes on there is time for few ants only. The first tour is therefore also searched for long
+#: edges after the last improving exchange, and kicks are applied to several pieces of the tour in parallel.
+MANY = 20_000
+
 
 def cost_model(metric: Metric, xy: NDArray[np.float64], tied: tuple[int, int] = (-1, -1), free: int = -1) -> CostModel:
     """Return the cost model of a metric over the points float64[n, 2] for kernels."""

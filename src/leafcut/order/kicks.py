@@ -25,7 +25,7 @@ from leafcut.kernels.lin_kernighan import DEPTH, WAITING, Tour, improve_queued, 
 from leafcut.kernels.long_edges import shorten_by_walking
 from leafcut.model.solution import WorkerFigures
 from leafcut.order.construction import greedy, random_words
-from leafcut.order.instance import Instance, costs_of_edges, matrix_of
+from leafcut.order.instance import MANY, Instance, costs_of_edges, matrix_of
 from leafcut.order.search import AlgorithmRun, Best, SearchResult, iterate, set_budget
 from leafcut.order.stop import Stop
 from leafcut.order.workers import Share, Workers
@@ -33,7 +33,6 @@ from leafcut.order.workers import Share, Workers
 #: Candidates tried at each depth of a move. Measured at 1 and 3 s on pcb3038 and rl11849: (8, 4, 2, 1) with two
 #: neighbours per quadrant was better than (5, 5, 3, 2), (5, 3, 2, 1) and (6, 4, 2, 1) with one.
 BREADTH = (0, 8, 4, 2, 1)
-CANDIDATES = 8
 
 #: Maximum number of tour positions that a move may rewrite while shorter moves remain. Measured for equally good tours:
 #: a million nodes take a quarter less time, 86 thousand a fifth less.
@@ -41,10 +40,6 @@ LONGEST_REWRITE = 1000
 
 #: Nodes processed between two checks of the clock in the first improvement: about 10 ms.
 NODES_PER_LOOK = 5000
-
-#: From this number of nodes on there is time for few ants only. The first tour is therefore also searched for long
-#: edges after the last improving exchange, and kicks are applied to several pieces of the tour in parallel.
-MANY = 20_000
 
 #: Maximum steps of one end of a long edge, and maximum positions rewritten by all of them together, per node.
 MOST_STEPS, PLACES_PER_NODE = 3000, 50

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +18,11 @@ from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.model.snapshot import Observer, Pheromone, Snapshot
 from leafcut.model.solution import WorkerFigures, gap
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
-from leafcut.order.directed import AnyInstance
 from leafcut.order.stop import Stop
 from leafcut.order.workers import WorkerLog
+
+if TYPE_CHECKING:
+    from leafcut.order.directed import AnyInstance
 
 #: Relative tolerance of costs: equal tours may be summed in different orders.
 ROUNDING = 1e-12

@@ -15,8 +15,6 @@ from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.algorithms import algorithm_for, check_algorithm, check_options, needs_choices, warm_up
-from leafcut.order.certificate import certify, compute_shown_bound
-from leafcut.order.directed import refuse_ends_with_cost_table
 from leafcut.order.exact import TRY_ALL, best_nodes, choose_nodes, is_exactly_solvable, try_all_orders
 from leafcut.order.instance import path_cost
 from leafcut.order.precedence import broken_pair, checked_pairs, satisfies_pairs
@@ -55,6 +53,8 @@ def solve(
     cancelled, bounds = cancelled or threading.Event(), bounds or Deadline()
     stop, pairs = Stop.of(options, problem, cancelled), checked_pairs(problem)
     check_algorithm(options.algorithm)
+    if options.bound:
+        from leafcut.order.certificate import certify, compute_shown_bound
     known = _order_without_search(problem, pairs, options, stop)
     if known is not None:
         solution, bound = known
@@ -67,8 +67,8 @@ def solve(
     instance = algorithm.instance(problem, options.candidates)
     best = Best(stop, progress, instance.service, view=SearchView(instance), observer=observe or Observer())
     best.observer.begin()
-    if observe is not None:
-        compute_shown_bound(options, instance, best)
+    if observe is not None and options.bound:
+        compute_shown_bound(instance, best)
     try:
         found = algorithm.search(instance, AlgorithmRun(options, aco, firefly, best))
     except KeyboardInterrupt:
@@ -114,6 +114,8 @@ def _order_without_search(
     elif few:
         nodes, name = try_all_orders(problem, pairs), "colony" if name == "auto" else name
     elif name == "auto" and needs_choices(problem) and is_exactly_solvable(problem):
+        from leafcut.order.directed import refuse_ends_with_cost_table
+
         refuse_ends_with_cost_table(problem)
         nodes, name = best_nodes(problem, pairs), "exact"
     else:
