@@ -15,12 +15,7 @@ from leafcut.errors import PostError
 from leafcut.gcode.dialects import Dialect
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import PostOptions
-from leafcut.post.klartext import KlartextWriter
 from leafcut.post.row_writer import NO_NAMES, Writer
-from leafcut.post.sinumerik import SinumerikWriter
-
-#: Language of a dialect → its writer; all other dialects use the writer of G-code.
-_WRITERS: dict[str, type[Writer]] = {"sinumerik": SinumerikWriter, "klartext": KlartextWriter}
 
 
 def write_program(
@@ -61,10 +56,23 @@ def write_program(
         The toolpath needs a word that the controller lacks, or would move before its height is known.
     """
     check_options(dialect, options)
-    writer = _WRITERS.get(dialect.language, Writer)(
+    writer = _writer_of(dialect.language)(
         toolpath, dialect, options, tool_names, spindle_start_s, rapid_velocity, preselect_tool
     )
     return writer.program(header if options.header else ())
+
+
+def _writer_of(language: str) -> type[Writer]:
+    """Return the writer of a language; all dialects without their own language use the writer of G-code."""
+    if language == "klartext":
+        from leafcut.post.klartext import KlartextWriter
+
+        return KlartextWriter
+    if language == "sinumerik":
+        from leafcut.post.sinumerik import SinumerikWriter
+
+        return SinumerikWriter
+    return Writer
 
 
 def check_options(dialect: Dialect, options: PostOptions) -> None:

@@ -165,10 +165,10 @@ def _solution_with_nodes(problem: RoutingProblem, previous: Solution, nodes: Int
 
 def _add_bound(job: Job, problem: RoutingProblem, solution: Solution, share: float) -> Solution:
     """Add a lower bound to a solution, if requested, within a `share` of the time left for bounds."""
-    from leafcut.order.certificate import certify
-
     if not job.settings.solve.bound:
         return solution
+    from leafcut.order.certificate import certify
+
     return certify(problem, solution, None, job.cancelled, deadline=job.bounds.part(share))
 
 
@@ -346,7 +346,6 @@ def _with_cost(
     number: int, problem: RoutingProblem, nodes: Ints, searched: Solution, options: SolveOptions, quick: SearchOne,
     cancelled: threading.Event, bounds: Callable[[RoutingProblem], Deadline],
 ) -> Solution:  # fmt: skip
-    from leafcut.order.certificate import certify
     from leafcut.order.instance import path_cost
 
     cost = path_cost(problem, nodes)
@@ -359,6 +358,8 @@ def _with_cost(
     solution = _solution_with_nodes(problem, searched, nodes)
     if not options.bound:
         return solution
+    from leafcut.order.certificate import certify
+
     # The optimal order of a few tasks is its own bound.
     bound = (
         quick(number, problem, _quick_search_options(options, bound=True)).lower_bound

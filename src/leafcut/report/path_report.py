@@ -10,24 +10,30 @@ from leafcut.model.fact import Fact
 from leafcut.model.kinds import BEAMS
 from leafcut.model.outcome import Outcome, Which
 from leafcut.model.shown_stock import ShownStock
-from leafcut.report import views
-from leafcut.report.drawing import RAMP, Scene, build_scene, cut_tools, tool_class, toolpath_drawing
 from leafcut.report.set_up import range_facts, time_facts
 from leafcut.report.wording import (
+    NO_VALUE,
+    OURS,
     at_most_words,
     count,
     fact_heading,
     length_words,
     method_words,
+    percent_words,
     replace_unprintable,
+    saved_percent,
+    time_words,
     tool_count,
+    tool_words,
     translatable,
+    work_words,
 )
 
 if TYPE_CHECKING:
     from leafcut.model.cutting import CutPlan
     from leafcut.model.measure import Measure
     from leafcut.model.toolpath import Toolpath
+    from leafcut.report.drawing import Scene
 
 D = TypeVar("D")
 
@@ -79,7 +85,7 @@ class PathReport(Generic[D]):
         return (
             translatable(f"{self.came_in.capitalize()} order"),
             translatable("Nearest neighbour"),
-            translatable(views.OURS),
+            translatable(OURS),
         )
 
     # -- facts -------------------------------------------------------------------------------------------------------
@@ -132,27 +138,37 @@ class PathReport(Generic[D]):
 
     def table(self) -> list[tuple[tuple[str, ...], bool]]:
         """Return the rows of the summary's table, titles first: cells, and whether it is the order of the program."""
-        rows = views.order_cards(self.outcome, self.orders())
-        cells = [
-            (
-                (
-                    fact_heading(row["name"]).removesuffix(" order"),
-                    *(row[key] for key in ("travel", "cut", "time", "saved")),
-                ),
-                row["ours"],
-            )
-            for row in rows
+        rows: list[tuple[tuple[str, ...], bool]] = [(("order", self.travel, "cutting", "time", "saved"), False)]
+        for row in self.order_rows():
+            cells = (row[key] for key in ("travel", "cut", "time", "saved"))
+            rows.append(((fact_heading(row["name"]).removesuffix(" order"), *cells), row["ours"]))
+        return rows
+
+    def order_rows(self) -> list[dict[str, Any]]:
+        """Return the measures of each order in words; savings refer to the first order, and the last is `ours`."""
+        orders = self.orders()
+        return [
+            {
+                "name": name,
+                "ours": number == len(orders) - 1,
+                "time": time_words(measure.time_s),
+                "travel": length_words(measure.travel_mm),
+                "cut": length_words(measure.cut_mm),
+                "saved": percent_words(saved_percent(self.outcome, measure)) if number else NO_VALUE,
+            }
+            for number, (name, measure) in enumerate(orders)
         ]
-        return [(("order", self.travel, "cutting", "time", "saved"), False), *cells]
 
     def tables(self) -> dict[str, Any]:
         """Return the tables that page and studio share, by name; ``times`` has the seconds by kind of motion."""
+        from leafcut.report import views
+
         return {"times": views.time_rows(self.outcome, self.orders())}
 
     def search_name(self, number: int) -> str:
         """Return the tool and the work of an operation: ``T1 drill Ø6.35, 70 holes``."""
         operation = self.outcome.operations[number]
-        return f"{views.tool_words(operation.tool)}, {views.work_words(operation)}"
+        return f"{tool_words(operation.tool)}, {work_words(operation)}"
 
     def nearest_cost(self) -> float | None:
         """Return the cost of the nearest-neighbour order in the unit of the solver, or None if it is unknown.
@@ -172,6 +188,9 @@ class PathReport(Generic[D]):
 
     def page(self) -> dict[str, Any]:
         """Return the values for the template of the page: the drawings before and after, and the tools."""
+        from leafcut.report import views
+        from leafcut.report.drawing import build_scene, toolpath_drawing
+
         outcome = self.outcome
         scene = build_scene(outcome)
         return {
@@ -183,7 +202,7 @@ class PathReport(Generic[D]):
             "after": toolpath_drawing(scene, "after", self._path_words("after"), holes="#holes"),
             "wide": scene.frame.wide,
             "travel": [self._travel_words(measure) for measure in (outcome.before, outcome.after)],
-            "legend": _legend(outcome, scene),
+            "legend": views.legend(outcome, scene),
             "tools": views.tool_rows(outcome, scene),
             "tool_columns": views.tool_columns(outcome),
             "tools_left_out": max(0, len(outcome.operations) - views.MAX_TOOL_ROWS),
@@ -191,8 +210,10 @@ class PathReport(Generic[D]):
             "sections": any(o.lines for o in outcome.operations),
         }
 
-    def saved(self) -> views.PageRow:
+    def saved(self) -> dict[str, Any]:
         """Return the headline figure about the savings, with its text."""
+        from leafcut.report import views
+
         return views.savings_headline(self.outcome, self.came_in, self.bound_words())
 
     def staying(self) -> list[str]:
@@ -206,6 +227,8 @@ class PathReport(Generic[D]):
 
     def drawing(self, which: Which) -> str:
         """Return the drawing of a path as a stand-alone SVG without styles."""
+        from leafcut.report.drawing import build_scene, toolpath_drawing
+
         return toolpath_drawing(build_scene(self.outcome), which, self._path_words(which), size=True)
 
     def tried_paths(self) -> Iterator[tuple[str, Toolpath]]:
@@ -231,31 +254,3 @@ class PathReport(Generic[D]):
     def _travel_words(self, measure: Measure) -> str:
         kind = "with the beam off" if self.outcome.process in BEAMS else "travel"
         return f"{length_words(measure.travel_mm)} {kind}"
-
-
-def _legend(outcome: Outcome, scene: Scene) -> dict[str, Any]:
-    # A hole has the colour of its last tool. A tool that another tool always follows has no holes in its colour.
-    shown = {d.tool for d in scene.dots} | {tool for tool, _, _ in scene.slots}
-    cutting = cut_tools(scene)
-    shown |= set(cutting.values())
-    holes = {d.tool for d in scene.dots} | {tool for tool, _, _ in scene.slots}
-    entries = [
-        (tool_class(scene, t), _tool_words(outcome, scene.tools[t]), t not in holes) for t in sorted(shown) if t >= 0
-    ]
-    if -1 in shown:
-        entries.append(("idle", "not machined", False))
-    return {
-        "ramp": None if scene.numbered else [f"r{i}" for i in range(0, RAMP, 3)],
-        "cuts": bool(len(scene.after.cuts) or len(scene.before.cuts)) and not cutting,
-        "stops": bool(len(scene.after.stops)),
-        "tools": entries,
-        "enlarged": scene.enlarged,
-        "unsized": scene.unsized,
-        "edge": bool(len(scene.edge)),
-    }
-
-
-def _tool_words(outcome: Outcome, number: int) -> str:
-    """Return a tool with the work of all its operations: ``T1 drill Ø6.35, 70 holes and 2 slots``."""
-    operations = [o for o in outcome.operations if o.tool.number == number]
-    return f"{views.tool_words(operations[0].tool)}, {' and '.join(views.work_words(o) for o in operations[:3])}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from leafcut.model.issue import CODES, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.report import chart
-from leafcut.report.drawing import Scene, tool_class
+from leafcut.report.drawing import RAMP, Scene, cut_tools, tool_class
 from leafcut.report.wording import (
     MIN_GAP,
     NO_VALUE,
@@ -21,24 +21,22 @@ from leafcut.report.wording import (
     ended_by_payoff,
     feed_mm_min,
     group_issues,
-    length_words,
+    number_of,
     number_words,
     percent_words,
     replace_unprintable,
-    saved_percent,
     time_words,
+    tool_words,
     translatable,
+    work_words,
 )
 
 if TYPE_CHECKING:
     from leafcut.model.measure import Measure
-    from leafcut.model.outcome import OperationOutcome, Outcome
-    from leafcut.model.tool import Tool
+    from leafcut.model.outcome import Outcome
+    from leafcut.report.path_report import PathReport
 
 PageRow = dict[str, Any]
-
-#: Name of the order that leafcut writes.
-OURS = "leafcut"
 
 MAX_ISSUE_ROWS = 200
 MAX_WORKER_ROWS = 128
@@ -57,20 +55,12 @@ _KIND_WORDS = {
 }
 
 
-def order_cards(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> list[PageRow]:
-    """Return a card for each order; savings refer to the first order, and the last order is the written one."""
-    longest, last = max(measure.time_s for _, measure in measures), len(measures) - 1
+def order_cards(report: PathReport[Any]) -> list[PageRow]:
+    """Return a card for each order: the cells of the summary's table, and a bar of its time."""
+    longest = max(measure.time_s for _, measure in report.orders())
     return [
-        {
-            "name": name,
-            "ours": number == last,
-            "time": time_words(measure.time_s),
-            "travel": length_words(measure.travel_mm),
-            "cut": length_words(measure.cut_mm),
-            "saved": percent_words(saved_percent(outcome, measure)) if number else NO_VALUE,
-            "bar": chart.bar(measure.time_s / longest if longest > 0 else 0.0, "ours" if number == last else "plain"),
-        }
-        for number, (name, measure) in enumerate(measures)
+        {**row, "bar": chart.bar(measure.time_s / longest if longest > 0 else 0.0, "ours" if row["ours"] else "plain")}
+        for row, (_, measure) in zip(report.order_rows(), report.orders(), strict=True)
     ]
 
 
@@ -145,28 +135,6 @@ def tool_rows(outcome: Outcome, scene: Scene) -> list[PageRow]:
         }
         for o in outcome.operations[:MAX_TOOL_ROWS]
     ]
-
-
-def number_of(tool: Tool) -> str:
-    """Return ``T3``, or "" for a tool without a number in the program."""
-    return f"T{tool.number}" if tool.number else ""
-
-
-def tool_words(tool: Tool) -> str:
-    """Return ``T3 drill Ø6.35``, or ``T3 drill`` without a known diameter."""
-    return replace_unprintable(
-        tool.label if tool.diameter > 0 else f"{number_of(tool)} {tool.name or tool.kind.value}".strip()
-    )
-
-
-def work_words(operation: OperationOutcome) -> str:
-    """Return the work of an operation: ``70 holes``, ``3 holes, 12 cuts`` or ``121 holes, 1 in its place``."""
-    work = [(len(operation.holes), "slot" if operation.slots else "hole"), (operation.cuts, "cut")]
-    words = [count(number, noun) for number, noun in work if number] or [count(0, "hole")]
-    staying = len(operation.staying)
-    if staying:
-        words.insert(1, f"{staying:,} in {'its place' if staying == 1 else 'their places'}")
-    return ", ".join(words)
 
 
 def search_rows(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: float | None) -> list[PageRow]:
@@ -252,3 +220,34 @@ def program_view(outcome: Outcome) -> PageRow:
         "text": "\n".join(shown),
         "words": count(len(lines), "line") + ("" if whole else f", the first {HEAD_LINES} shown"),
     }
+
+
+def legend(outcome: Outcome, scene: Scene) -> PageRow:
+    """Return the marks and colours that the drawings use, with the work of each tool."""
+    # A hole has the colour of its last tool. A tool that another tool always follows has no holes in its colour.
+    shown = {d.tool for d in scene.dots} | {tool for tool, _, _ in scene.slots}
+    cutting = cut_tools(scene)
+    shown |= set(cutting.values())
+    holes = {d.tool for d in scene.dots} | {tool for tool, _, _ in scene.slots}
+    entries = [
+        (tool_class(scene, t), _tool_with_work(outcome, scene.tools[t]), t not in holes)
+        for t in sorted(shown)
+        if t >= 0
+    ]
+    if -1 in shown:
+        entries.append(("idle", "not machined", False))
+    return {
+        "ramp": None if scene.numbered else [f"r{i}" for i in range(0, RAMP, 3)],
+        "cuts": bool(len(scene.after.cuts) or len(scene.before.cuts)) and not cutting,
+        "stops": bool(len(scene.after.stops)),
+        "tools": entries,
+        "enlarged": scene.enlarged,
+        "unsized": scene.unsized,
+        "edge": bool(len(scene.edge)),
+    }
+
+
+def _tool_with_work(outcome: Outcome, number: int) -> str:
+    """Return a tool with the work of all its operations: ``T1 drill Ø6.35, 70 holes and 2 slots``."""
+    operations = [o for o in outcome.operations if o.tool.number == number]
+    return f"{tool_words(operations[0].tool)}, {' and '.join(work_words(o) for o in operations[:3])}"

@@ -18,9 +18,12 @@ from leafcut.units import SECONDS_PER_MINUTE, format_length, format_time
 
 if TYPE_CHECKING:
     from leafcut.model.measure import Measure
-    from leafcut.model.outcome import Outcome
+    from leafcut.model.outcome import OperationOutcome, Outcome
+    from leafcut.model.tool import Tool
 
 NO_VALUE = "–"
+#: Name of the order that leafcut writes.
+OURS = "leafcut"
 #: Maximum gap of a path that counts as optimal.
 MIN_GAP = 1e-4
 #: Reason why a search ended early (`order.stop.PayoffLimit`).
@@ -290,3 +293,25 @@ def group_issues(issues: Iterable[Issue], *, by_message: bool = False) -> list[I
         )
         for key in order
     ]
+
+
+def number_of(tool: Tool) -> str:
+    """Return ``T3``, or "" for a tool without a number in the program."""
+    return f"T{tool.number}" if tool.number else ""
+
+
+def tool_words(tool: Tool) -> str:
+    """Return ``T3 drill Ø6.35``, or ``T3 drill`` without a known diameter."""
+    return replace_unprintable(
+        tool.label if tool.diameter > 0 else f"{number_of(tool)} {tool.name or tool.kind.value}".strip()
+    )
+
+
+def work_words(operation: OperationOutcome) -> str:
+    """Return the work of an operation: ``70 holes``, ``3 holes, 12 cuts`` or ``121 holes, 1 in its place``."""
+    work = [(len(operation.holes), "slot" if operation.slots else "hole"), (operation.cuts, "cut")]
+    words = [count(number, noun) for number, noun in work if number] or [count(0, "hole")]
+    staying = len(operation.staying)
+    if staying:
+        words.insert(1, f"{staying:,} in {'its place' if staying == 1 else 'their places'}")
+    return ", ".join(words)

@@ -2,46 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from leafcut.model.turns import Turns
+from leafcut.kernels.chords import merge_chords
 
-
-class MovingRows(NamedTuple):
-    """The rows of a toolpath that move the tool, one entry per move.
-
-    Attributes
-    ----------
-    row
-        Row of the toolpath.
-    delta
-        Displacement, float64[m, 3], mm.
-    arc
-        Index of the arc, -1 for a straight move.
-    feed, rapid
-        Feed, mm/s, and whether the move is a rapid.
-    mode, tolerance, joining
-        End mode (`timing.moves`), and P and Q of G64, mm.
-    flushed
-        Whether the machine stops before the next move.
-    """
-
-    row: NDArray[np.int64]
-    delta: NDArray[np.float64]
-    arc: NDArray[np.int64]
-    feed: NDArray[np.float64]
-    rapid: NDArray[np.bool_]
-    mode: NDArray[np.int8]
-    tolerance: NDArray[np.float64]
-    joining: NDArray[np.float64]
-    flushed: NDArray[np.bool_]
-
-    def take(self, rows: NDArray[np.int64]) -> MovingRows:
-        """Return the selected moves; an index may occur several times."""
-        return MovingRows(*(column[rows] for column in self))  # type: ignore[arg-type]  # each column keeps its type
+if TYPE_CHECKING:
+    from leafcut.model.turns import Turns
+    from leafcut.timing.moves import MovingRows
 
 
 def merge_moves(steps: MovingRows, turns: Turns) -> MovingRows:
@@ -49,8 +18,6 @@ def merge_moves(steps: MovingRows, turns: Turns) -> MovingRows:
 
     Source: LinuxCNC documentation, G64 ("naive CAM detector", which also applies to arcs in the XY plane).
     """
-    from leafcut.kernels.chords import merge_chords
-
     steps = _flat_arcs_as_chords(steps, turns)
     mergeable = (steps.arc < 0) & ~steps.rapid & (steps.joining > 0)
     joins = np.zeros(len(mergeable), dtype=np.bool_)

@@ -21,9 +21,6 @@ from leafcut.timing.moves import REST, Moves, changes_power
 #: Bytes per second of GRBL's serial line: 115200 baud, ten bits per byte (BAUD_RATE, the same on every board).
 BYTES_PER_SECOND = 11_520
 
-#: Time step of dwells, s (DWELL_TIME_STEP).
-DWELL_STEP = 0.05
-
 #: Maximum number of chords of an arc: GRBL counts them in 16 bits.
 MOST_CHORDS = 65535
 

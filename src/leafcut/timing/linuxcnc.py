@@ -21,8 +21,7 @@ import numpy as np
 
 from leafcut.geometry.arrays import Floats, Mask
 from leafcut.model.machine import Machine
-from leafcut.timing.corners import Corners
-from leafcut.timing.moves import BLEND, REST, Moves
+from leafcut.timing.moves import BLEND, REST, Corners, Moves
 
 #: [EMCMOT]SERVO_PERIOD, s, as in nearly all configurations.
 CYCLE = 0.001

@@ -1,6 +1,7 @@
 """Times of moves with look-ahead.
 
-Every corner has a maximum speed (`timing.corners`). The backward pass limits each corner to the speed from which the
+Every corner has a maximum speed: that of the junction deviation for controllers that only slow down (style ``round``),
+or that of LinuxCNC (`timing.linuxcnc`). The backward pass limits each corner to the speed from which the
 tool can still slow down for the following moves within the look-ahead. The forward pass limits it to the speed that the
 tool can reach. Between two corners, the velocity has the shape of a trapezoid.
 
@@ -19,7 +20,6 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats
 from leafcut.model.machine import Machine
-from leafcut.timing.corners import Corners, deviation_corners
 from leafcut.timing.linuxcnc import (
     CYCLE,
     DEPTH,
@@ -29,10 +29,13 @@ from leafcut.timing.linuxcnc import (
     linuxcnc_corners,
     overlap_speeds,
 )
-from leafcut.timing.moves import Moves
+from leafcut.timing.moves import BLEND, Corners, Moves, corners_without_arcs
 
 #: Look-ahead of a controller that does not specify it, in moves; large enough to have no effect.
 _FAR = 500
+
+#: Cosine of the largest turn that counts as straight; its negative limits reversals. Source: gnea/grbl 1.1, planner.c.
+_STRAIGHT = 0.999999
 
 #: Number of corners per block, which keeps intermediate arrays in the processor's cache.
 _BLOCK = 1 << 13
@@ -92,6 +95,24 @@ def _corners_in_blocks(moves: Moves, machine: Machine, style: str) -> Corners:
         else:
             blocks.append(deviation_corners(before, after, machine))
     return Corners(*(np.concatenate(column) for column in zip(*blocks, strict=True)))
+
+
+def deviation_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
+    """Return the corners of a controller that uses the junction deviation δ between feed moves under G64; rapids stop.
+
+    The circle that touches both moves and stays within δ of the corner allows v² = a δ s / (1 - s), where s is the sine
+    of half the angle between the moves. Source: S. K. Jeon, "Improving Grbl: cornering algorithm" (2011).
+    """
+    cosine = -(before.end * after.start).sum(axis=1)
+    sine = np.sqrt(0.5 * (1.0 - np.clip(cosine, -1.0, 1.0)))
+    bend = np.abs(after.start - before.end)
+    size = np.sqrt((bend * bend).sum(axis=1))
+    allowed = np.asarray(machine.acceleration) * machine.acceleration_factor
+    acceleration = np.where(size > 0, size / (bend / allowed).max(axis=1), 0.0)
+    speed = np.sqrt(acceleration * machine.corner_deviation * sine / (1.0 - sine))
+    speed = np.where(cosine < -_STRAIGHT, np.inf, np.where(cosine > _STRAIGHT, 0.0, speed))
+    joined = ~before.flushed & (before.mode == BLEND) & ~before.rapid & ~after.rapid
+    return corners_without_arcs(np.where(joined, speed, 0.0))
 
 
 def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:

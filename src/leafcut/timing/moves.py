@@ -6,6 +6,7 @@ Rows that do not move the tool are omitted; they only determine where a move mus
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,6 @@ from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import SPEED_ALONE, Kind, Toolpath
 from leafcut.model.turns import AXES, SHORTEST, Turn, Turns
-from leafcut.timing.chords import MovingRows, merge_moves
 
 #: End modes of a move: stop, exact path with tangent transitions (G61), or blending (G64).
 REST, EXACT, BLEND = 0, 1, 2
@@ -65,6 +65,72 @@ class Moves:
         return Moves(turn=Turn(*(value[part] for value in self.turn)), **columns)
 
 
+class MovingRows(NamedTuple):
+    """The rows of a toolpath that move the tool, one entry per move.
+
+    Attributes
+    ----------
+    row
+        Row of the toolpath.
+    delta
+        Displacement, float64[m, 3], mm.
+    arc
+        Index of the arc, -1 for a straight move.
+    feed, rapid
+        Feed, mm/s, and whether the move is a rapid.
+    mode, tolerance, joining
+        End mode (`REST`, `EXACT` or `BLEND`), and P and Q of G64, mm.
+    flushed
+        Whether the machine stops before the next move.
+    """
+
+    row: NDArray[np.int64]
+    delta: NDArray[np.float64]
+    arc: NDArray[np.int64]
+    feed: NDArray[np.float64]
+    rapid: NDArray[np.bool_]
+    mode: NDArray[np.int8]
+    tolerance: NDArray[np.float64]
+    joining: NDArray[np.float64]
+    flushed: NDArray[np.bool_]
+
+    def take(self, rows: NDArray[np.int64]) -> MovingRows:
+        """Return the selected moves; an index may occur several times."""
+        return MovingRows(*(column[rows] for column in self))  # type: ignore[arg-type]  # each column keeps its type
+
+
+class Corners(NamedTuple):
+    """The corner after every move; the machine is at rest after the last move.
+
+    Attributes
+    ----------
+    speed
+        Maximum speed at the corner, mm/s: 0 for a stop, infinite if an arc rounds the corner and limits the speed.
+    arc_length, arc_speed, arc_acceleration
+        Length, mm, maximum speed, mm/s, and acceleration, mm/s², of the arc in the corner; length 0 for no arc.
+    trim
+        Length that the arc removes from both adjacent moves, mm.
+    held_back
+        Share of the acceleration that both adjacent moves reserve for the bend.
+    overlapped
+        Whether the next move starts while this move decelerates, each with half the acceleration.
+    """
+
+    speed: Floats
+    arc_length: Floats
+    arc_speed: Floats
+    arc_acceleration: Floats
+    trim: Floats
+    held_back: Floats
+    overlapped: Mask
+
+
+def corners_without_arcs(speed: Floats) -> Corners:
+    """Return corners with speed limits, but without arcs and overlaps."""
+    zeros = np.zeros(len(speed))
+    return Corners(speed, zeros, zeros, zeros, zeros, zeros, np.zeros(len(speed), dtype=np.bool_))
+
+
 def moves_of(
     path: Toolpath,
     machine: Machine,
@@ -88,6 +154,8 @@ def moves_of(
     """
     steps = _moving_rows(path, machine, delta, turns, mode, tolerance, joining)
     if np.any((steps.mode == BLEND) & (steps.joining > 0)):
+        from leafcut.timing.chords import merge_moves
+
         steps = merge_moves(steps, turns)
     length, limit, acceleration, start, end = _straight_limits(steps, machine)
     turn = Turn(*(np.zeros((len(length), *column.shape[1:])) for column in turns.turn))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,17 +15,22 @@ from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
 from leafcut.model.toolpath import MOTIONS, PLACES, STILL, Kind, Toolpath, last_rows
 from leafcut.model.turns import Turns, turns_of
-from leafcut.timing.grbl import DWELL_STEP, SentLines, grbl_seconds
 from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.lookahead import move_seconds
 from leafcut.timing.moves import BLEND, EXACT, REST, Moves, moves_of
 from leafcut.timing.profile import move_time
+
+if TYPE_CHECKING:
+    from leafcut.timing.grbl import SentLines
 
 #: Corner style by controller, if the machine does not specify it.
 _STYLES = {"linuxcnc": "linuxcnc", "grbl": "grbl"}
 
 #: A move is starved if waiting for lines takes more than this share of its time.
 STARVED_SHARE = 0.1
+
+#: Time step of dwells on GRBL, s (DWELL_TIME_STEP).
+_GRBL_DWELL_STEP = 0.05
 
 #: Kinds of rows that set the position of the tool without a move.
 _REPOSITIONING = [int(k) for k in PLACES if k not in MOTIONS]
@@ -192,6 +197,8 @@ def _time_path(
         moves.mode[at_rest], moves.flushed[at_rest] = REST, True
     standing_seconds = _standing_seconds(path, machine, style)
     if style == "grbl":
+        from leafcut.timing.grbl import grbl_seconds
+
         move_times = grbl_seconds(path, machine, delta + estimate, moves, standing_seconds, lines, pace)
     else:
         move_times = move_seconds(moves, machine, style)
@@ -285,7 +292,7 @@ def _standing_seconds(path: Toolpath, machine: Machine, style: str) -> Floats:
     dwells = (path.kind == Kind.DWELL) & np.isfinite(path.value) & (path.value > 0.0)
     seconds[dwells] = path.value[dwells]
     if style == "grbl":
-        seconds[dwells] = np.ceil(seconds[dwells] / DWELL_STEP - 1e-6) * DWELL_STEP
+        seconds[dwells] = np.ceil(seconds[dwells] / _GRBL_DWELL_STEP - 1e-6) * _GRBL_DWELL_STEP
     changes = np.flatnonzero(path.kind == Kind.TOOL)
     is_new_tool = np.append(True, np.diff(path.ref[changes]) != 0)[: len(changes)]
     seconds[changes[is_new_tool]] = machine.tool_change_s

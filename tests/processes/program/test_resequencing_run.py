@@ -27,7 +27,7 @@ from leafcut.processes.program import planning as resequencing
 from leafcut.processes.program.post import rewriter
 from leafcut.processes.program.proving import with_comments
 from leafcut.processes.registry import report_of
-from leafcut.report.views import work_words
+from leafcut.report.wording import work_words
 from rewriting import work_of
 
 

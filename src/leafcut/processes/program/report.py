@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
 
 from leafcut.model.fact import Fact
 from leafcut.model.json_values import plain
 from leafcut.model.outcome import Outcome
 from leafcut.model.shown_stock import ShownStock
 from leafcut.processes.program.model import ProgramDetail, StockProof
-from leafcut.report import views
-from leafcut.report.drawing import Scene
 from leafcut.report.json_answer import certificate_as_json
 from leafcut.report.pace_words import pace_facts
 from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import time_facts
 from leafcut.report.wording import count, replace_unprintable
+
+if TYPE_CHECKING:
+    from leafcut.report.drawing import Scene
 
 #: Maximum number of reasons for fixed pieces in the summary.
 MOST_REASONS = 6
@@ -76,7 +78,7 @@ class ProgramReport(PathReport[ProgramDetail]):
         """Return the time saved by new heights and speeds, if requested."""
         return pace_facts(self.outcome.detail.pace)
 
-    def saved(self) -> views.PageRow:
+    def saved(self) -> dict[str, Any]:
         """Return the headline figure; it is a text if the order is unchanged."""
         outcome, row = self.outcome, super().saved()
         same = outcome.before == outcome.after and outcome.before.time_s > 0

@@ -41,6 +41,7 @@ from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import coordinate_words, height_facts, range_facts
 from leafcut.report.wording import (
     NO_VALUE,
+    OURS,
     angle_words,
     area_words,
     count,
@@ -96,7 +97,7 @@ class PocketReport(PathReport[PocketDetail]):
     def orders(self) -> list[tuple[str, Measure]]:
         """Return the measures of the usual strategy, if it differs, and of the written strategy."""
         usual = [(self.usual.capitalize(), self.outcome.before)] if self.compared else []
-        return [*usual, (f"{views.OURS}: {self.chosen}", self.outcome.after)]
+        return [*usual, (f"{OURS}: {self.chosen}", self.outcome.after)]
 
     @cached_property
     def facts(self) -> list[Fact]:

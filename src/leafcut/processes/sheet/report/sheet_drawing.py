@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -291,3 +292,21 @@ def _order_marks(scene: SheetScene, plan: CutPlan, ways: Points) -> list[str]:
     spots = place_labels(stops, words, font, Surroundings(np.concatenate([dots, np.array(kept)]), lines, size))
     numbers = [text(w, s[0], s[1], dy="0.35em") for w, s in zip(words, spots, strict=True) if s]
     return [*marks, element("g", *numbers, class_="number", font_size=font, stroke_width=font * 0.3)]
+
+
+def legend(scene: SheetScene, plans: list[CutPlan]) -> dict[str, Any]:
+    """Return the marks and colours that the drawings use."""
+    cuts = [cut for plan in plans for cut in plan.cuts]
+    kinds = {kind for cut in cuts for kind, _, _ in stretches(cut)}
+    return {
+        "kinds": kinds,
+        "true_kerf": scene.true_kerf,
+        "stock": scene.sheet.outline is not None,
+        "clamps": bool(scene.sheet.zones),
+        "edges": any(c.kind == "cut" and not c.pierce for c in cuts),
+        "pierces": any(c.kind == "cut" and c.pierce for c in cuts),
+        "every": {1: "numbers give the order", 2: "every second start has its number in the order"}.get(
+            scene.every, f"every {scene.every}th start has its number in the order"
+        ),
+        "ramp": [f"r{i}" for i in range(0, RAMP, 3)] if scene.many else None,
+    }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from itertools import compress
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from leafcut.model.cutting import CutMeasures, CutPlan, CutTimes
 from leafcut.model.fact import Fact
@@ -23,19 +23,7 @@ from leafcut.processes.sheet.report.cut_words import (
     size_words,
 )
 from leafcut.processes.sheet.report.norms import NormRow, batch_row, norm_rows, norms_text, sheet_row
-from leafcut.processes.sheet.report.sheet_detail import cut_detail, detailed_cuts
-from leafcut.processes.sheet.report.sheet_drawing import (
-    SheetScene,
-    build_sheet_scene,
-    part_id,
-    part_window,
-    sheet_drawing,
-    stretches,
-)
-from leafcut.report import views
-from leafcut.report.drawing import RAMP
 from leafcut.report.path_report import PathReport
-from leafcut.report.views import PageRow
 from leafcut.report.wording import (
     NO_VALUE,
     at_most_words,
@@ -48,6 +36,10 @@ from leafcut.report.wording import (
     time_words,
     translatable,
 )
+
+if TYPE_CHECKING:
+    from leafcut.processes.sheet.report.sheet_drawing import SheetScene
+    from leafcut.report.views import PageRow
 
 #: Maximum number of rows in the table of parts.
 MOST_PART_ROWS = 500
@@ -153,13 +145,15 @@ class SheetReport(PathReport[SheetDetail]):
 
     def tables(self) -> dict[str, Any]:
         """Return the tables of times by order, of parts, and of cycle times and consumption."""
+        from leafcut.report.views import stacked_bars
+
         kinds = {"feed": translatable("cutting"), "dwell": translatable("piercing"), "rapid": translatable("rapids")}
         rows = [
             (name, {"feed": t.cut_s, "dwell": t.pierce_s, "rapid": t.rapid_s}, time_words(t.total_s))
             for name, t in self._times()
         ]
         return {
-            "times": views.stacked_bars(kinds, rows),
+            "times": stacked_bars(kinds, rows),
             "parts": parts_table(self.cuts),
             "norms": norms_table(self.cuts),
         }
@@ -170,6 +164,9 @@ class SheetReport(PathReport[SheetDetail]):
 
     def page(self) -> dict[str, Any]:
         """Return the data of the report page: drawings, orders, parts and cutting data."""
+        from leafcut.processes.sheet.report.sheet_detail import cut_detail, detailed_cuts
+        from leafcut.processes.sheet.report.sheet_drawing import build_sheet_scene, legend
+
         known, plan = self._plans(), self.cuts
         scene = build_sheet_scene(known, self.outcome.missing)
         return {
@@ -181,7 +178,7 @@ class SheetReport(PathReport[SheetDetail]):
                 "drawings": self._drawings(scene),
                 "wide": scene.frame.wide,
                 "details": [cut_detail(plan, number) for number in detailed_cuts(plan)],
-                "legend": _legend(scene, known),
+                "legend": legend(scene, known),
                 "orders": [
                     (f"{t.pierces:,}", length_words(t.rapid_mm), length_words(t.length_mm)) for _, t in self._times()
                 ],
@@ -210,6 +207,8 @@ class SheetReport(PathReport[SheetDetail]):
 
     def drawing(self, which: Which) -> str:
         """Return an SVG drawing of the sheet with its cuts in the given or in the written order."""
+        from leafcut.processes.sheet.report.sheet_drawing import build_sheet_scene, sheet_drawing
+
         scene = build_sheet_scene(self._plans(), self.outcome.missing)
         return sheet_drawing(scene, self.plan(which), which, self._order_title(which), size=True)
 
@@ -230,6 +229,8 @@ class SheetReport(PathReport[SheetDetail]):
         return [(name, norm.sheet) for name, norm in norms if norm is not None]
 
     def _drawings(self, scene: SheetScene) -> list[PageRow]:
+        from leafcut.processes.sheet.report.sheet_drawing import sheet_drawing
+
         captions = (f"Before: the {self.came_in}’s order", "Nearest neighbour", "After: leafcut")
         rows: list[PageRow] = []
         # Before and after are side by side, the third order is below them.
@@ -259,23 +260,6 @@ def sheet_size(plan: CutPlan) -> str:
         return "nothing to cut"
     x0, y0, x1, y1 = (f(b[i] for b in boxes) for i, f in enumerate((min, min, max, max)))
     return f"{'sheet' if sheet.outline is not None else 'cuts on'} {x1 - x0:.4g} × {y1 - y0:.4g} mm"
-
-
-def _legend(scene: SheetScene, plans: list[CutPlan]) -> PageRow:
-    cuts = [cut for plan in plans for cut in plan.cuts]
-    kinds = {kind for cut in cuts for kind, _, _ in stretches(cut)}
-    return {
-        "kinds": kinds,
-        "true_kerf": scene.true_kerf,
-        "stock": scene.sheet.outline is not None,
-        "clamps": bool(scene.sheet.zones),
-        "edges": any(c.kind == "cut" and not c.pierce for c in cuts),
-        "pierces": any(c.kind == "cut" and c.pierce for c in cuts),
-        "every": {1: "numbers give the order", 2: "every second start has its number in the order"}.get(
-            scene.every, f"every {scene.every}th start has its number in the order"
-        ),
-        "ramp": [f"r{i}" for i in range(0, RAMP, 3)] if scene.many else None,
-    }
 
 
 def _time_cells(times: CutTimes) -> dict[str, str]:
@@ -321,6 +305,8 @@ def parts_table(plan: CutPlan) -> PageRow:
 
 
 def _parts(scene: SheetScene, plan: CutPlan) -> PageRow:
+    from leafcut.processes.sheet.report.sheet_drawing import part_id, part_window
+
     table = parts_table(plan)
     shown = [
         {**row, "href": f"#{part_id(row['part'])}" if window else "", "window": window}
