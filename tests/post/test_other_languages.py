@@ -13,8 +13,8 @@ from leafcut.model.part import ProgramZero
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Arc, DrillCycle, ToolpathBuilder
 from leafcut.options import PostOptions
-from leafcut.post.blocks import Blocks
 from leafcut.post.header import header_lines
+from leafcut.post.row_writer import Blocks
 from leafcut.post.words import coolant_words, cycle_words, dwell_word, has_cycle, peck_text
 from leafcut.post.writer import write_program
 from leafcut.read.machine import load_machine

@@ -254,9 +254,8 @@ def test_a_drawing_that_is_too_small_as_a_whole_is_refused_unless_the_unit_is_gi
 
 
 def test_more_lines_than_any_sheet_has_are_refused(hand_drawn, monkeypatch):
-    from leafcut.read import dxf_contours
 
-    monkeypatch.setattr(dxf_contours, "MAX_SEGMENTS", 5)
+    monkeypatch.setattr(dxf_strokes, "MAX_SEGMENTS", 5)
     with pytest.raises(ReadError, match="lines and arcs"):
         read_contours(hand_drawn(LINE.format(5) * 6))
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import fnmatch
 import re
 import unicodedata
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from leafcut.geometry.polyline import Polyline
@@ -44,6 +46,14 @@ def is_aside(layer: str) -> bool:
         is_named or word in _BESIDE or word.rstrip("0123456789") in _BESIDE
         for word, is_named in zip(words, named, strict=True)
     )
+
+
+def layer_matcher(patterns: Sequence[str]) -> Callable[[str], bool]:
+    """Return a function that tests whether a layer name matches any pattern; case is ignored, and * and ? are
+    wildcards.
+    """
+    tests = [re.compile(fnmatch.translate(p), re.IGNORECASE) for p in patterns]
+    return lambda layer: any(t.match(layer) for t in tests)
 
 
 @dataclass(frozen=True)

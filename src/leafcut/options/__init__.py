@@ -8,13 +8,11 @@ Options of a single process are in the package of that process.
 
 from __future__ import annotations
 
-from leafcut.options.cut_data import CutDataOptions
+from leafcut.options.cutting import CutDataOptions, FeedOptions, SpeedOptions, StockOptions
 from leafcut.options.drawings import ORIGINS, PocketDrawingOptions, ReadOptions, SheetOptions
-from leafcut.options.feeds import FeedOptions
-from leafcut.options.job import CYCLES, JobOptions, MachineOptions
+from leafcut.options.job import CYCLES, JobOptions, MachineOptions, PostOptions
 from leafcut.options.milling import MillingOptions
 from leafcut.options.option_spec import OptionGroup, flag_name
-from leafcut.options.post import PostOptions
 from leafcut.options.search import (
     ALGORITHM_GROUP,
     ALGORITHM_TITLES,
@@ -26,8 +24,6 @@ from leafcut.options.search import (
     SolveOptions,
 )
 from leafcut.options.settings import Settings
-from leafcut.options.speeds import SpeedOptions
-from leafcut.options.stock import StockOptions
 
 #: Groups shared by processes, in display order.
 SHARED: tuple[type[OptionGroup], ...] = (

@@ -7,13 +7,11 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TypeVar
 
-from leafcut.options.cut_data import CutDataOptions
+from leafcut.options.cutting import CutDataOptions, StockOptions
 from leafcut.options.drawings import PocketDrawingOptions, ReadOptions, SheetOptions
-from leafcut.options.job import JobOptions, MachineOptions
+from leafcut.options.job import JobOptions, MachineOptions, PostOptions
 from leafcut.options.option_spec import OptionGroup, flag_name, typed_text
-from leafcut.options.post import PostOptions
 from leafcut.options.search import AcoOptions, FireflyOptions, SolveOptions
-from leafcut.options.stock import StockOptions
 
 Group = TypeVar("Group", bound=OptionGroup)
 

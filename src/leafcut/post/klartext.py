@@ -10,9 +10,8 @@ from leafcut.gcode.klartext import CYCLE_200
 from leafcut.gcode.numbers import format_number
 from leafcut.message import Message
 from leafcut.model.toolpath import DrillCycle, Kind, Motion
-from leafcut.post.blocks import Blocks
 from leafcut.post.comments import comment_lines
-from leafcut.post.row_writer import Writer
+from leafcut.post.row_writer import Blocks, Writer
 
 _NAME = "LEAFCUT"
 _WIDTH = 70

@@ -21,12 +21,12 @@ from leafcut.geometry.overlaps import SAME
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.tidying import join_advice, polygons, tidy_outlines
 from leafcut.message import Message
-from leafcut.model.contour import Contour, is_aside
+from leafcut.model.contour import Contour, is_aside, layer_matcher
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
 from leafcut.model.sheet import Sheet
 from leafcut.options import ReadOptions, SheetOptions
-from leafcut.processes.layers import kinds_of, layer_matcher
+from leafcut.processes.layers import kinds_of
 
 #: Size of a closed outline in both directions below which it is likely a drawing error, mm.
 TINY = 0.5

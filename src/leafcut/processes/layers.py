@@ -2,25 +2,15 @@
 
 from __future__ import annotations
 
-import fnmatch
-import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from leafcut.errors import printable
 from leafcut.message import Message
-from leafcut.model.contour import Contour
+from leafcut.model.contour import Contour, layer_matcher
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.options import SheetOptions
 from leafcut.options.drawings import MARK_NAMES, SHEET_NAMES
-
-
-def layer_matcher(patterns: Sequence[str]) -> Callable[[str], bool]:
-    """Return a function that tests whether a layer name matches any pattern; case is ignored, and * and ? are
-    wildcards.
-    """
-    tests = [re.compile(fnmatch.translate(p), re.IGNORECASE) for p in patterns]
-    return lambda layer: any(t.match(layer) for t in tests)
 
 
 def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> list[str]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +17,11 @@ from numpy.typing import NDArray
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
-from leafcut.model.mesh import Mesh
 from leafcut.model.part import TURNS, Part, ProgramZero
 from leafcut.options import ORIGINS, ReadOptions
+
+if TYPE_CHECKING:
+    from leafcut.model.mesh import Mesh
 
 #: Cosine and sine of multiples of 90°, without rounding.
 _QUARTERS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))

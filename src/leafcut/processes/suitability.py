@@ -9,10 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.model.contour import Contour
+from leafcut.model.contour import Contour, layer_matcher
 from leafcut.model.part import Part
 from leafcut.options.drawings import MARK_NAMES
-from leafcut.processes.layers import layer_matcher
 
 #: Largest drilled diameter, mm; wider circles are cut or milled.
 WIDEST_DRILLED = 40.0

@@ -11,7 +11,6 @@ from leafcut.model.issue import Severity
 from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.format import Format, Match, Source
-from leafcut.read.reference import read_whole_drawing, reference_geometry
 from leafcut.read.registry import Input, formats, read_source, run
 
 __all__ = ["Format", "Input", "Match", "Source", "formats", "read", "read_contours", "read_pockets", "read_whole"]
@@ -89,6 +88,8 @@ def read_whole(source: Input, options: ReadOptions | None = None, on_progress: H
     ReadError
         The file cannot be read, or is empty.
     """
+    from leafcut.read.reference import read_whole_drawing
+
     return read_whole_drawing(*read_source(source, on_progress), options or ReadOptions())
 
 
@@ -98,6 +99,8 @@ def _read(reader: Format, format_: Format, loaded: Source, options: ReadOptions)
         loaded = replace(loaded, cache={})  # the drawing is read twice, but parsed once
     part = _refuse_if_strict(run(reader, loaded, options), loaded, options)
     if named and part.reference is None:
+        from leafcut.read.reference import reference_geometry
+
         part = replace(part, reference=reference_geometry(format_, loaded, options))
     return part
 

@@ -22,8 +22,7 @@ from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole
 from leafcut.options import SheetOptions
 from leafcut.read.dxf_blocks import BlockWalk, LayerFilter
-from leafcut.read.dxf_contours import Strokes
-from leafcut.read.dxf_strokes import DxfStroke, stroke_of
+from leafcut.read.dxf_strokes import DxfStroke, Strokes, stroke_of
 from leafcut.read.format import ReadBudget, places_text
 
 #: Entities handled by the hole reader.

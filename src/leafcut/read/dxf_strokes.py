@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from leafcut.errors import PlanError, count_of, printable
 from leafcut.geometry.arrays import Floats
 from leafcut.geometry.curves import MAX_DEGREE, Spend, allow_any_number, ellipse_path, fit_arcs_to_curve, spline_points
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
+from leafcut.model.contour import Contour
+from leafcut.model.issue import Issue, MissingWork
 from leafcut.read.dxf_shapes import (
     IDENTITY,
     Curve,
@@ -27,6 +32,14 @@ from leafcut.read.dxf_shapes import (
     require_values,
     transform_curve,
     vertices_of,
+)
+from leafcut.read.format import (
+    CURVE_TOLERANCE,
+    MAX_COORDINATE,
+    MAX_SEGMENTS,
+    OUT_OF_RANGE,
+    places_text,
+    too_many_segments,
 )
 
 #: Application name of the extended data (XDATA) that hold the name of a part.
@@ -252,3 +265,109 @@ def _transform_curve(curve: Curve, factor: float, tolerance: float, spend: Spend
         raise NotInPlaneError
     center, u, v = ((a[0] * factor, a[1] * factor) for a in (curve.center, curve.u, curve.v))
     return ellipse_path(center, u, v, curve.start, curve.sweep, tolerance, spend)
+
+
+class _StrokePath(NamedTuple):
+    """A stroke, mm; `rising` if it leaves the plane of the sheet."""
+
+    path: Polyline
+    rising: bool
+    z: float
+
+
+@dataclass
+class Strokes:
+    """Collects contours in mm from strokes in drawing units, and counts unusable strokes."""
+
+    factor: float
+    path: str
+    points: Spend
+    contours: list[Contour] = field(default_factory=list)
+    leaning: Counter[str] = field(default_factory=Counter)
+    sloping: list[tuple[float, float]] = field(default_factory=list)
+    skipped: dict[tuple[str, str], list[str]] = field(default_factory=dict)
+    #: Number of texts by type.
+    texts: Counter[str] = field(default_factory=Counter)
+    _segments: int = 0
+    #: Strokes of blocks inserted at the origin, or the exception raised, by the rotation of the block; copies are only
+    #: translated.
+    _cache: dict[tuple[int, Any], _StrokePath | Exception] = field(default_factory=dict)
+
+    def add(self, stroke: DxfStroke, matrix: Matrix, layer: str) -> None:
+        """Add a placed stroke, or all strokes of a text."""
+        if isinstance(stroke.form, Letters):
+            self.texts[stroke.dxftype] += 1
+            for line in stroke.form.strokes:
+                self.add(line, matrix, layer)
+            return
+        try:
+            stroke_path = (
+                self._block_stroke(stroke, matrix[:3]) if matrix is not IDENTITY else self._make(stroke, matrix)
+            )
+        except NotInPlaneError:
+            self.leaning[stroke.dxftype] += 1
+            return
+        except (PlanError, ArithmeticError, ValueError) as problem:
+            self._skip(stroke, str(problem))
+            return
+        dx, dy = matrix[3][0] * self.factor, matrix[3][1] * self.factor
+        x0, y0, x1, y1 = stroke_path.path.extents
+        if not max(abs(x0 + dx), abs(x1 + dx), abs(y0 + dy), abs(y1 + dy)) <= MAX_COORDINATE:
+            finite = np.isfinite((x0 + dx, x1 + dx, y0 + dy, y1 + dy)).all()
+            self._skip(stroke, OUT_OF_RANGE if finite else "coordinates or radius out of range")
+            return
+        self._segments += stroke_path.path.n_segments
+        if self._segments > MAX_SEGMENTS:
+            raise too_many_segments(self.path)
+        path = stroke_path.path if matrix is IDENTITY else stroke_path.path.moved(dx, dy)
+        if stroke_path.rising:
+            self.sloping.append(path.start)
+        z = 0.0 if stroke_path.rising else stroke_path.z + (0.0 if matrix is IDENTITY else matrix[3][2] * self.factor)
+        placed = _rounded(path, self.factor)
+        self.contours.append(Contour(placed, stroke.kind, layer, stroke.handle, z=z, name=stroke.name))
+
+    def _block_stroke(self, stroke: DxfStroke, turn: Any) -> _StrokePath:
+        stroke_path = self._cache.get((id(stroke), turn))
+        if stroke_path is None:
+            try:
+                stroke_path = self._make(stroke, (*turn, (0.0, 0.0, 0.0)))
+            except (PlanError, ArithmeticError, ValueError) as problem:
+                stroke_path = problem
+            self._cache[id(stroke), turn] = stroke_path
+        if isinstance(stroke_path, Exception):
+            raise stroke_path
+        return stroke_path
+
+    def _make(self, stroke: DxfStroke, matrix: Matrix) -> _StrokePath:
+        with np.errstate(all="ignore"):
+            path = placed_stroke(stroke, matrix, self.factor, CURVE_TOLERANCE, self.points)
+            return _StrokePath(path, is_sloped(stroke, matrix), height_of(stroke, matrix) * self.factor)
+
+    def _skip(self, stroke: DxfStroke, reason: str) -> None:
+        self.skipped.setdefault((stroke.dxftype, reason), []).append(stroke.handle or "?")
+
+    def issues(self) -> list[Issue]:
+        """Return the issues of the strokes."""
+        issues = []
+        for kind, number in self.leaning.items():
+            message = Message("{} {} not in the plane of the sheet: not cut", number, kind)
+            issues.append(Issue("L202", message, missing=MissingWork("element", number)))
+        if self.sloping:
+            message = Message(
+                "{} sloping out of the plane of the sheet: projected onto it", count_of(len(self.sloping), "line")
+            )
+            issues.append(Issue("L202", message, places_text(self.sloping, len(self.sloping))))
+        for (kind, reason), handles in self.skipped.items():
+            location = Message("handle {}", ", ".join(handles[:3])) + (" …" if len(handles) > 3 else "")
+            message = Message("{} {} skipped: {}", len(handles), printable(kind), printable(reason, 100))
+            issues.append(Issue("L203", message, location, missing=MissingWork("element", len(handles))))
+        return issues
+
+
+def _rounded(path: Polyline, factor: float) -> Polyline:
+    """Remove digits that come from the unit conversion."""
+    if factor == 1.0:
+        return path
+    vertices = path.vertices.copy()
+    vertices[:, :2] = np.round(vertices[:, :2], 6)
+    return Polyline(vertices, path.closed)

@@ -12,10 +12,9 @@ from leafcut.errors import ReadError
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import BlockWalk
-from leafcut.read.dxf_contours import Strokes
 from leafcut.read.dxf_document import layers_of, open_document, units_of
 from leafcut.read.dxf_shapes import ROUND, Curve, Matrix, half_axes, is_flat, shape_of, transform_curve, transform_point
-from leafcut.read.dxf_strokes import DxfPolyline, DxfStroke, Letters, straight_polyline, stroke_of
+from leafcut.read.dxf_strokes import DxfPolyline, DxfStroke, Letters, Strokes, straight_polyline, stroke_of
 from leafcut.read.dxf_texts import text_of
 from leafcut.read.format import FREE_HOLES, MAX_COORDINATE, Source, copy_budget, point_budget
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import fnmatch
 import math
-import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -17,7 +15,7 @@ from numpy.typing import NDArray
 from leafcut.errors import count_of, printable
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
-from leafcut.model.contour import is_aside
+from leafcut.model.contour import is_aside, layer_matcher
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole
@@ -32,8 +30,7 @@ _CONCENTRIC = 0.05
 
 def layer_filter(patterns: tuple[str, ...]) -> Callable[[str], bool]:
     """Return the test for ``--layers``: wildcards * and ?, case-insensitive; without patterns all layers pass."""
-    tests = [re.compile(fnmatch.translate(p), re.IGNORECASE) for p in patterns]
-    return lambda layer: not tests or any(t.match(layer) for t in tests)
+    return layer_matcher(patterns or ("*",))
 
 
 def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import re
 
-from leafcut.gcode.languages import other_language
 from leafcut.read.format import Match
-from leafcut.read.table_rows import is_number, separator_of, split_row
 
 BINARY_DXF = b"AutoCAD Binary DXF\r\n\x1a\x00"
 #: Start of a text DXF: group code 0 with SECTION, case-insensitive.
@@ -122,6 +120,8 @@ def sniff_xml(head: bytes) -> Match:
 
 def sniff_csv(head: bytes) -> Match:
     """Recognise a table if most lines start with two numbers; never certain."""
+    from leafcut.read.table_rows import is_number, separator_of, split_row
+
     if b"\0" in head:
         return Match.NO
     lines = [line for line in head.decode("latin-1").splitlines()[:50] if line.strip() and not line.startswith("#")]
@@ -157,5 +157,7 @@ def sniff_gcode(head: bytes) -> Match:
     codes = sum(re.search(_CODE, line) is not None for line in lines)
     if lines and codes and blocks >= _SHARE * len(lines):
         return Match.MAYBE
+    from leafcut.gcode.languages import other_language
+
     # Programs in other languages are recognised too, so that messages can name them.
     return Match.MAYBE if other_language(head.decode("latin-1")) else Match.NO

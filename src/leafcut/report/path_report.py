@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from leafcut.model.fact import Fact
 from leafcut.model.kinds import BEAMS
 from leafcut.model.outcome import Outcome, Which
-from leafcut.model.shown_stock import ShownStock
 from leafcut.report.set_up import range_facts, time_facts
 from leafcut.report.wording import (
     NO_VALUE,
@@ -32,6 +31,7 @@ from leafcut.report.wording import (
 if TYPE_CHECKING:
     from leafcut.model.cutting import CutPlan
     from leafcut.model.measure import Measure
+    from leafcut.model.shown_stock import ShownStock
     from leafcut.model.toolpath import Toolpath
     from leafcut.report.drawing import Scene
 
@@ -245,6 +245,8 @@ class PathReport(Generic[D]):
 
     def stock(self) -> ShownStock:
         """Return the tools and the stock, which is a block around the cuts."""
+        from leafcut.model.shown_stock import ShownStock
+
         return ShownStock({o.tool.number: o.tool for o in self.outcome.operations})
 
     def _path_words(self, which: Which) -> str:

@@ -19,7 +19,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import Settings
-from leafcut.options.speeds import SpeedOptions
+from leafcut.options.cutting import SpeedOptions
 from leafcut.processes.cutting_data.economics import CuttingResults, Prices, ToolWork, best_of, cutting_results
 from leafcut.processes.cutting_data.limits import CuttingLimit, SpeedGrid, limit_error, within_limits
 from leafcut.processes.job import library_of, machine_of

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatch
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,13 +22,15 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.heights import SAME_HEIGHT
-from leafcut.model.mesh import Mesh
 from leafcut.model.part import Hole, HoleStep, Part, Slot
 from leafcut.model.tool import CONES, Tool, ToolKind, ToolLibrary
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.options import JobOptions, ReadOptions
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.proof.difference import limit_differences, position_text
+
+if TYPE_CHECKING:
+    from leafcut.model.mesh import Mesh
 
 #: Tolerance for floating-point errors of sums and rotations, mm; the rounding of the program's numbers is added.
 _ARITHMETIC = 2e-6

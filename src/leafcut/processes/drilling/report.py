@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from leafcut.model.fact import Fact
-from leafcut.model.shown_stock import ShownStock
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import coordinate_words, height_facts, time_facts, tool_facts
 from leafcut.report.wording import translatable
 from leafcut.units import to_fixed
+
+if TYPE_CHECKING:
+    from leafcut.model.shown_stock import ShownStock
 
 #: Smallest time saving with a sentence in the summary, s; a smaller saving would read 0.00 s.
 _LEAST_SAVED = 0.005
@@ -62,6 +66,7 @@ class DrillingReport(PathReport[DrillingDetail]):
 
     def stock(self) -> ShownStock:
         """Return the tools with the surface of the part, or with the plate's bounds and thickness if known."""
+        from leafcut.model.shown_stock import ShownStock
         from leafcut.report.part_edge import near_edge
 
         outcome, stock = self.outcome, super().stock()

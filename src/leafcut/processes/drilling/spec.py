@@ -13,8 +13,8 @@ import numpy as np
 from leafcut.errors import OptionError, PlanError, count_of, printable
 from leafcut.geometry.arrays import Ints
 from leafcut.message import Message
+from leafcut.model.contour import layer_matcher
 from leafcut.model.issue import Issue
-from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part, ProgramZero
 from leafcut.options import flag_name
 from leafcut.options.drawings import ISLAND_NAMES, POCKET_NAMES
@@ -22,9 +22,9 @@ from leafcut.processes.drilling.judge import DrillingRequest
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.processes.drilling.plan.drilling import DrillPlan, plan_drilling
 from leafcut.processes.job import Job, library_of
-from leafcut.processes.layers import layer_matcher
 
 if TYPE_CHECKING:
+    from leafcut.model.mesh import Mesh
     from leafcut.read.format import Source
 
 
@@ -68,6 +68,7 @@ def _load_meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[M
     drill_options, solid_number = job.settings.of(DrillOptions), job.settings.read.solid
     if drill_options.surface is None and drill_options.fixture is None and not part.has_hole_depths:
         return None, None
+    from leafcut.model.mesh import Mesh
     from leafcut.processes.placing import upright_mesh
     from leafcut.read.meshes import load_mesh
     from leafcut.read.registry import format_name

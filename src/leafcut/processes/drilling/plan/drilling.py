@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,6 @@ from leafcut.model.cycles import PECKING
 from leafcut.model.heights import SAME_HEIGHT, HeightCount
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.machine import Machine
-from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part
 from leafcut.model.problem import Relief
 from leafcut.model.tool import Tool, ToolKind, ToolLibrary
@@ -33,16 +32,12 @@ from leafcut.processes.drilling.plan.depth_rule import (
     tap_lead_issue,
 )
 from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
-from leafcut.processes.drilling.plan.work_surface import (
-    WorkSurface,
-    check_bodies,
-    check_fixture,
-    check_wide_tool,
-    checked_fixture,
-    measure_hole_tops,
-)
 from leafcut.processes.spindle_moves import check_spindle_heights
 from leafcut.processes.zones import boxes_of, crossing_heights, parse_zones, refuse_higher_zones
+
+if TYPE_CHECKING:
+    from leafcut.model.mesh import Mesh
+    from leafcut.processes.drilling.plan.work_surface import WorkSurface
 
 #: Height of tool changes above Z0 on machines without a safe height, mm.
 TOOL_CHANGE_HEIGHT = 25.0
@@ -182,6 +177,8 @@ def plan_drilling(
     else:
         work = _collect_targets(part, chooser)
         radii = _widest_radii(part, work)
+        from leafcut.processes.drilling.plan.work_surface import measure_hole_tops
+
         measured = measure_hole_tops(
             part, work_surface, radii, _cut_radius_function(part, work, radii), drawn or part.has_hole_depths
         )
@@ -292,6 +289,8 @@ def _work_surface(
         raise PlanError(
             "{}: slots are not routed on a surface; leave --surface out, or the slots (--layers)", part.name
         )
+    from leafcut.processes.drilling.plan.work_surface import WorkSurface, checked_fixture
+
     boxes, issues = boxes_of(job.keep_out, float(mesh.low[2])), list[Issue]()
     if fixture is not None:
         fixture, issues = checked_fixture(fixture, mesh)
@@ -314,6 +313,8 @@ def _check_surface(
     work_surface: WorkSurface,
 ) -> None:
     """Refuse holes in which a tool would hit a fixture, or cut into the finished surface."""
+    from leafcut.processes.drilling.plan.work_surface import check_bodies, check_fixture, check_wide_tool
+
     widths = np.array([max([hole.diameter, *(step.diameter for step in hole.steps)]) for hole in part.holes])
     for operation in operations:
         points, lowest = part.hole_xy[operation.targets], operation.bottoms(tops, deeper)
