@@ -76,10 +76,14 @@ class Obstacles:
         """Return the intermediate points of the shortest route around all zones, or None if every route is blocked."""
         return path_around_zones(a, b, self.of_tool(tool), dogleg=self.dogleg)
 
-    def extent_of_routes(self) -> NDArray[np.float64]:
-        """Return rectangles, float64[k, 4], that contain all corners of routes around the zones, for any tool."""
+    def extent_of_detours(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return the extent of moves over or around the zones: lowest x, y, z and highest x, y, z, mm."""
+        if math.isfinite(self.height):
+            return (math.inf,) * 3, (-math.inf, -math.inf, self.height)
         widest = max((float(self._margins(tool).max(initial=0.0)) for tool in self.radii), default=0.0)
-        return widen_zones(self.zones, PASSING + widest)
+        wide = widen_zones(self.zones, PASSING + widest)
+        low, high = wide[:, :2].min(axis=0).tolist(), wide[:, 2:].max(axis=0).tolist()
+        return (*low, math.inf), (*high, -math.inf)
 
     def _margins(self, tool: int) -> NDArray[np.float64]:
         """Return the distance that the centre of a tool must keep from each zone, float64[k], mm."""

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 _FLAT = 1e-6
 
 
-def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | None, list[Issue]]:
-    """Return the obstacles for a program (None without zones), and issues.
+def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles, list[Issue]]:
+    """Return the obstacles of ``--keep-out`` for a program, and issues.
 
     Raises
     ------
@@ -42,8 +42,6 @@ def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | No
 
     settings = job.settings.job
     zones = parse_zones(settings.keep_out)
-    if not len(zones):
-        return None, []
     known = None if beam else library_of(job.settings, job.machine)
     library = {} if known is None else known.by_number
     radii, unknown = ({}, []) if beam else _tool_radii(program, library)
@@ -105,15 +103,6 @@ def obstacle_hits(job: Job, obstacles: Obstacles, path: Toolpath) -> list[Differ
         safe_z=job.machine.safe_z or 0.0,
         dogleg=obstacles.dogleg,
     )
-
-
-def extent_of_detours(obstacles: Obstacles) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the extent of moves over or around obstacles: lowest x, y, z and highest x, y, z, mm."""
-    if math.isfinite(obstacles.height):
-        return (math.inf,) * 3, (-math.inf, -math.inf, obstacles.height)
-    wide = obstacles.extent_of_routes()
-    low, high = wide[:, :2].min(axis=0).tolist(), wide[:, 2:].max(axis=0).tolist()
-    return (*low, math.inf), (*high, -math.inf)
 
 
 def _has_lifts(path: Toolpath) -> bool:

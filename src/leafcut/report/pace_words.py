@@ -20,10 +20,8 @@ _LIMITS = {
 }
 
 
-def pace_facts(pace: PaceChange | None) -> list[Fact]:
+def pace_facts(pace: PaceChange) -> list[Fact]:
     """Return the savings of new heights and speeds, and the change of the feeds of each tool."""
-    if pace is None:
-        return []
     facts = [Fact("pace", plain(pace))]
     if pace.retracts_s is not None:
         lower = translatable("saved; heights unchanged")

@@ -11,9 +11,9 @@ from leafcut.model.plan import Candidate
 from leafcut.model.sequence import FixedBlocks
 from leafcut.processes.plan import Plan
 from leafcut.processes.program.model import AvoidedAreas, ProgramDetail
-from leafcut.processes.program.pace import requests_pace, with_new_pace
+from leafcut.processes.program.options import pace_flags
 from leafcut.processes.program.proving import kept_issues, measure_program, replace_text, with_comments
-from leafcut.processes.program.workpiece import shown_stock
+from leafcut.processes.program.tools import shown_stock
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
@@ -32,7 +32,9 @@ def finish_program(plan: Plan, best: Candidate) -> Candidate:
     """
     work, job = plan.work, plan.job
     best = replace(best, detail=replace(best.detail, dangers=_new_dangers(work, best.detail.program)))
-    if requests_pace(job.settings):
+    if pace_flags(job.settings):
+        from leafcut.processes.program.pace import with_new_pace
+
         paced = with_new_pace(plan, best.detail.program)
         timed = measure_program(plan, paced.program)
         detail = replace(best.detail, program=paced.program, paced=paced)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from leafcut.options import FeedOptions, Settings, flag_name
 from leafcut.options.option_spec import OptionGroup, option
 
 
@@ -43,3 +44,10 @@ class ResequenceOptions(OptionGroup):
         "clamps",
         of_file=True,
     )
+
+
+def pace_flags(settings: Settings) -> list[str]:
+    """Return the given flags that request new speeds or heights."""
+    options, feeds = settings.of(ResequenceOptions), settings.of(FeedOptions).feeds
+    wanted = {"air": options.air, "feeds": feeds, "low_retracts": options.low_retracts}
+    return [flag_name(name) for name, wants in wanted.items() if wants]

@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError, PostError, ReadError, VerifyError
 from leafcut.files.digests import sign_program
 from leafcut.material.cutting_force import DRIVE_EFFICIENCY, spindle_torque
-from leafcut.material.loads import MILLING, Loads, StockBefore, compute_loads
+from leafcut.material.height_field import StockBlock, usual_cell
+from leafcut.material.loads import MILLING, Loads, StockBefore, compute_loads, largest_stock
+from leafcut.material.straight_moves import moves_in_cells, smallest_tool, undivided_moves
 from leafcut.message import Message
 from leafcut.model.cutter import Cutter, cutter_of
 from leafcut.model.issue import Issue, Severity
@@ -26,15 +28,16 @@ from leafcut.model.pace import Pace, PaceRules, PaceStretch, SpindleLoad, ToolLi
 from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import MOTIONS, Kind
-from leafcut.options import FeedOptions, Settings, flag_name
+from leafcut.options import FeedOptions
 from leafcut.processes.job import Job
 from leafcut.processes.keep_out import obstacle_hits
 from leafcut.processes.plan import Plan
-from leafcut.processes.program.options import ResequenceOptions
+from leafcut.processes.program.options import ResequenceOptions, pace_flags
 from leafcut.processes.program.plan.corners import rows_with_free_rounding
 from leafcut.processes.program.plan.pace import KeptFeed, plan_pace, why_kept
 from leafcut.processes.program.proof.stock_judge import StockJudge
-from leafcut.processes.program.workpiece import block_of, check_size, other_tools, stock_before, tools_of
+from leafcut.processes.program.tools import tools_of
+from leafcut.processes.program.workpiece import BELOW, block_of, check_size, field_of
 from leafcut.read.step import ChosenSolid
 
 if TYPE_CHECKING:
@@ -67,29 +70,6 @@ class PacedProgram:
     issues: tuple[Issue, ...] = ()
 
 
-def requests_pace(settings: Settings) -> bool:
-    """Return whether the options request new speeds or heights."""
-    return bool(_requested_flags(settings))
-
-
-def check_library(job: Job, program: Program, source: str, process: str) -> list[Issue]:
-    """Return an issue for each tool whose diameter in the ``--tools`` library differs from the program.
-
-    Raises OptionError if new speeds or heights are requested as well, because they depend on the tool diameters.
-    """
-    others = [] if process in BEAMS else other_tools(program, job.settings, job.machine)
-    if others and (flags := _requested_flags(job.settings)):
-        raise OptionError("{}: {}: {}", flags[0], source, others[0])
-    return others
-
-
-def _requested_flags(settings: Settings) -> list[str]:
-    """Return the flags that request new speeds or heights."""
-    options, feeds = settings.of(ResequenceOptions), settings.of(FeedOptions).feeds
-    wanted = {"air": options.air, "feeds": feeds, "low_retracts": options.low_retracts}
-    return [flag_name(name) for name, wants in wanted.items() if wants]
-
-
 def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     """Return a program with the requested heights and speeds, where they save time and can be proved safe.
 
@@ -104,7 +84,7 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     """
     job, source = plan.job, plan.work.source
     options, feeds = job.settings.of(ResequenceOptions), job.settings.of(FeedOptions).feeds
-    asked = _requested_flags(job.settings)
+    asked = pace_flags(job.settings)
     if plan.kind in BEAMS:
         raise OptionError(
             "{}: {} drives a laser or a torch, whose width of cut is not simulated; leave it out", asked[0], source
@@ -130,7 +110,7 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     rules = PaceRules(options.air, feeds, spindle=_spindle(job) if feeds else None)
     if workpiece:
         check_size(program, cutters, block_of(workpiece, ChosenSolid.of(job.settings.read)), source, workpiece)
-    steps = _PaceSteps(plan, tools, cutters, stock_before(job, program, cutters), rules)
+    steps = _PaceSteps(plan, tools, cutters, _stock_before(job, program, cutters), rules)
     loads = steps.loads(program, "cutting the stock")
     if steps.stock.known and not loads.removed.cuts.any():
         raise OptionError(
@@ -146,6 +126,32 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     return steps.raise_speeds(
         found, loads if found.program is program else steps.loads(found.program, "cutting the stock")
     )
+
+
+def _stock_before(job: Job, program: Program, cutters: Mapping[int, Cutter]) -> StockBefore:
+    """Return the given stock, or the largest stock that the rapids of the program allow."""
+    options = job.settings.stock
+    smallest = smallest_tool(cutters)
+    if options.workpiece:
+        which = ChosenSolid.of(job.settings.read)
+        block = block_of(options.workpiece, which)
+        field = field_of(options, block, options.cell or usual_cell(block, smallest), which)
+        return StockBefore(field, block.low[2], True)
+    whole = undivided_moves(program.path, cutters)
+    low, high = whole.extent(~whole.rapid, cutters)
+    cell = options.cell or usual_cell(
+        StockBlock((float(low[0]), float(low[1]), float(low[2]) - BELOW),
+                   (float(high[0]), float(high[1]), float(high[2]) + BELOW)), smallest
+    )  # fmt: skip
+    field = largest_stock(
+        moves_in_cells(program.path, cutters, cell),
+        cutters,
+        cell,
+        job.machine.rapid_style == "dogleg",
+        os.cpu_count() or 1,
+        job.start_step("cutting the stock"),
+    )
+    return StockBefore(field, math.inf, False)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,22 +16,21 @@ from leafcut.geometry.arrays import Point
 from leafcut.message import Message
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
-from leafcut.model.obstacles import Obstacles
 from leafcut.model.part import Hole, Part
 from leafcut.model.plan import Order, Stage
 from leafcut.model.problem import Metric
 from leafcut.model.sequence import Section, Sequence
 from leafcut.model.solution import Solution
 from leafcut.model.toolpath import PLACES, STILL, Kind
-from leafcut.processes.keep_out import obstacles_of
 from leafcut.processes.plan import Plan
-from leafcut.processes.program.options import ResequenceOptions
-from leafcut.processes.program.pace import check_library, requests_pace
+from leafcut.processes.program.options import ResequenceOptions, pace_flags
 from leafcut.processes.program.reading import ProgramRead, controller_motion, read_foreign
 from leafcut.processes.program.stock_proof import stock_judge
+from leafcut.processes.program.tools import other_tools
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
+    from leafcut.model.obstacles import Obstacles
     from leafcut.processes.job import Job
     from leafcut.processes.program.model import StockProof
     from leafcut.processes.program.proof.stock_judge import StockJudge
@@ -110,17 +109,21 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
     text, encoding = decode_text(data)
     read = read_foreign(
         text, source, job.settings, job.machine, words, job.start_step("reading"), process=process,
-        router=not requests_pace(job.settings),
+        router=not pace_flags(job.settings),
     )  # fmt: skip
     original, job = read.program, replace(job, machine=read.machine)
-    others = check_library(job, original, source, read.process)
+    others = _check_library(job, original, source, read.process)
     judging = stock_judge(job, original, source, read.process)
     own = read.find_dangers()
     dangers = (*own, *judging.issues)
     if job.settings.read.strict:
         _refuse_dangers(source, dangers)
     sequence = _sections(job, original, read.process)
-    obstacles, noticed = obstacles_of(job, original, sequence.process in BEAMS)
+    obstacles, noticed = None, list[Issue]()
+    if job.settings.job.keep_out:
+        from leafcut.processes.keep_out import obstacles_of
+
+        obstacles, noticed = obstacles_of(job, original, sequence.process in BEAMS)
     stands, starts = _tool_start(job.settings.job.start_point, original, sequence)
     work = ForeignWork(
         source=source,
@@ -151,6 +154,18 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
         encoding=encoding,
         limits=read.limits,
     )
+
+
+def _check_library(job: Job, program: Program, source: str, process: str) -> list[Issue]:
+    """Return an issue for each tool whose diameter in the ``--tools`` library differs from the program.
+
+    Raises OptionError if new speeds or heights are requested as well, because they depend on the tool diameters.
+    """
+    others = [] if process in BEAMS else other_tools(program, job.settings, job.machine)
+    flags = pace_flags(job.settings)
+    if flags and others:
+        raise OptionError("{}: {}: {}", flags[0], source, others[0])
+    return others
 
 
 def _refuse_dangers(source: str, dangers: tuple[Issue, ...]) -> None:

@@ -17,7 +17,6 @@ from leafcut.message import Message
 from leafcut.model.issue import Issue
 from leafcut.model.measure import Measure
 from leafcut.model.plan import Candidate, Order
-from leafcut.processes.keep_out import extent_of_detours, obstacle_hits
 from leafcut.processes.plan import OrderRefused, Plan
 from leafcut.processes.program.model import AvoidedAreas
 from leafcut.processes.program.options import ResequenceOptions
@@ -51,11 +50,14 @@ def measure_program(plan: Plan, program: Program) -> Measure:
     On GRBL, the time includes the transfer of the lines to the board.
     """
     from leafcut.processes.program.plan.program_rows import dark_rows
-    from leafcut.timing.grbl import sent_lines
     from leafcut.timing.toolpath import corner_style, measure_toolpath
 
     machine = plan.job.machine
-    lines = sent_lines(program.lines) if corner_style(machine) == "grbl" else None
+    lines = None
+    if corner_style(machine) == "grbl":
+        from leafcut.timing.grbl import sent_lines
+
+        lines = sent_lines(program.lines)
     return measure_toolpath(program.path, machine, dark_rows(program, plan.kind), plan.work.stands, lines)
 
 
@@ -93,7 +95,7 @@ def prove_program(plan: Plan, best: Candidate) -> Candidate:
         machine=job.machine,
         allow_reverse=job.settings.of(ResequenceOptions).allow_reverse,
         tool_diameter_mm=job.settings.job.tool_diameter,
-        beyond=None if work.obstacles is None else extent_of_detours(work.obstacles),
+        beyond=None if work.obstacles is None else work.obstacles.extent_of_detours(),
         check_cancelled=check_cancelled,
     )
     if not certificate.same:
@@ -102,8 +104,11 @@ def prove_program(plan: Plan, best: Candidate) -> Candidate:
         lines = {line for d in certificate.differences for line, _ in ((d.original, d.new), *d.also) if line}
         sections = {_section_at(work, line) for line in lines} - {-1}
         raise OrderRefused(said, _pieces_at(work, lines), sections)
-    if work.obstacles is not None and (met := obstacle_hits(job, work.obstacles, new.path)):
-        raise OrderRefused(f"{met[0]}{f' (and {len(met) - 1} more)' if len(met) > 1 else ''}")
+    if work.obstacles is not None:
+        from leafcut.processes.keep_out import obstacle_hits
+
+        if met := obstacle_hits(job, work.obstacles, new.path):
+            raise OrderRefused(f"{met[0]}{f' (and {len(met) - 1} more)' if len(met) > 1 else ''}")
     if work.judge is not None and text != work.text:
         try:
             work.judge.check(new, check_cancelled)

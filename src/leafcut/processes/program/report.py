@@ -11,7 +11,6 @@ from leafcut.model.outcome import Outcome
 from leafcut.model.shown_stock import ShownStock
 from leafcut.processes.program.model import ProgramDetail, StockProof
 from leafcut.report.json_answer import certificate_as_json
-from leafcut.report.pace_words import pace_facts
 from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import time_facts
 from leafcut.report.wording import count, replace_unprintable
@@ -76,7 +75,10 @@ class ProgramReport(PathReport[ProgramDetail]):
 
     def savings(self) -> list[Fact]:
         """Return the time saved by new heights and speeds, if requested."""
-        return pace_facts(self.outcome.detail.pace)
+        from leafcut.report.pace_words import pace_facts
+
+        pace = self.outcome.detail.pace
+        return [] if pace is None else pace_facts(pace)
 
     def saved(self) -> dict[str, Any]:
         """Return the headline figure; it is a text if the order is unchanged."""

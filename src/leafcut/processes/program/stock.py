@@ -25,16 +25,15 @@ from leafcut.model.toolpath import Kind
 from leafcut.options import Settings
 from leafcut.processes.program.reading import BELOW_SURFACE, read_file
 from leafcut.processes.program.stated_part import StatedPart, part_as_placed, stated_part, stock_before_cuts
+from leafcut.processes.program.tools import other_tools, tools_of
 from leafcut.processes.program.workpiece import (
     block_around,
     block_of,
     field_of,
     in_other_unit,
     in_unit_words,
-    other_tools,
     solid_file,
     stock_issues,
-    tools_of,
 )
 from leafcut.read.step import ChosenSolid
 

@@ -5,20 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from leafcut.errors import OptionError, PlanError
-from leafcut.material.height_field import usual_cell
-from leafcut.material.straight_moves import smallest_tool, undivided_moves
-from leafcut.model.cutter import body_of, cutter_of
 from leafcut.model.issue import Issue
 from leafcut.model.kinds import BEAMS
 from leafcut.processes.program.model import StockProof
-from leafcut.processes.program.workpiece import (
-    block_around,
-    block_of,
-    field_of,
-    known_tools,
-    stock_issues,
-)
-from leafcut.read.step import ChosenSolid
+from leafcut.processes.program.tools import known_tools
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
@@ -54,7 +44,6 @@ def stock_judge(job: Job, program: Program, source: str, process: str) -> Judgin
         The given stock has too many cells.
     """
     from leafcut.gcode.dialects import dialect
-    from leafcut.processes.program.proof.stock_judge import StockJudge
 
     if process in BEAMS:
         return Judging()
@@ -67,6 +56,13 @@ def stock_judge(job: Job, program: Program, source: str, process: str) -> Judgin
         why = "it is read as a milling program; if a beam cuts, give --process laser or plasma" if beam else _NO_SHAPES
         why = why if unknown else "nothing is cut"
         return Judging(proof=StockProof(unknown=left_out, reason=why))
+    from leafcut.material.height_field import usual_cell
+    from leafcut.material.straight_moves import smallest_tool, undivided_moves
+    from leafcut.model.cutter import body_of, cutter_of
+    from leafcut.processes.program.proof.stock_judge import StockJudge
+    from leafcut.processes.program.workpiece import block_around, block_of, field_of, stock_issues
+    from leafcut.read.step import ChosenSolid
+
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
     smallest = smallest_tool(cutters)
     options = job.settings.stock

@@ -1,9 +1,7 @@
-"""The stock and the tools of a program: the block or solid of ``--workpiece``, and the shapes of the tools."""
+"""The stock of a program: the block or solid of ``--workpiece``, or a block around the cuts."""
 
 from __future__ import annotations
 
-import math
-import os
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
@@ -12,16 +10,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError, count_of, printable
-from leafcut.material.height_field import HeightField, StockBlock, usual_cell
-from leafcut.material.loads import StockBefore, largest_stock
-from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, undivided_moves
+from leafcut.material.height_field import HeightField, StockBlock
+from leafcut.material.straight_moves import StraightMoves, undivided_moves
 from leafcut.message import Message
 from leafcut.model.heartbeat import ignore_heartbeat
-from leafcut.model.issue import Issue, Severity
-from leafcut.model.kinds import BEAMS
-from leafcut.model.machine import Machine
-from leafcut.model.shown_stock import CUT_THROUGH, ShownStock
-from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.issue import Issue
+from leafcut.model.shown_stock import ShownStock
 from leafcut.options import Settings, StockOptions
 from leafcut.read.step import ChosenSolid
 from leafcut.units import MM_PER_INCH, parse_quantity
@@ -31,13 +25,11 @@ THE_ONLY = ChosenSolid()
 #: Maximum distance from the start of a lead to the material beyond the tool diameter, mm.
 _LEAD = 5.0
 #: Depth of a derived block below the deepest cut, mm.
-_BELOW = 1.0
+BELOW = 1.0
 #: Minimum area of an undercut, mm²; smaller areas are rounding errors.
 _SMALL_AREA = 0.1
 #: Tolerance of equal lengths, mm.
 _SAME = 1e-6
-#: Tolerance of tool diameters, mm and relative; comments round diameters, and mills are reground.
-_OTHER_TOOL, _OTHER_SHARE = 0.1, 0.02
 #: Maximum length of a stock, mm.
 LONGEST = 20_000.0
 #: Distance of a cut from the stock, in stock lengths, beyond which the stock is probably in the wrong unit.
@@ -47,7 +39,6 @@ if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.model.cutter import Cutter
     from leafcut.model.mesh import Mesh
-    from leafcut.processes.job import Job
     from leafcut.read import Input
 
 
@@ -150,152 +141,19 @@ def _load_cached(path: str, which: ChosenSolid, _changed: int) -> Mesh:
     return mesh
 
 
-def tools_of(
-    program: Program, source: str, settings: Settings, machine: Machine, *, by_options: bool = True
-) -> dict[int, Tool]:
-    """Return the cutting tools of a program by number, in the order of use.
-
-    Without `by_options`, error messages mention no option. Raises OptionError if a tool shape is unknown.
-    """
-    found, unknown = known_tools(program, settings, machine)
-    for number, block in unknown.items():
-        line = int(program.text_line[block])
-        if by_options:
-            raise OptionError(
-                "{}:{}: the shape of tool T{} is unknown; give a library that has it with --tools, or --tool-diameter "
-                "for a flat mill",
-                source,
-                line,
-                number,
-            )
-        raise OptionError(
-            "{}:{}: the shape of tool T{} is unknown; describe it in a comment, such as "
-            "(T1 D=8. CR=0. - flat end mill)",
-            source,
-            line,
-            number,
-        )
-    return found
-
-
-def other_tools(program: Program, settings: Settings, machine: Machine) -> list[Issue]:
-    """Return a warning for each tool whose diameter in the library differs from the comments of the program."""
-    from leafcut.gcode.tool_comments import tool_width
-
-    if not settings.job.tools:
-        return []
-    found = []
-    for number, block, tool in _tools_in_use(program, settings, machine):
-        named = tool_width(program, block)
-        if tool is not None and named and abs(named - tool.diameter) > max(_OTHER_TOOL, _OTHER_SHARE * named):
-            message = Message(
-                "T{} has Ø{:.4g} mm in the library, but in the program's comment "
-                "Ø{:.4g} mm; name the library of this program with --tools",
-                number,
-                tool.diameter,
-                named,
-            )
-            found.append(Issue("L813", message, Message("line {}", int(program.text_line[block])), Severity.WARNING))
-    return found
-
-
-def _tools_in_use(program: Program, settings: Settings, machine: Machine) -> list[tuple[int, int, Tool | None]]:
-    """Return number, first cutting block and library entry of each cutting tool, in the order of use."""
-    from leafcut.model.toolpath import Kind
-    from leafcut.processes.job import library_of
-
-    whole = library_of(settings, machine)
-    library = whole.by_number if whole is not None else {}
-    kind = program.path.kind
-    works = np.flatnonzero((kind >= Kind.FEED) & (kind <= Kind.DRILL))
-    number_of = program.path.tool[works]
-    _, first_of = np.unique(number_of, return_index=True)
-    firsts = np.sort(first_of).tolist()
-    return [(int(number_of[at]), int(program.row_block[works[at]]), library.get(int(number_of[at]))) for at in firsts]
-
-
-def known_tools(
-    program: Program, settings: Settings, machine: Machine, *, flat: bool = False
-) -> tuple[dict[int, Tool], dict[int, int]]:
-    """Return the cutting tools of a program, and the first cutting block of each tool of unknown shape.
-
-    Both are by tool number, in the order of use. With `flat`, a tool with only a known diameter counts as a flat end
-    mill.
-    """
-    from leafcut.gcode.tool_comments import tool_in_comments, tool_width
-
-    found: dict[int, Tool] = {}
-    unknown: dict[int, int] = {}
-    for number, first, listed in _tools_in_use(program, settings, machine):
-        tool = listed or tool_in_comments(program, first)
-        diameter = 0.0 if tool else settings.job.tool_diameter or (tool_width(program, first) if flat else 0.0)
-        if diameter:
-            tool = Tool(number, diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
-        if tool is None:
-            unknown[number] = first
-        else:
-            found[number] = tool
-    return found, unknown
-
-
 def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBlock | None:
     """Return a block around the cuts below Z0; None without such cuts, because the top is then unknown."""
     deep = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < 0.0)
     if not deep.any():
         return None
     low, high = moves.extent(deep, cutters)
-    return StockBlock((float(low[0]), float(low[1]), float(low[2]) - _BELOW), (float(high[0]), float(high[1]), 0.0))
-
-
-def stock_before(job: Job, program: Program, cutters: Mapping[int, Cutter]) -> StockBefore:
-    """Return the given stock, or the largest stock that the rapids of the program allow."""
-
-    options = job.settings.stock
-    smallest = smallest_tool(cutters)
-    if options.workpiece:
-        which = ChosenSolid.of(job.settings.read)
-        block = block_of(options.workpiece, which)
-        field = field_of(options, block, options.cell or usual_cell(block, smallest), which)
-        return StockBefore(field, block.low[2], True)
-    whole = undivided_moves(program.path, cutters)
-    low, high = whole.extent(~whole.rapid, cutters)
-    cell = options.cell or usual_cell(
-        StockBlock((float(low[0]), float(low[1]), float(low[2]) - _BELOW),
-                   (float(high[0]), float(high[1]), float(high[2]) + _BELOW)), smallest
-    )  # fmt: skip
-    field = largest_stock(
-        moves_in_cells(program.path, cutters, cell),
-        cutters,
-        cell,
-        job.machine.rapid_style == "dogleg",
-        os.cpu_count() or 1,
-        job.start_step("cutting the stock"),
-    )
-    return StockBefore(field, math.inf, False)
-
-
-def shown_stock(
-    program: Program, source: str, settings: Settings, machine: Machine, process: str, *, by_options: bool = True
-) -> ShownStock:
-    """Return the known stock and tools of a program; see `tools_of` for `by_options`.
-
-    Raises ReadError or OptionError if the tool library or ``--workpiece`` is unusable.
-    """
-    if process in BEAMS:
-        return CUT_THROUGH
-    given = settings.stock.workpiece
-    block = block_of(given, ChosenSolid.of(settings.read)) if given else None
-    try:
-        tools = tools_of(program, Path(source).name, settings, machine, by_options=by_options)
-    except OptionError as problem:
-        return ShownStock(refused=str(problem))
-    surface = solid_of_file(given, ChosenSolid.of(settings.read)) if given else None
-    return ShownStock(tools, None if block is None else (block.low, block.high), surface=surface)
+    return StockBlock((float(low[0]), float(low[1]), float(low[2]) - BELOW), (float(high[0]), float(high[1]), 0.0))
 
 
 def stock_of_file(program: Input, settings: Settings, *, by_options: bool = True) -> ShownStock:
     """Return the known stock and tools of a program file; see `tools_of` for `by_options`."""
     from leafcut.processes.program.reading import read_file
+    from leafcut.processes.program.tools import shown_stock
 
     try:
         read = read_file(program, settings, None, ignore_heartbeat)

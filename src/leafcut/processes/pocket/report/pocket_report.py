@@ -146,7 +146,8 @@ class PocketReport(PathReport[PocketDetail]):
 
     def savings(self) -> list[Fact]:
         """Return the time saved by load-dependent feeds, if requested."""
-        return pace_facts(self.outcome.detail.pace)
+        pace = self.outcome.detail.pace
+        return [] if pace is None else pace_facts(pace)
 
     def _times(self) -> list[Fact]:
         outcome = self.outcome

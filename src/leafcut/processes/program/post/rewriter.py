@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from collections.abc import Sequence as Many
 from contextlib import contextmanager
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,10 +29,8 @@ from leafcut.gcode.modal_dependencies import (
     with_fields,
 )
 from leafcut.gcode.program import Modal, Program
-from leafcut.gcode.reversible_cut import find_reversible_cut
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.kinds import BEAMS, ProgramKind
-from leafcut.model.obstacles import Obstacles
 from leafcut.model.sequence import FixedBlocks, ProgramTask, Section, Sequence
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.processes.program.post.insertion import (
@@ -41,8 +40,10 @@ from leafcut.processes.program.post.insertion import (
     line_end,
     renumbered,
 )
-from leafcut.processes.program.post.reversing import write_reversed_cut
 from leafcut.processes.program.post.source_positions import OriginalPositions
+
+if TYPE_CHECKING:
+    from leafcut.model.obstacles import Obstacles
 
 _TOLERANCE = 1e-6
 #: Words that are not allowed in a separate block: an arc without a centre is an error in rs274 ("R i j k words all
@@ -252,6 +253,9 @@ class _Rewriter:
         return floor
 
     def _reversed_lines(self, piece: ProgramTask, lines: list[str]) -> tuple[list[str], Modal]:
+        from leafcut.gcode.reversible_cut import find_reversible_cut
+        from leafcut.processes.program.post.reversing import write_reversed_cut
+
         stroke = find_reversible_cut(self.program, piece.begin, piece.end)
         if stroke is None:
             raise PostError("line {}: the cut there cannot be reversed", piece.line)
