@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from leafcut.model.contour import layer_filter
 from leafcut.model.part import Hole
 from leafcut.options import ReadOptions
-from leafcut.read.arcs import ArcPiece, bulge_arc, close_circles
-from leafcut.read.filter_holes import MERGE_TOLERANCE, anchor_points, layer_filter, select_holes
+from leafcut.read.dxf_shapes import bulge_arc
+from leafcut.read.filter_holes import MERGE_TOLERANCE, ArcPiece, anchor_points, close_circles, select_holes
 
 
 def brute(points, tolerance):

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from leafcut.geometry.obstacles import shortest_path
-
 #: Tolerance for touching a rectangle, mm, for rounded coordinates only.
 _TOUCH = 1e-9
 
@@ -56,6 +54,8 @@ def path_around_zones(
 
     The path turns slightly outside the corners of the rectangles. `dogleg` is as in `touches_any_zone`.
     """
+    from leafcut.geometry.obstacles import shortest_path
+
     wide = widen_zones(zones, PASSING)
     places = np.concatenate([[a, b], wide[:, [0, 1]], wide[:, [2, 1]], wide[:, [2, 3]], wide[:, [0, 3]]])
 

@@ -56,6 +56,11 @@ def layer_matcher(patterns: Sequence[str]) -> Callable[[str], bool]:
     return lambda layer: any(t.match(layer) for t in tests)
 
 
+def layer_filter(patterns: tuple[str, ...]) -> Callable[[str], bool]:
+    """Return the test for ``--layers``: wildcards * and ?, case-insensitive; without patterns all layers pass."""
+    return layer_matcher(patterns or ("*",))
+
+
 @dataclass(frozen=True)
 class Contour:
     """A drawn path: the edge of the finished part, not the path of the tool.

@@ -20,7 +20,6 @@ from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
-from leafcut.read.arcs import ArcPiece, close_circles
 from leafcut.read.dxf_blocks import BlockWalk, LayerFilter
 from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document, units_of, walk_issues
 from leafcut.read.dxf_shapes import (
@@ -35,7 +34,7 @@ from leafcut.read.dxf_shapes import (
     transform_curve,
 )
 from leafcut.read.dxf_strokes import Strokes, stroke_of
-from leafcut.read.filter_holes import MERGE_TOLERANCE, circles_around, part_holes, select_holes
+from leafcut.read.filter_holes import MERGE_TOLERANCE, ArcPiece, circles_around, close_circles, part_holes, select_holes
 from leafcut.read.format import (
     FREE_HOLES,
     MAX_COORDINATE,

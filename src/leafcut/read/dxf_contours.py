@@ -16,7 +16,6 @@ from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.dxf_blocks import BlockWalk
 from leafcut.read.dxf_document import layers_of, open_document, units_of, walk_issues
 from leafcut.read.dxf_strokes import DxfStroke, Strokes, stroke_of
-from leafcut.read.dxf_texts import text_of
 from leafcut.read.format import (
     Source,
     copy_budget,
@@ -92,4 +91,9 @@ def read_dxf_pockets(
 
 
 def _shape_of(entity: Any) -> DxfStroke | None:
-    return stroke_of(entity) or text_of(entity)
+    stroke = stroke_of(entity)
+    if stroke is not None or entity.dxftype() not in ("TEXT", "MTEXT"):
+        return stroke
+    from leafcut.read.dxf_texts import text_of
+
+    return text_of(entity)

@@ -11,10 +11,10 @@ from typing import Any
 
 from leafcut.errors import ReadError, count_of, printable
 from leafcut.message import Message
+from leafcut.model.contour import layer_filter
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import INVISIBLE, BlockWalk, LayerFilter
-from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import Source, factor_of
 from leafcut.read.recognition import BINARY_DXF, DXF_SECTION
 

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 from leafcut.message import Message
-from leafcut.read.arcs import bulge_arc
 
 Vector3 = tuple[float, float, float]
 
@@ -242,3 +241,23 @@ def span_from_above(curve: Curve) -> tuple[float, float]:
     first = curve.start + curve.sweep if mirrored else curve.start
     cos, sin = math.cos(first), math.sin(first)
     return math.atan2(uy * cos + vy * sin, ux * cos + vx * sin), curve.sweep
+
+
+def bulge_arc(
+    x0: float, y0: float, x1: float, y1: float, bulge: float
+) -> tuple[float, float, float, float, float] | None:
+    """Return (centre x, centre y, radius, start angle, sweep) of a bulged segment, counter-clockwise.
+
+    The bulge is the tangent of a quarter of the arc's angle, positive for counter-clockwise (DXF reference, LWPOLYLINE,
+    group code 42). None for a segment without length or bulge.
+    """
+    dx, dy = x1 - x0, y1 - y0
+    chord = math.hypot(dx, dy)
+    if chord == 0.0 or bulge == 0.0:
+        return None
+    offset = (1.0 - bulge * bulge) / (4.0 * bulge)
+    cx, cy = 0.5 * (x0 + x1) - offset * dy, 0.5 * (y0 + y1) + offset * dx
+    radius = chord * (1.0 + bulge * bulge) / (4.0 * abs(bulge))
+    sweep = 4.0 * math.atan(abs(bulge))
+    first = (x0, y0) if bulge > 0 else (x1, y1)
+    return cx, cy, radius, math.atan2(first[1] - cy, first[0] - cx), sweep

@@ -13,10 +13,11 @@ from typing import Any
 
 from leafcut.errors import ReadError, count_of, printable
 from leafcut.message import Message
+from leafcut.model.contour import layer_filter
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole, Part, Slot
 from leafcut.options import ReadOptions
-from leafcut.read.filter_holes import layer_filter, select_holes
+from leafcut.read.filter_holes import select_holes
 from leafcut.read.format import (
     COPIES_PER_BYTE,
     FREE_COPIES,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from leafcut.errors import count_of, printable
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
-from leafcut.model.contour import is_aside, layer_matcher
+from leafcut.model.contour import is_aside, layer_filter
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole
@@ -26,11 +26,10 @@ from leafcut.read.format import places_text
 MERGE_TOLERANCE = 0.01
 #: Largest distance between the centres of concentric circles, relative to the larger radius.
 _CONCENTRIC = 0.05
-
-
-def layer_filter(patterns: tuple[str, ...]) -> Callable[[str], bool]:
-    """Return the test for ``--layers``: wildcards * and ?, case-insensitive; without patterns all layers pass."""
-    return layer_matcher(patterns or ("*",))
+#: Tolerance in centre and radius of the arcs of one circle, mm: drawings keep 4 to 6 digits.
+SAME_CIRCLE = 0.01
+#: Largest gap between two arcs of a closed circle: mm along the arc, limited to these bounds in rad.
+GAP_LENGTH, GAP_SMALLEST, GAP_LARGEST = 0.01, 2e-4, 0.01
 
 
 def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:
@@ -316,3 +315,45 @@ def _has_neighbours(points: NDArray[np.float64], tolerance: float) -> NDArray[np
         total += np.where(cells[index] == neighbour, counts[index], 0)
     crowded: NDArray[np.bool_] = total > 1
     return crowded
+
+
+class ArcPiece(NamedTuple):
+    """An arc in mm and radians, counter-clockwise from `start` over `sweep`; `entity` is the number of its entity."""
+
+    x: float
+    y: float
+    radius: float
+    start: float
+    sweep: float
+    entity: int
+    z: float = 0.0
+
+
+def close_circles(pieces: Sequence[ArcPiece]) -> tuple[list[ArcPiece], set[int]]:
+    """Return the first piece of each closed circle, in the given order, and the entities used. O(n log n)."""
+    table = np.array([(p.x, p.y, p.radius) for p in pieces]).reshape(-1, 3)
+    groups: dict[int, list[ArcPiece]] = {}
+    for piece, anchor in zip(pieces, anchor_points(table, SAME_CIRCLE), strict=True):
+        groups.setdefault(anchor, []).append(piece)
+    circles: list[ArcPiece] = []
+    used: set[int] = set()
+    for group in groups.values():
+        if _covers_full_turn(group):
+            circles.append(group[0])
+            used.update(p.entity for p in group)
+    return circles, used
+
+
+def _covers_full_turn(group: list[ArcPiece]) -> bool:
+    gap = min(max(GAP_LENGTH / group[0].radius, GAP_SMALLEST), GAP_LARGEST)
+    if sum(p.sweep for p in group) < math.tau - gap * len(group):
+        return False
+    spans = sorted((p.start % math.tau, p.sweep) for p in group)
+    first_start = spans[0][0]
+    covered = first_start
+    for start, sweep in spans:
+        if start > covered + gap:
+            return False
+        covered = max(covered, start + sweep)
+    # The last piece must meet the first again, one turn later.
+    return covered >= first_start + math.tau - gap

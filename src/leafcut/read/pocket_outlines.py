@@ -22,14 +22,13 @@ from leafcut.geometry.containment import Conflict, find_conflicts, nesting_depth
 from leafcut.geometry.overlaps import SAME
 from leafcut.geometry.tidying import join_advice, polygons, tidy_outlines
 from leafcut.message import Message
-from leafcut.model.contour import Contour
+from leafcut.model.contour import Contour, layer_filter
 from leafcut.model.heights import HeightCount
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
 from leafcut.model.pocket import EDGE, EITHER, ISLAND, POCKET, Pocket
 from leafcut.options import PocketDrawingOptions, SheetOptions
 from leafcut.options.drawings import ISLAND_NAMES, POCKET_NAMES
-from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import places_text
 
 

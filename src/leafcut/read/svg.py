@@ -15,12 +15,11 @@ import numpy as np
 
 from leafcut.errors import LeafcutError, ReadError, count_of, printable
 from leafcut.message import Message
-from leafcut.model.contour import Contour
+from leafcut.model.contour import Contour, layer_filter
 from leafcut.model.heartbeat import Heartbeat
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
-from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import (
     CURVE_TOLERANCE,
     MAX_COORDINATE,

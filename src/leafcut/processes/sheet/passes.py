@@ -22,8 +22,6 @@ from leafcut.processes.ordering import find_order
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.costs import measure_cuts
 from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTravel, bands, build_problem
-from leafcut.processes.sheet.plan.detached_parts import DetachableParts, cut_outlines_later
-from leafcut.processes.sheet.plan.heat import heat_issue, spread_starts
 from leafcut.processes.sheet.plan.moved_starts import clear_pierces, leads_apart, slide_starts, starts_apart
 from leafcut.processes.sheet.plan.toolpath import TorchSetup, generate_cuts
 
@@ -34,6 +32,7 @@ if TYPE_CHECKING:
     from leafcut.model.sheet import Sheet
     from leafcut.processes.job import Job
     from leafcut.processes.plan import Pass, Plan
+    from leafcut.processes.sheet.plan.detached_parts import DetachableParts
     from leafcut.processes.sheet.plan.starts import CutStart
 
 #: Maximum number of further searches for an order without meeting leads, and maximum number of cuts for such a search.
@@ -89,6 +88,8 @@ def keep_off_heat(plan: Plan, order: Order) -> Order:
     cuts, options = cuts_in_order(plan, order), plan.job.settings.of(CutOptions)
     if options.heat_distance <= 0.0:
         return order
+    from leafcut.processes.sheet.plan.heat import spread_starts
+
     with plan.job.deadline.part(1.0).running(plan.job.cancelled) as late:
         groups = bands(cuts.cutting, options)
         return _with_cuts(order, spread_starts(cuts, options.heat_distance, plan.work.head, groups, late))
@@ -136,6 +137,8 @@ def detach_later(plan: Plan, order: Order) -> Order:
     cut_plan, routes = cached_motion(plan, order).detail
     if not (routes.crossing or routes.close or routes.corners):
         return order
+    from leafcut.processes.sheet.plan.detached_parts import cut_outlines_later
+
     place_of = {k: at for at, start in enumerate(cuts.starts) for k in start.contours}
     pairs = [(place_of[a], place_of[b]) for a, b in cuts.cutting.pairs if place_of[a] != place_of[b]]
     with plan.job.deadline.part(1.0).running(plan.job.cancelled) as late:
@@ -293,6 +296,8 @@ def order_issues(plan: Plan, best: Candidate) -> list[Issue]:
     """Return issues about starts in hot metal, starts beyond the sheet, and parts that the head may hit."""
     (cut_plan, routes), apart, issues = best.detail, plan.job.settings.of(CutOptions).heat_distance, list[Issue]()
     if apart > 0.0:
+        from leafcut.processes.sheet.plan.heat import heat_issue
+
         issues.append(heat_issue(cuts_in_order(plan, best.order).starts, apart))
     # Probing before a cut beyond the sheet would touch a slat, or nothing.
     torch, beyond = plan.dialect.torch, [c.path.start for c in cut_plan.cuts if c.kind == "cut" and not c.pierce]

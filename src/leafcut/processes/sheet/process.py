@@ -144,7 +144,6 @@ class SheetCutting(Process):
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
         """Compare the program with the motion, the limits of the machine, and the drawing."""
-        from leafcut.processes.keep_out import obstacle_hits
         from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
         from leafcut.processes.sheet.proof.sheet import check_sheet
         from leafcut.processes.sheet.proof.sheet_shapes import check_divided
@@ -153,6 +152,8 @@ class SheetCutting(Process):
         written = read_back(text, cuts, words, post.material_number)
         problems = check_cut_motion(best.path, written, words, post.output_units)
         if work.obstacles is not None and not problems:
+            from leafcut.processes.keep_out import obstacle_hits
+
             problems = obstacle_hits(plan.job, work.obstacles, best.path)
         problems = problems or check_divided(work.drawn, work.cutting.sheet, plan.spec.half)
         problems = problems or check_sheet(work.cutting.sheet, cuts, text, written, words, plan.job.machine, plan.spec)

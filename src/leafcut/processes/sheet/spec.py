@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +18,6 @@ from leafcut.message import Message
 from leafcut.model.cutting import CutData, PlanFile
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod, Head, method_of
-from leafcut.model.obstacles import Obstacles
 from leafcut.model.plan import Order
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.processes.contours import prepare_sheet, without_excluded_holes
@@ -44,23 +44,22 @@ from leafcut.processes.sheet.plan.cutting import (
     prepare_cutting,
     sorted_by_band,
 )
-from leafcut.processes.sheet.plan.detached_parts import DetachableParts
 from leafcut.processes.sheet.plan.moved_starts import clear_pierces, leads_apart
 from leafcut.processes.sheet.plan.narrow_shapes import with_narrow_shapes
-from leafcut.processes.sheet.plan.plan_file import follow_plan, plan_order
 from leafcut.processes.sheet.plan.toolpath import TORCH_ON, TorchSetup
 from leafcut.processes.sheet.post import check_words
 from leafcut.processes.sheet.proof.matched_runs import CutRequest
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 from leafcut.proof.envelope import check_envelope
-from leafcut.read.plan_file import load_plan
 from leafcut.timing.travel import travel_metric
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.model.machine import Machine, Probe
+    from leafcut.model.obstacles import Obstacles
     from leafcut.model.part import Part
     from leafcut.model.sheet import Sheet
+    from leafcut.processes.sheet.plan.detached_parts import DetachableParts
     from leafcut.processes.sheet.plan.starts import CutStart
     from leafcut.read.format import Source
 
@@ -106,10 +105,12 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     refuse_too_large(check_envelope(_bounding_move(sheet), job.machine), part, settings)
     marks = any(c.kind == "mark" for c in sheet.contours)
     check_words(words, settings.post, marks=marks, compensates=options.compensation == "controller")
-    file = load_plan(settings.job.plan) if settings.job.plan else None
+    file = _load_plan(settings.job.plan) if settings.job.plan else None
     job.report("looking for pierce points")
     cutting = prepare_cutting(sheet, rules)
     if file is not None:
+        from leafcut.processes.sheet.plan.plan_file import follow_plan
+
         cutting = follow_plan(cutting, file, everything=settings.solve.keeps_order)
         issues += _plan_issues(file, data)
     issues += _register_issues(words, data, options)
@@ -131,7 +132,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
         head=head,
         planned=file if fits else None,
         order_fixed=options.heat_distance > 0.0 or (options.sweep != "free" and fits),
-        parts=None if words.moves_z else DetachableParts(cutting.sheet, 0.5 * job.machine.nozzle_diameter),
+        parts=None if words.moves_z else _detachable_parts(job, cutting),
         obstacles=_obstacles(job, words.moves_z),
     )
     plan = Plan(
@@ -166,6 +167,12 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     return replace(plan, work=work, stages=stages_of(job, joined, head, known))
 
 
+def _load_plan(path: Path) -> PlanFile:
+    from leafcut.read.plan_file import load_plan
+
+    return load_plan(path)
+
+
 def _torch_setup(job: Job, words: Dialect, data: CutData, probe: Probe | None) -> TorchSetup:
     torch, post = words.torch, job.settings.post
     beam = torch is not None and torch.power
@@ -191,7 +198,12 @@ def _given_order(
     The given order comes from the plan file or from the drawing. The sequence for comparison has all choices of the
     plan file if they fit, and otherwise the given order.
     """
-    known = sorted_by_band(cutting, plan_order(cutting, file) if file else drawing_order(cutting), options)
+    order = drawing_order(cutting)
+    if file is not None:
+        from leafcut.processes.sheet.plan.plan_file import follow_plan, plan_order
+
+        order = plan_order(cutting, file)
+    known = sorted_by_band(cutting, order, options)
     given, fits = clear_pierces(CutSequence(cutting, tuple(known)), replace(head, start=None, end=None)), False
     known = list(given.starts)
     if file is not None:
@@ -235,11 +247,19 @@ def _with_best_chains(job: Job, cutting: Cutting, file: PlanFile | None, overhea
     return with_chains(cutting, chains)
 
 
+def _detachable_parts(job: Job, cutting: Cutting) -> DetachableParts:
+    from leafcut.processes.sheet.plan.detached_parts import DetachableParts
+
+    return DetachableParts(cutting.sheet, 0.5 * job.machine.nozzle_diameter)
+
+
 def _obstacles(job: Job, moves_z: bool) -> Obstacles | None:
     settings = job.settings.job
     zones = parse_zones(settings.keep_out)
     if not len(zones):
         return None
+    from leafcut.model.obstacles import Obstacles
+
     heights = np.full(len(zones), math.inf)
     if moves_z:
         heights = crossing_heights(settings.keep_out, settings.clearance_height)
