@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.index import query_pairs
-from leafcut.geometry.overlaps import SAME
+from leafcut.geometry.polyline import COINCIDENT
 
 #: Maximum number of touching pairs of outlines in a valid sheet: a constant, plus a number per outline.
 MOST_MEETING, MEETING_PER_SHAPE = 20_000, 8
@@ -27,7 +27,7 @@ class Conflict(NamedTuple):
     place: Point
 
 
-def find_conflicts(shapes: NDArray[Any], same: float = SAME) -> list[Conflict]:
+def find_conflicts(shapes: NDArray[Any], same: float = COINCIDENT) -> list[Conflict]:
     """Return the pairs of polygons whose edges come within `same` mm of each other, and the kind of conflict.
 
     ``overlap``: neither lies inside the other and they share more than an edge. ``touch``: edges or corners meet, from

@@ -18,10 +18,8 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Floats, Indices, Point, Points
 from leafcut.geometry.cleaning import ends_of
 from leafcut.geometry.index import linked, near_pairs, query_pairs
-from leafcut.geometry.polyline import Polyline
+from leafcut.geometry.polyline import COINCIDENT, Polyline
 
-#: Lines closer than this coincide, mm.
-SAME = 0.01
 _FULL = 2.0 * np.pi
 
 
@@ -95,7 +93,7 @@ def _split_positions(table: _Segments) -> dict[int, list[float]]:
             for index, length, *stops in zip(
                 i.tolist(), table.length[i].tolist(), starts.tolist(), ends.tolist(), strict=True
             ):
-                inside = [s for s in stops if SAME < s < length - SAME]
+                inside = [s for s in stops if COINCIDENT < s < length - COINCIDENT]
                 positions.setdefault(index, []).extend(inside)
     return {k: _without_close_stops(sorted(stops)) for k, stops in positions.items()}
 
@@ -103,7 +101,7 @@ def _split_positions(table: _Segments) -> dict[int, list[float]]:
 def _without_close_stops(stops: list[float]) -> list[float]:
     kept: list[float] = []
     for stop in stops:
-        if not kept or stop - kept[-1] > SAME:
+        if not kept or stop - kept[-1] > COINCIDENT:
             kept.append(stop)
     return kept
 
@@ -114,7 +112,7 @@ def _line_pairs(table: _Segments) -> tuple[Indices, Indices]:
         return lines[:0], lines[:0]
     shapes = shapely.linestrings(np.stack([table.a[lines], table.b[lines]], axis=1))
     batches = []
-    for i, j in query_pairs(shapes, shapes, "coincident lines", "dwithin", SAME):
+    for i, j in query_pairs(shapes, shapes, "coincident lines", "dwithin", COINCIDENT):
         first, second = lines[i[i < j]], lines[j[i < j]]
         overlapping = _lines_overlap(table, first, second)
         batches.append(np.stack([first[overlapping], second[overlapping]]))
@@ -130,7 +128,7 @@ def _lines_overlap(table: _Segments, i: Indices, j: Indices) -> NDArray[np.bool_
     ]
     start, end = _end_positions(table, i, j)
     overlap = np.minimum(np.maximum(start, end), table.length[i]) - np.maximum(np.minimum(start, end), 0.0)
-    overlapping: NDArray[np.bool_] = (np.maximum(*off) <= SAME) & (overlap > SAME)
+    overlapping: NDArray[np.bool_] = (np.maximum(*off) <= COINCIDENT) & (overlap > COINCIDENT)
     return overlapping
 
 
@@ -156,11 +154,11 @@ def _arc_pairs(table: _Segments) -> tuple[Indices, Indices]:
     if len(arcs) < 2:
         return arcs[:0], arcs[:0]
     by_radius = arcs[np.argsort(table.radius[arcs], kind="stable")]
-    groups = np.split(by_radius, np.flatnonzero(np.diff(table.radius[by_radius]) > SAME) + 1)
+    groups = np.split(by_radius, np.flatnonzero(np.diff(table.radius[by_radius]) > COINCIDENT) + 1)
     batches = [np.zeros((2, 0), dtype=np.int64)]
     for group in groups:
         if len(group) > 1:
-            i, j, _ = near_pairs(table.center[group], SAME)
+            i, j, _ = near_pairs(table.center[group], COINCIDENT)
             batches.append(np.stack([group[i], group[j]]))
     first, second = np.concatenate(batches, axis=1)
     first, second = np.minimum(first, second), np.maximum(first, second)
@@ -175,8 +173,8 @@ def _arcs_overlap(table: _Segments, i: Indices, j: Indices) -> NDArray[np.bool_]
     turn = _FULL * table.radius[i]
     overlap = np.minimum(start + table.length[j], table.length[i]) - np.maximum(start, 0.0)
     overlap_across_start = np.minimum(start + table.length[j] - turn, table.length[i])
-    alike = np.abs(table.radius[i] - table.radius[j]) <= SAME
-    overlapping: NDArray[np.bool_] = alike & (np.maximum(overlap, overlap_across_start) > SAME)
+    alike = np.abs(table.radius[i] - table.radius[j]) <= COINCIDENT
+    overlapping: NDArray[np.bool_] = alike & (np.maximum(overlap, overlap_across_start) > COINCIDENT)
     return overlapping
 
 
@@ -185,7 +183,7 @@ def _repeated_pieces(pieces: list[Polyline]) -> list[int]:
     if not pieces:
         return []
     middles = np.array([p.point_at(0.5 * p.length) for p in pieces])
-    first, second, _ = near_pairs(middles, 2.0 * SAME)
+    first, second, _ = near_pairs(middles, 2.0 * COINCIDENT)
     a, b = np.array([p.start for p in pieces]), np.array([p.end for p in pieces])
 
     def apart(p: Points, q: Points) -> Floats:
@@ -194,7 +192,7 @@ def _repeated_pieces(pieces: list[Polyline]) -> list[int]:
 
     straight = np.maximum(apart(a[first], a[second]), apart(b[first], b[second]))
     crossed = np.maximum(apart(a[first], b[second]), apart(b[first], a[second]))
-    return sorted(set(second[np.minimum(straight, crossed) <= 2.0 * SAME].tolist()))
+    return sorted(set(second[np.minimum(straight, crossed) <= 2.0 * COINCIDENT].tolist()))
 
 
 def _needed_pieces(pieces: list[tuple[Polyline, int]], repeated: list[int], outlines: list[Polyline]) -> set[int]:
@@ -238,6 +236,6 @@ def _needed_pieces(pieces: list[tuple[Polyline, int]], repeated: list[int], outl
 
 
 def _end_numbers(ends: Points) -> Indices:
-    """Return a number for each end; ends linked by distances of at most 2 · `SAME` share a number."""
-    first, second, _ = near_pairs(ends, 2.0 * SAME)
+    """Return a number for each end; ends linked by distances of at most 2 · `COINCIDENT` share a number."""
+    first, second, _ = near_pairs(ends, 2.0 * COINCIDENT)
     return linked(len(ends), first, second)

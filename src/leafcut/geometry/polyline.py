@@ -21,6 +21,8 @@ from leafcut.geometry.arrays import Points
 
 #: Maximum bulge of a straight line: over a metre its arc rises by less than a nanometre.
 STRAIGHT = 1e-9
+#: Lines closer than this coincide, mm.
+COINCIDENT = 0.01
 
 
 class Segment(NamedTuple):

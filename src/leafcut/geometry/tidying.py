@@ -13,10 +13,8 @@ import shapely
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.cleaning import ends_of
-from leafcut.geometry.index import near_pairs
 from leafcut.geometry.joining import Joined, Joining, join
-from leafcut.geometry.overlaps import SAME, without_overlaps
-from leafcut.geometry.polyline import Polyline
+from leafcut.geometry.polyline import COINCIDENT, Polyline
 
 #: Chord error of outlines in tests, mm.
 CHORDS = 0.01
@@ -75,6 +73,8 @@ def tidy_outlines(strokes: Sequence[Polyline], tolerance: float) -> TidiedOutlin
     covered = _lie_on_outlines([strokes[i] for i in remaining], [joined.path for joined in sound])
     covered_strokes = [i for i, c in zip(remaining, covered, strict=True) if c]
     loose = [i for i, c in zip(remaining, covered, strict=True) if not c]
+    from leafcut.geometry.overlaps import without_overlaps
+
     unique = without_overlaps([strokes[i] for i in loose])
     rejoined = join([p for p, _ in unique.paths], tolerance)
     rejoined_paths = [
@@ -114,7 +114,7 @@ def polygons(paths: Sequence[Polyline]) -> Any:
 def _has_flaws(paths: Sequence[Polyline]) -> list[bool]:
     """Return for each closed path whether it crosses itself or encloses nothing."""
     shapes = polygons(paths)
-    thin = 2.0 * shapely.area(shapes) <= SAME * shapely.length(shapes)
+    thin = 2.0 * shapely.area(shapes) <= COINCIDENT * shapely.length(shapes)
     return list(thin | ~shapely.is_valid(shapes))
 
 
@@ -123,19 +123,21 @@ def _lie_on_outlines(loose: Sequence[Polyline], outlines: Sequence[Polyline]) ->
     if not loose or not outlines:
         return [False] * len(loose)
     lines: Any = shapely.linearrings(
-        np.concatenate(rings := [p.flattened(0.1 * SAME) for p in outlines]),
+        np.concatenate(rings := [p.flattened(0.1 * COINCIDENT) for p in outlines]),
         indices=np.repeat(np.arange(len(rings)), [len(r) for r in rings]),
     )
     tree = shapely.STRtree(lines)
     shares = (0.0, 0.25, 0.5, 0.75, 1.0)
     points = np.array([p.point_at(s * p.length) for p in loose for s in shares])
-    point_index, outline = tree.query(shapely.points(points), predicate="dwithin", distance=SAME)
+    point_index, outline = tree.query(shapely.points(points), predicate="dwithin", distance=COINCIDENT)
     pairs, counts = np.unique(np.stack([point_index // len(shares), outline]), axis=1, return_counts=True)
     on_outline = np.zeros(len(loose), dtype=bool)
     on_outline[pairs[0][counts == len(shares)]] = True
     # An outline may run along its neighbour's edge: a stroke that others continue belongs to them.
     ends = np.array([end for p in loose for end in (p.start, p.end)])
-    first, second, _ = near_pairs(ends, SAME)
+    from leafcut.geometry.index import near_pairs
+
+    first, second, _ = near_pairs(ends, COINCIDENT)
     for a, b in ((first, second), (second, first)):
         on_outline[(a // 2)[~on_outline[b // 2]]] = False
     return list(on_outline)

@@ -20,7 +20,7 @@ from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution
 from leafcut.model.study import Study
 from leafcut.options import ALGORITHM_TITLES, SolveOptions
-from leafcut.options.condition import Conditions
+from leafcut.options.option_spec import Conditions
 from leafcut.processes import registry
 from leafcut.processes.settings import collect_settings
 

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from leafcut.model.kinds import ToolMaterial
-from leafcut.options.condition import when_absent
-from leafcut.options.option_spec import OptionGroup, option
+from leafcut.options.option_spec import OptionGroup, option, when_absent
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from leafcut.options.condition import when_input_is, when_input_is_not
-from leafcut.options.option_spec import PLACES, OptionGroup, option
+from leafcut.options.option_spec import PLACES, OptionGroup, option, when_input_is, when_input_is_not
 
 #: Names of an origin → position as fractions of the width and height of the machined area, 0 to 1.
 ORIGINS = PLACES

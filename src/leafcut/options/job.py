@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from leafcut.options.condition import when_given
-from leafcut.options.option_spec import OptionGroup, option
+from leafcut.options.option_spec import OptionGroup, option, when_given
 
 #: Cycles allowed in a tool library and for ``--cycle``.
 CYCLES = ("G81", "G82", "G83", "G73", "G84", "G85")

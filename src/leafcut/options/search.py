@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from leafcut.options.condition import when_one_of
-from leafcut.options.option_spec import OptionGroup, option
+from leafcut.options.option_spec import OptionGroup, option, when_one_of
 
 #: Value of `--algorithm` → description.
 ALGORITHM_TITLES = {

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import greedy as greedy_kernels
 from leafcut.kernels.cost import EXPLICIT, CostModel
 from leafcut.order.instance import Instance, build_tree, candidate_lists, matrix_of
 
@@ -89,10 +88,12 @@ def greedy(instance: Instance, random: np.random.Generator | None = None) -> NDA
     """Return the greedy tour int32[n]: repeatedly add the cheapest edge that can still be part of a tour. With
     `random`, edges are lengthened by up to `MOST_NOISE`, which gives different tours of similar quality.
     """
+    from leafcut.kernels.greedy import join, walk_path
+
     cost, n = instance.cost, instance.n
     tail, beside = np.arange(n, dtype=np.int32), np.full((n, 2), -1, dtype=np.int32)
     if cost.tied_a >= 0:
-        greedy_kernels.join(tail, beside, cost.tied_a, cost.tied_b)
+        join(tail, beside, cost.tied_a, cost.tied_b)
     # The free node, which is the last, is added when the other nodes form a single path.
     ends = np.arange(n if cost.free < 0 else n - 1, dtype=np.int32)
     lists, lengths = _remove_free_node(cost.free, instance.candidates, instance.lengths)
@@ -104,10 +105,10 @@ def greedy(instance: Instance, random: np.random.Generator | None = None) -> NDA
         lists, lengths, ends = _candidates_between_ends(cost, ends)
     begin = int(ends[0])
     if cost.free >= 0:
-        greedy_kernels.join(tail, beside, cost.free, begin)
+        join(tail, beside, cost.free, begin)
         begin = cost.free
     tour = np.empty(n, dtype=np.int32)
-    greedy_kernels.walk_path(beside, begin, tour)
+    walk_path(beside, begin, tour)
     return tour
 
 
@@ -129,12 +130,14 @@ def _join_cheapest(
     beside: NDArray[np.int32],
 ) -> None:
     """Join fragments by the candidate edges of `nodes`, cheapest first, up to the limit of `SURE_NEIGHBOURS`."""
+    from leafcut.kernels.greedy import join_edges, list_edges
+
     k = candidates.shape[1]
     limit = np.inf if k >= len(nodes) - 1 else _median(lengths[:, min(SURE_NEIGHBOURS, k) - 1])
     edges = np.empty(candidates.size, dtype=np.uint64)
-    count = greedy_kernels.list_edges(candidates, lengths, nodes, tail, limit, edges)
+    count = list_edges(candidates, lengths, nodes, tail, limit, edges)
     edges[:count].sort()
-    greedy_kernels.join_edges(edges, count, candidates, nodes, tail, beside)
+    join_edges(edges, count, candidates, nodes, tail, beside)
 
 
 def _candidates_between_ends(

@@ -18,8 +18,7 @@ from leafcut.options import (
     Settings,
     SolveOptions,
 )
-from leafcut.options.condition import Conditions, when_absent
-from leafcut.options.option_spec import OptionGroup
+from leafcut.options.option_spec import Conditions, OptionGroup, when_absent
 
 if TYPE_CHECKING:
     from leafcut.model.difference import Difference

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError, count_of, printable
 from leafcut.geometry.cleaning import cleaned_path, counter_clockwise
 from leafcut.geometry.containment import enclosing_polygons, find_conflicts, nesting_depths
-from leafcut.geometry.overlaps import SAME
-from leafcut.geometry.polyline import Polyline
+from leafcut.geometry.polyline import COINCIDENT, Polyline
 from leafcut.geometry.tidying import join_advice, polygons, tidy_outlines
 from leafcut.message import Message
 from leafcut.model.contour import Contour, is_aside, layer_matcher
@@ -197,7 +196,7 @@ def _sheet_edge_by_layer_name(maybe: list[Contour], cuts: list[Contour], marks: 
         return None
     shapes = polygons([m.path for m in closed])
     lines = np.array([shapely.LineString(m.path.flattened()) for m in others], dtype=object)
-    held = shapely.STRtree(lines).query(shapely.buffer(shapes, SAME), predicate="covers")
+    held = shapely.STRtree(lines).query(shapely.buffer(shapes, COINCIDENT), predicate="covers")
     for k in range(len(closed)):
         inside = np.zeros(len(others), dtype=bool)
         inside[held[1][held[0] == k]] = True
@@ -258,7 +257,7 @@ def _sort_open_paths(
 def _check_simple(closed: list[Contour], shapes: NDArray[Any]) -> None:
     """Raise PlanError for outlines that cross or touch themselves, or enclose no area."""
     # The hull is used because the areas of the two halves of a figure 8 cancel.
-    thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
+    thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= COINCIDENT * shapely.length(shapes)
     if thin.any():
         places = [m.path.start for m, t in zip(closed, thin, strict=True) if t]
         number = count_of(len(places), "outline")
@@ -322,7 +321,7 @@ def _check_whole(closed: list[Contour], shapes: NDArray[Any], kept: list[int], t
         holes = [k for k in kept if inside[0, k] % 2 and inside[1, k] == part]
         whole = shapely.difference(shapes[part], shapely.union_all(shapes[holes]))
         # Outlines that are closer than this touch.
-        pieces = shapely.get_parts(shapely.buffer(whole, -SAME, join_style="mitre"))
+        pieces = shapely.get_parts(shapely.buffer(whole, -COINCIDENT, join_style="mitre"))
         if len(pieces) > 1:
             x0, y0, x1, y1 = min(pieces, key=lambda piece: piece.area).bounds
             raise PlanError(
@@ -441,7 +440,7 @@ def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: 
     if outline is None:
         return
     edge, *inner = polygons([outline, *holes])
-    sheet = shapely.Polygon(edge.exterior, [hole.exterior for hole in inner]).buffer(SAME)
+    sheet = shapely.Polygon(edge.exterior, [hole.exterior for hole in inner]).buffer(COINCIDENT)
     shapely.prepare(sheet)
     outer = [c for c in contours if c.parent < 0]
     beyond = [c for c in outer if not sheet.covers(shapely.LineString(c.path.flattened()))]

@@ -15,7 +15,7 @@ from leafcut.options import (
     SpeedOptions,
     StockOptions,
 )
-from leafcut.options.condition import Conditions, when_absent, when_given, when_input_is, when_input_is_not
+from leafcut.options.option_spec import Conditions, when_absent, when_given, when_input_is, when_input_is_not
 from leafcut.processes.base import HELP_OF_CUTTING_DATA, HELP_OF_PROGRAM, LOOKED_UP, ORDERED, PLACE, Work, use
 
 _OF_STOCK = (when_given("workpiece"),)

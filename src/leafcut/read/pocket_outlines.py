@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from leafcut.errors import LeafcutError, ReadError, count_of, printable
 from leafcut.geometry.cleaning import cleaned_path, counter_clockwise
 from leafcut.geometry.containment import Conflict, find_conflicts, nesting_depths
-from leafcut.geometry.overlaps import SAME
+from leafcut.geometry.polyline import COINCIDENT
 from leafcut.geometry.tidying import join_advice, polygons, tidy_outlines
 from leafcut.message import Message
 from leafcut.model.contour import Contour, layer_filter
@@ -243,7 +243,7 @@ def _join_strokes(
 def _check_simple(outlines: Sequence[PocketOutline], shapes: NDArray[Any], picture: bool) -> None:
     """Raise for outlines that cross or touch themselves, or enclose no area."""
     # The hull, because the areas of the two halves of a figure 8 cancel.
-    thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
+    thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= COINCIDENT * shapely.length(shapes)
     for outline in (o for o, is_thin in zip(outlines, thin, strict=True) if is_thin):
         if picture:
             raise LeafcutError("{} encloses no area: noise; blur the picture, or set a larger --speckle", outline)

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from leafcut.options.condition import when_given
 from leafcut.options.job import CYCLES
-from leafcut.options.option_spec import OptionGroup, option
+from leafcut.options.option_spec import OptionGroup, option, when_given
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.model.kinds import Head
 from leafcut.options import JobOptions, MachineOptions, ReadOptions, Settings
-from leafcut.options.condition import when_given
+from leafcut.options.option_spec import when_given
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, option_names, use
 from leafcut.processes.drilling.options import DrillOptions
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from leafcut.options.condition import when_given
-from leafcut.options.option_spec import OptionGroup, option
+from leafcut.options.option_spec import OptionGroup, option, when_given
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from leafcut.options import (
     Settings,
     StockOptions,
 )
-from leafcut.options.condition import when_given
+from leafcut.options.option_spec import when_given
 from leafcut.processes.base import (
     HELP_OF_CUTTING_DATA,
     HELP_OF_PROGRAM,

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from leafcut.options.condition import when_given, when_one_of
-from leafcut.options.option_spec import OptionGroup, option
+from leafcut.options.option_spec import OptionGroup, option, when_given, when_one_of
 
 
 @dataclass(frozen=True)
