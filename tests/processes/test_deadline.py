@@ -29,6 +29,7 @@ from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.strategies import STRATEGIES, ClearingStrategy, SearchTime
 from leafcut.processes.settings import collect_settings
 from leafcut.processes.sheet import passes
+from leafcut.processes.sheet.plan import detached_parts
 from leafcut.processes.sheet.plan.cutting import CutSequence, HeadTravel
 
 
@@ -149,8 +150,9 @@ def test_the_clock_of_a_search_runs_while_its_instance_is_built(monkeypatch: pyt
         monkeypatch.setattr(place, name, later)
 
     slow(algorithms.Algorithm, "instance", 2.0)
-    for name, seconds in (("checked_pairs", 1.0), ("warm_up", 100.0), ("certify", 1000.0)):
+    for name, seconds in (("checked_pairs", 1.0), ("warm_up", 100.0)):
         slow(solving, name, seconds)
+    slow(certificate, "certify", 1000.0)
     monkeypatch.setattr(stop, "clock", lambda: now[0])
     problem = RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 100, (9, 2)))
     assert solving.solve(problem, SolveOptions(algorithm="nn", time_limit=10.0)).seconds == 3.0
@@ -179,7 +181,6 @@ def test_a_stage_with_given_first_choices_gets_one_lower_bound(monkeypatch: pyte
         return certify(problem, *given, **named)
 
     monkeypatch.setattr(certificate, "certify", counted)
-    monkeypatch.setattr(solving, "certify", counted)
     problem = RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 100, (12, 2)))
     nodes = np.arange(12, dtype=np.int32)
     settings = collect_settings({"preset": "fast", "threads": 1})
@@ -228,7 +229,7 @@ def test_freeing_parts_later_ends_with_the_time_of_all_searches(monkeypatch: pyt
     work: Any = SimpleNamespace(cutting=nothing, head=head, parts=(), order_fixed=False, planned=None)
     plan: Any = SimpleNamespace(work=work, job=Job(settings, machine_of(settings), deadline))
     monkeypatch.setattr(module, "clock", lambda: now[0])
-    monkeypatch.setattr(passes, "cut_outlines_later", slow)
+    monkeypatch.setattr(detached_parts, "cut_outlines_later", slow)
     monkeypatch.setattr(passes, "cached_motion", lambda *_: before)
     assert passes.detach_later(plan, order) is order
     assert looks == [False, True]

@@ -12,7 +12,7 @@ import pytest
 import shapely
 
 from leafcut.errors import LeafcutError, OptionError, ReadError
-from leafcut.geometry import containment, curves
+from leafcut.geometry import containment, fitting
 from leafcut.geometry.containment import find_conflicts
 from leafcut.model.issue import Issue
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
@@ -154,13 +154,13 @@ LINE = "0\nLINE\n8\n0\n10\n0\n20\n0\n11\n4\n21\n0\n"
 def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Return the list of how many points each curve that was fitted had."""
     found: list[int] = []
-    fit = curves.fit_arcs
+    fit = fitting.fit_arcs
 
     def counting(points: Any, tolerance: float, closed: bool = False) -> Any:
         found.append(len(points))
         return fit(points, tolerance, closed)
 
-    monkeypatch.setattr(curves, "fit_arcs", counting)
+    monkeypatch.setattr(fitting, "fit_arcs", counting)
     return found
 
 
