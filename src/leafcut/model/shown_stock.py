@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-from leafcut.model.mesh import Mesh
-from leafcut.model.tool import Tool
+if TYPE_CHECKING:
+    from leafcut.model.mesh import Mesh
+    from leafcut.model.tool import Tool
 
 Corner = tuple[float, float, float]
 #: Lower corner and upper corner of a box, mm.

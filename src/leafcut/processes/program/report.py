@@ -75,10 +75,12 @@ class ProgramReport(PathReport[ProgramDetail]):
 
     def savings(self) -> list[Fact]:
         """Return the time saved by new heights and speeds, if requested."""
+        pace = self.outcome.detail.pace
+        if pace is None:
+            return []
         from leafcut.report.pace_words import pace_facts
 
-        pace = self.outcome.detail.pace
-        return [] if pace is None else pace_facts(pace)
+        return pace_facts(pace)
 
     def saved(self) -> dict[str, Any]:
         """Return the headline figure; it is a text if the order is unchanged."""

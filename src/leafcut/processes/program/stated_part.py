@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from leafcut.model.cutter import Cutter
 from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part
 from leafcut.options import ReadOptions
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.material.height_field import HeightField
     from leafcut.material.straight_moves import StraightMoves
+    from leafcut.model.cutter import Cutter
     from leafcut.model.heartbeat import Heartbeat
 
 #: Number of lines at the top that may contain the header.

@@ -187,10 +187,12 @@ class SheetCutting(Process):
 
     def files(self, outcome: Outcome[SheetDetail], settings: Settings) -> dict[str, str]:
         """Return the text of the plan file by its path, if the user requested one."""
+        plan = settings.of(CutOptions).save_plan
+        if not plan:
+            return {}
         from leafcut.read.plan_file import plan_text
 
-        plan = settings.of(CutOptions).save_plan
-        return {str(plan): plan_text(outcome.detail.plan.file)} if plan else {}
+        return {str(plan): plan_text(outcome.detail.plan.file)}
 
     def report(self, outcome: Outcome[SheetDetail]) -> SheetReport:
         """Return the facts and pictures of an outcome."""

@@ -25,7 +25,6 @@ from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.common_edges import doubled_edges, pierced_first
 from leafcut.processes.sheet.plan.common_lines import scrap_with_lead_ins, with_common_lines
 from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, names_of, prepare_contours, with_notches
-from leafcut.processes.sheet.plan.corner_loops import with_loops
 from leafcut.processes.sheet.plan.cut_path import chain_length, compensate_where_needed, make_chain, make_cut
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.scrap import Scrap
@@ -174,6 +173,8 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
         contours, found = compensate_where_needed(contours, scrap)
         issues = [*issues, *found]
     if rules.loops:
+        from leafcut.processes.sheet.plan.corner_loops import with_loops
+
         contours = with_loops(contours, scrap)
         scrap = Scrap(sheet, contours, rules)
     order: list[tuple[int, int]] = []

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,8 +16,10 @@ from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.cutting import Cut, CutData
 from leafcut.model.machine import Probe
-from leafcut.model.obstacles import Obstacles
 from leafcut.model.toolpath import UNKNOWN, Arc, Kind, Toolpath, ToolpathBuilder
+
+if TYPE_CHECKING:
+    from leafcut.model.obstacles import Obstacles
 
 #: Minimum length of a segment that is no rounding error, mm.
 SHORTEST = 1e-6
