@@ -14,8 +14,9 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Arc, DrillCycle, ToolpathBuilder
 from leafcut.options import PostOptions
 from leafcut.post.header import header_lines
+from leafcut.post.row_writer import Blocks
 from leafcut.post.words import coolant_words, cycle_words, dwell_word, has_cycle, peck_text
-from leafcut.post.writer import Blocks, write_program
+from leafcut.post.writer import write_program
 from leafcut.read.machine import load_machine
 
 G81 = DrillCycle("G81", 2.0, -5.0)

@@ -11,7 +11,7 @@ from leafcut.gcode.numbers import format_number
 from leafcut.message import Message
 from leafcut.model.toolpath import DrillCycle, Kind, Motion
 from leafcut.post.comments import comment_lines
-from leafcut.post.writer import Blocks, Writer
+from leafcut.post.row_writer import Blocks, Writer
 
 _NAME = "LEAFCUT"
 _WIDTH = 70

@@ -5,8 +5,8 @@ from __future__ import annotations
 from leafcut.gcode.numbers import format_number
 from leafcut.model.cycles import PECKING
 from leafcut.model.toolpath import DrillCycle, Motion
+from leafcut.post.row_writer import Writer
 from leafcut.post.words import peck_text
-from leafcut.post.writer import Writer
 
 
 class SinumerikWriter(Writer):

@@ -57,7 +57,7 @@ COMMANDS = {
     "nest_summary": "leafcut.nesting.report:print_nests",
     "nest": "leafcut.nesting.command:nest",
     "simulate": "leafcut.processes.program.simulate:simulate",
-    "shown_stock": "leafcut.processes.program.workpiece:stock_of_file",
+    "shown_stock": "leafcut.processes.program.tools:stock_of_file",
     "stock": "leafcut.processes.program.stock:cut_stock",
     "verify": "leafcut.processes.program.verify:verify",
 }

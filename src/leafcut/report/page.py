@@ -87,7 +87,7 @@ def _content(report: PathReport[Any]) -> dict[str, Any]:
         "proof": report.proof,
         "template": f"{report.template}.html.jinja",
         "counts": title_words(facts),
-        "orders": views.order_cards(report),
+        "orders": views.order_cards(report.order_rows(), report.orders()),
         "tiles": [
             (f.name, fact_value_text(f), f.sentence)
             for f in facts

@@ -34,7 +34,6 @@ from leafcut.report.wording import (
 if TYPE_CHECKING:
     from leafcut.model.measure import Measure
     from leafcut.model.outcome import Outcome
-    from leafcut.report.path_report import PathReport
 
 PageRow = dict[str, Any]
 
@@ -55,12 +54,12 @@ _KIND_WORDS = {
 }
 
 
-def order_cards(report: PathReport[Any]) -> list[PageRow]:
-    """Return a card for each order: the cells of the summary's table, and a bar of its time."""
-    longest = max(measure.time_s for _, measure in report.orders())
+def order_cards(rows: Sequence[PageRow], measures: Sequence[tuple[str, Measure]]) -> list[PageRow]:
+    """Return a card for each order: its row of the summary's table, and a bar of its time."""
+    longest = max(measure.time_s for _, measure in measures)
     return [
         {**row, "bar": chart.bar(measure.time_s / longest if longest > 0 else 0.0, "ours" if row["ours"] else "plain")}
-        for row, (_, measure) in zip(report.order_rows(), report.orders(), strict=True)
+        for row, (_, measure) in zip(rows, measures, strict=True)
     ]
 
 

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from leafcut.errors import OptionError
+from leafcut.errors import LeafcutError, OptionError
 from leafcut.message import Message
+from leafcut.model.heartbeat import ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.model.machine import Machine
@@ -19,6 +20,7 @@ from leafcut.options import Settings
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
+    from leafcut.read import Input
 
 #: Tolerance of tool diameters, mm and relative; comments round diameters, and mills are reground.
 _OTHER_TOOL, _OTHER_SHARE = 0.1, 0.02
@@ -133,3 +135,16 @@ def shown_stock(
     except OptionError as problem:
         return ShownStock(refused=str(problem))
     return ShownStock(tools, None if block is None else (block.low, block.high), surface=surface)
+
+
+def stock_of_file(program: Input, settings: Settings, *, by_options: bool = True) -> ShownStock:
+    """Return the known stock and tools of a program file; see `tools_of` for `by_options`."""
+    from leafcut.processes.program.reading import read_file
+
+    try:
+        read = read_file(program, settings, None, ignore_heartbeat)
+        return shown_stock(
+            read.program, str(program), settings, read.machine, read.process, by_options=by_options
+        )  # fmt: skip
+    except LeafcutError as problem:
+        return ShownStock(refused=str(problem))

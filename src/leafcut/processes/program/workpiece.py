@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError, count_of, printable
+from leafcut.errors import OptionError, PlanError, ReadError, count_of, printable
 from leafcut.material.height_field import HeightField, StockBlock
 from leafcut.material.straight_moves import StraightMoves, undivided_moves
 from leafcut.message import Message
-from leafcut.model.heartbeat import ignore_heartbeat
 from leafcut.model.issue import Issue
-from leafcut.model.shown_stock import ShownStock
-from leafcut.options import Settings, StockOptions
+from leafcut.options import StockOptions
 from leafcut.read.step import ChosenSolid
 from leafcut.units import MM_PER_INCH, parse_quantity
 
@@ -39,7 +37,6 @@ if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.model.cutter import Cutter
     from leafcut.model.mesh import Mesh
-    from leafcut.read import Input
 
 
 def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
@@ -148,20 +145,6 @@ def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBl
         return None
     low, high = moves.extent(deep, cutters)
     return StockBlock((float(low[0]), float(low[1]), float(low[2]) - BELOW), (float(high[0]), float(high[1]), 0.0))
-
-
-def stock_of_file(program: Input, settings: Settings, *, by_options: bool = True) -> ShownStock:
-    """Return the known stock and tools of a program file; see `tools_of` for `by_options`."""
-    from leafcut.processes.program.reading import read_file
-    from leafcut.processes.program.tools import shown_stock
-
-    try:
-        read = read_file(program, settings, None, ignore_heartbeat)
-        return shown_stock(
-            read.program, str(program), settings, read.machine, read.process, by_options=by_options
-        )  # fmt: skip
-    except LeafcutError as problem:
-        return ShownStock(refused=str(problem))
 
 
 def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBlock, source: str, text: str) -> None:

@@ -12,7 +12,7 @@ from leafcut.gcode.torch import KERF_REGISTER, LEAST_PERCENT, convert_for_contro
 from leafcut.model.cutting import CutPlan
 from leafcut.model.toolpath import Kind, Motion, Toolpath
 from leafcut.options import PostOptions
-from leafcut.post.writer import Writer
+from leafcut.post.row_writer import Writer
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Decimals of a percentage: 0.1 % of a feed is negligible.
