@@ -18,7 +18,7 @@ from leafcut.model.issue import Severity
 from leafcut.model.pace_change import FeedLimit
 from leafcut.processes.program.plan import pace as plan
 from leafcut.processes.program.plan.pace import _limit_to_reachable
-from leafcut.processes.program.report import pace_facts
+from leafcut.report.pace_words import pace_facts
 from own_machines import machine_of_power, own_machine
 from pace_programs import BLOCK, HEAD, TAIL, body, reordered
 
