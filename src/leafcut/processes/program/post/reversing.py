@@ -31,10 +31,8 @@ _BACK = {int(Kind.FEED): 1, int(Kind.ARC_CW): 3, int(Kind.ARC_CCW): 2}
 Spelled = Callable[[str, float, int], str]
 
 
-def write_reversed_cut(
-    program: Program, reader: BlockReader, stroke: ReversibleCut, lines: list[str], offset: int, spelled: Spelled
-) -> tuple[list[str], Modal]:
-    """Return the lines of a reversed cut, and the modal state after them.
+class ReversedCut:
+    """Writes the lines of a cut in reverse.
 
     Parameters
     ----------
@@ -45,15 +43,7 @@ def write_reversed_cut(
     spelled
         Writes a feed or a speed in the spelling of the program.
     """
-    writer = _BlockWriter(program, reader, stroke, lines, offset, spelled)
-    new = [*writer.lead(), *writer.body(), *writer.tail()]
-    # The last line of a file may lack a line ending; after reversal it may no longer be last.
-    end = line_end(program.lines)
-    new = [line if line.endswith(("\n", "\r")) else line + end for line in new]
-    return new, writer.modal_after()
 
-
-class _BlockWriter:
     def __init__(
         self,
         program: Program,
@@ -73,6 +63,14 @@ class _BlockWriter:
         self.feed = modal.feed if "feed" in known else None
         self.rpm = modal.rpm if "rpm" in known else None
 
+    def write(self) -> tuple[list[str], Modal]:
+        """Return the reversed lines, and the modal state after them."""
+        new = [*self._lead(), *self._body(), *self._tail()]
+        # The last line of a file may lack a line ending; after reversal it may no longer be last.
+        end = line_end(self.program.lines)
+        new = [line if line.endswith(("\n", "\r")) else line + end for line in new]
+        return new, replace(self.program.modal(self.stroke.end), motion=self.motion)
+
     def _lines_up_to(self, block: int) -> int:
         """Return the number of lines up to and including the line of a block."""
         return int(self.program.line[block]) - self.offset
@@ -80,7 +78,7 @@ class _BlockWriter:
     def _line_of_block(self, block: int) -> int:
         return self._lines_up_to(block) - 1
 
-    def lead(self) -> list[str]:
+    def _lead(self) -> list[str]:
         """Return the lines before the cut, which now lead to its former end."""
         lines = self.lines[: self._lines_up_to(self.stroke.body - 1)]
         for block in range(self.stroke.begin, self.stroke.body):
@@ -89,7 +87,7 @@ class _BlockWriter:
             )
         return lines
 
-    def body(self) -> list[str]:
+    def _body(self) -> list[str]:
         """Return the lines of the cut, the last block first; comments above a block move with the block."""
         stroke = self.stroke
         found: list[str] = []
@@ -98,7 +96,7 @@ class _BlockWriter:
             found.append(self._cut(block))
         return found
 
-    def tail(self) -> list[str]:
+    def _tail(self) -> list[str]:
         """Return the lines after the cut, which now retract at its former start."""
         lines = self.lines[self._lines_up_to(self.stroke.tail - 1) :]
         begin = self._lines_up_to(self.stroke.tail - 1)
@@ -111,10 +109,6 @@ class _BlockWriter:
             if "motion" in modal_use.sets:
                 self.motion = self.program.modal(block + 1).motion
         return lines
-
-    def modal_after(self) -> Modal:
-        """Return the modal state after the new lines."""
-        return replace(self.program.modal(self.stroke.end), motion=self.motion)
 
     # -- words -------------------------------------------------------------------------------------------------------
 

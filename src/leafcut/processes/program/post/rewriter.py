@@ -40,6 +40,7 @@ from leafcut.processes.program.post.insertion import (
     line_end,
     renumbered,
 )
+from leafcut.processes.program.post.reversing import ReversedCut
 from leafcut.processes.program.post.source_positions import OriginalPositions
 
 if TYPE_CHECKING:
@@ -260,7 +261,7 @@ class _Rewriter:
         if stroke is None:
             raise PostError("line {}: the cut there cannot be reversed", piece.line)
         offset = int(self.program.line[piece.begin]) - 1 - self.task_lines.first_block_in(piece.begin, piece.begin)
-        return write_reversed_cut(self.program, self.reader, stroke, lines, offset, self._word_text)
+        return ReversedCut(self.program, self.reader, stroke, lines, offset, self._word_text).write()
 
     def _letters(self, block: int) -> dict[str, str]:
         words = self.reader.words(block)
