@@ -13,14 +13,14 @@ Point3 = tuple[float, float, float]
 Points = NDArray[np.float64]
 #: Numbers of any shape.
 Floats = NDArray[np.float64]
-#: Numbers of nodes and clusters for kernels: orders, tours, clusters.
+#: Node or cluster numbers for kernels, such as orders and tours.
 Ints = NDArray[np.int32]
 #: Row indices for NumPy.
 Indices = NDArray[np.int64]
-#: Selected rows.
+#: Mask of selected rows.
 Mask = NDArray[np.bool_]
 
 
 def segments(points: Points) -> Floats:
-    """Return the straight segments between successive points, float64[n - 1, 2, …]."""
+    """Return the straight segments between consecutive points, float64[n - 1, 2, …]."""
     return np.stack([points[:-1], points[1:]], axis=1)

@@ -1,4 +1,4 @@
-"""Convert a closed line of noisy points to the fewest lines and arcs that explain it, with sharp corners.
+"""Fit as few lines and arcs as possible to a closed line of noisy points, with sharp corners.
 
 The division into pieces is optimised globally. Every run of points costs its squared distances from its best line or
 circle, in units of the noise, plus a fee per piece. Dynamic programming finds the cheapest division (Perez and Vidal,
@@ -28,10 +28,10 @@ _BLOCK = 48
 #: A piece of at most this number of points between two lines may be a rounded corner. It becomes tangent to both lines,
 #: unless that costs more than the second value, in squares of the noise: two parameters fewer, worth about 12 each.
 FILLET_POINTS, FILLET_WORTH = 400, 24.0
-#: A radius is as likely as the best radius if it costs at most this more, in squares of the noise.
+#: A radius is as likely as the best radius if its additional cost is at most this, in squares of the noise.
 EQUALLY_LIKELY = 1.0
-#: A point farther than this from its line or arc, in point distances, requires more pieces at a lower fee, down to this
-#: share of the fees.
+#: If a point is farther than this from its line or arc, in point distances, the piece is divided at lower fees. The
+#: fees are reduced at most to this share.
 MAX_DISTANCE, LEAST_SHARE = 0.6, 0.1
 #: Maximum distance of an intersection from the points at which two pieces meet, in point distances.
 MAX_JOINT_DISTANCE = 4.0
@@ -39,7 +39,10 @@ _TINY = 1e-12
 
 
 class _Piece(NamedTuple):
-    """A line or an arc through points: index range (end excluded), centre and radius, or point and direction."""
+    """A line or an arc through the points `first` … `beyond` - 1.
+
+    (x, y) is the centre of an arc, or a point on a line. (dx, dy) is the direction of a line.
+    """
 
     first: int
     beyond: int
@@ -52,10 +55,10 @@ class _Piece(NamedTuple):
 
 
 def best_fit(points: Points, noise: Floats) -> Polyline | None:
-    """Return lines and arcs through a closed line of points, or None if they form no closed path.
+    """Fit lines and arcs to a closed line of points; return None if they form no closed path.
 
-    `points` is float64[n, 2], about one unit (a pixel) apart, the first not repeated; `noise` is float64[n], the
-    standard deviation of each point, in the same unit. O(n · `WINDOW`).
+    `points` is float64[n, 2] with a spacing of about one unit (one pixel). The first point is not repeated at the end.
+    `noise` is float64[n], the standard deviation of each point in the same unit. O(n · `WINDOW`).
     """
     if len(points) < 3:
         return None
@@ -79,7 +82,7 @@ def best_fit(points: Points, noise: Floats) -> Polyline | None:
 
 
 def _accurate_pieces(points: Points, weights: Floats, first: int, beyond: int, share: float) -> list[_Piece]:
-    """Return a run of points as a single piece, or as several pieces at lower fees if a single piece is inaccurate."""
+    """Fit a single piece to a run of points; if it is inaccurate, fit several pieces at lower fees."""
     whole = _fit_piece(points, weights, first, beyond)
     run = points[first:beyond]
     if len(run) < 6 or share < LEAST_SHARE or float(np.abs(_distances(whole, run)).max()) <= MAX_DISTANCE:
@@ -91,7 +94,7 @@ def _accurate_pieces(points: Points, weights: Floats, first: int, beyond: int, s
 
 
 def _divide(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
-    """Return the first points of the pieces in the cheapest division of an open line."""
+    """Return the index of the first point of each piece in the cheapest division of an open line."""
     n = len(points)
     window = min(WINDOW, n)
     padded = np.concatenate([points, np.repeat(points[-1:], window, axis=0)])
@@ -116,7 +119,7 @@ def _divide(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
 
 
 def _merge(points: Points, weights: Floats, cuts: list[int]) -> list[int]:
-    """Remove the cuts that divide a single line or arc, because it exceeds the window or spans the ring's opening."""
+    """Remove cuts inside a single line or arc, which arise where a piece exceeds the window or the ring was opened."""
     cuts = list(cuts)
     k = 1
     while k < len(cuts):
@@ -135,7 +138,7 @@ def _piece_cost(points: Points, weights: Floats, first: int, beyond: int) -> flo
 
 
 def _piece_costs(points: Floats, weights: Floats, share: float = 1.0) -> Floats:
-    """Return the costs of pieces of 1, 2, 3 … points, for every row of float64[rows, points, 2]."""
+    """Return the costs of pieces of 1, 2, 3 … points for each row of `points`, float64[rows, points, 2]."""
     m = moments(points, weights)
     total = np.cumsum(weights, axis=1)
     straight, off = line_error(m), circle_error(m)[0]
@@ -172,14 +175,14 @@ def _circle(piece: _Piece) -> Polyline | None:
 
 
 def _fillet_corners(points: Points, weights: Floats, pieces: list[_Piece]) -> list[_Piece]:
-    """Make pieces between two lines tangent to both if that explains the points as well."""
+    """Replace each piece between two lines by an arc tangent to both, if the arc fits the points nearly as well."""
     result: list[_Piece] = []
     for k, piece in enumerate(pieces):
         before, after = pieces[k - 1], pieces[(k + 1) % len(pieces)]
         short = piece.beyond - piece.first <= FILLET_POINTS and len(pieces) > 2
         fillet = _fillet(points, weights, piece, before, after) if short else None
         if fillet is None and len(_joint(points, before, piece)) > 1:
-            # A sharp corner would show in the pixels, so it is rounded, by too few points for a piece.
+            # A sharp corner would be visible in the pixels. This one is rounded, but has too few points for a piece.
             empty = _Piece(piece.first, piece.first, 0.0, 0.0, 0.0, 0.0, 0.0)
             corner = _fillet(points, weights, empty, before, piece)
             result += [corner] if corner is not None else []
@@ -188,16 +191,16 @@ def _fillet_corners(points: Points, weights: Floats, pieces: list[_Piece]) -> li
 
 
 def _fillet(points: Points, weights: Floats, piece: _Piece, before: _Piece, after: _Piece) -> _Piece | None:
-    """Return the arc tangent to both lines; None if the points do not lie on such an arc."""
+    """Return the arc tangent to both lines, or None if it does not fit the points."""
     cross = before.dx * after.dy - before.dy * after.dx
     corner = [] if before.radius or after.radius else _intersections(before, after)
     if not corner or abs(cross) < 0.1:
         return None
-    # The centre lies on the bisector, at 1/sin of half the angle between the walls from the corner for radius 1.
+    # The centre lies on the bisector. For radius 1, its distance from the corner is 1 / sin(half the corner angle).
     half = 0.5 * (math.pi - math.atan2(abs(cross), before.dx * after.dx + before.dy * after.dy))
     bx, by = after.dx - before.dx, after.dy - before.dy
     centre_distance = 1.0 / (math.hypot(bx, by) * math.sin(half))
-    # Additional points of both lines, which must lie directly next to the arc.
+    # The points of both lines next to the arc must fit as well.
     extra = FILLET_POINTS // 8 + piece.beyond - piece.first
     sides = [_last(before, extra), (piece.first, piece.beyond), (after.first, min(after.first + extra, after.beyond))]
     rows = np.concatenate([np.arange(a, b) for a, b in sides])
@@ -234,10 +237,11 @@ def _length(points: Points, piece: _Piece) -> float:
 
 
 def _likely_value(cost: Callable[[float], float], low: float, high: float) -> float:
-    """Return the middle of the range that explains the data as well as the best value; cost in squares of the noise.
+    """Return the middle of the range of values that are about as likely as the best value.
 
-    The search uses 64 steps on a logarithmic scale, then ternary search around the best. Values that cost at most
-    `EQUALLY_LIKELY` more are within one standard deviation; their middle minimises the error.
+    `cost` returns the squared error of a value, in squares of the noise. The best value is found with 64 steps on a
+    logarithmic scale, then by ternary search. Values whose cost is at most `EQUALLY_LIKELY` higher are within one
+    standard deviation. The middle of their range minimises the error.
     """
     samples: list[float] = np.geomspace(low, high, 64).tolist()
     costs = [cost(step) for step in samples]
@@ -271,7 +275,7 @@ def _polyline(points: Points, pieces: list[_Piece]) -> Polyline:
 
 
 def _joint(points: Points, first: _Piece, second: _Piece) -> list[tuple[float, float]]:
-    """Return the point at which two pieces meet, or both ends of a line that connects them."""
+    """Return the point where two pieces meet, or both ends of a line that connects them."""
     a, b = points[first.beyond - 1], points[second.first % len(points)]
     middle = 0.5 * (a + b)
     for line, arc in ((first, second), (second, first)):
@@ -284,7 +288,7 @@ def _joint(points: Points, first: _Piece, second: _Piece) -> list[tuple[float, f
             return [crossing]
     p, q = _nearest(first, middle), _nearest(second, middle)
     if math.dist(p, q) <= 1.0:
-        # In between, nearer to the piece with more points.
+        # Choose a point between both pieces, nearer to the piece with more points.
         share = (second.beyond - second.first) / max(second.beyond - second.first + first.beyond - first.first, 1)
         return [(p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1]))]
     return [_nearest(first, a), _nearest(second, b)]
@@ -296,7 +300,7 @@ def _touches(line: _Piece, arc: _Piece) -> bool:
 
 
 def _covers_a_pixel_centre(a: Points, b: Points, tip: tuple[float, float]) -> bool:
-    """Return whether a pixel centre lies in the triangle; the traced line would then run around the tip."""
+    """Return whether a pixel centre lies in the triangle; if so, the traced line would have gone around the tip."""
     corners = np.array([a, b, tip])
     low, high = np.ceil(corners.min(axis=0) - 0.5) + 0.5, np.floor(corners.max(axis=0) - 0.5) + 0.5
     xs, ys = np.arange(low[0], high[0] + 0.5), np.arange(low[1], high[1] + 0.5)
@@ -330,7 +334,7 @@ def _intersections(first: _Piece, second: _Piece) -> list[tuple[float, float]]:
         gap = math.hypot(x, y)
         if gap < _TINY:
             return []
-        # Both circles share the radical line, perpendicular to the line of centres at `along` from the first.
+        # The circles intersect on their radical line. It crosses the line of centres at `along` from the first centre.
         along = 0.5 * (gap + (first.radius**2 - second.radius**2) / gap)
         line = (first.x + along * x / gap, first.y + along * y / gap, -y / gap, x / gap)
         return _line_intersection(first, *line)
@@ -356,9 +360,9 @@ def _bulge(points: Points, piece: _Piece, start: tuple[float, float], end: tuple
     turn = side * (angles[1] - angles[0]) % (2.0 * math.pi)
     out = points[piece.first : piece.beyond] - (piece.x, piece.y)
     spanned = float(np.ptp(np.unwrap(np.arctan2(out[:, 1], out[:, 0])))) if len(out) else 0.0
-    if turn - spanned > math.pi:  # the joints are in reverse order: the remaining arc is shorter than a point distance
+    if turn - spanned > math.pi:  # the joints are in reverse order: the arc is shorter than the point spacing
         return 0.0
-    # Through the middle of the arc, because the joints may lie beside the circle.
+    # The arc passes through the middle of the piece, because the joints may not lie on the circle.
     angle, radius = angles[0] + 0.5 * side * turn, abs(piece.radius)
     x, y = piece.x + radius * math.cos(angle), piece.y + radius * math.sin(angle)
     chord = (end[0] - start[0], end[1] - start[1])

@@ -1,4 +1,4 @@
-"""Numbered square cells of the plane, for fast lookup near a point."""
+"""A grid of square cells for fast lookup of nearby points."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from leafcut.geometry.arrays import Indices, Points
 
 
 class Cells:
-    """Square cells of `side` mm over a box (minimum x and y, maximum x and y, mm), numbered row by row.
+    """Square cells that cover a box (minimum x and y, maximum x and y, mm), numbered row by row.
 
-    `margin` is the number of extra cells on each side of the box, and the maximum `reach` of `around`.
+    `side` is the side length of a cell, mm. `margin` is the number of extra cells on each side of the box, and the
+    maximum `reach` of `around`.
     """
 
     def __init__(self, bounds: tuple[float, float, float, float], side: float, margin: int) -> None:
@@ -20,25 +21,25 @@ class Cells:
         self.wide = math.ceil((bounds[2] - bounds[0]) / side) + 2 * margin
 
     def of(self, points: Points) -> Indices:
-        """Return the cell of each point (float64[n, 2]), int64[n]."""
+        """Return the number of the cell that contains each point, int64[n]."""
         column, row = (np.floor((points - self.low) / self.side).astype(np.int64) + self.margin).T
         cells: Indices = row * self.wide + column
         return cells
 
     def around(self, cells: Indices, reach: int) -> Indices:
-        """Return the distinct cells at most `reach` rows and columns away from the given cells, sorted."""
+        """Return the sorted numbers of all cells at most `reach` rows and columns away from the given cells."""
         cells, offsets = np.unique(cells), np.arange(-reach, reach + 1)
         for step in (1, self.wide):
             cells = np.unique(cells[:, None] + step * offsets)
         return cells
 
     def columns_and_rows(self, cells: Indices) -> tuple[Indices, Indices]:
-        """Return the column and row of each cell, 0 at the corner of the box."""
+        """Return the column and row of each cell, counted from the corner of the box."""
         return cells % self.wide - self.margin, cells // self.wide - self.margin
 
 
 def numbered(points: Points, side: float) -> Indices:
-    """Return a number for each point, int64[n]; points that are equal after rounding to `side` mm share a number."""
+    """Return a number for each point, int64[n]; points that coincide after rounding to `side` mm share a number."""
     if not len(points):
         return np.zeros(0, np.int64)
     column, row = np.round(points / side).astype(np.int64).T

@@ -1,4 +1,4 @@
-"""Clean paths: no segments of length 0, no arcs beyond a half circle, no arcs with a huge radius."""
+"""Clean paths: remove segments of length 0, arcs beyond a half circle, and arcs with a huge radius."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from leafcut.geometry.polyline import Polyline
 SAME = 1e-5
 #: Bulge of a half circle, with a tolerance for rounding.
 _HALF = 1.0 + 1e-9
-#: Maximum arc radius, mm; larger arcs become lines, because controllers reject them and no shop has such curves.
+#: Maximum arc radius, mm. Larger arcs become lines, because controllers reject them and no real part has them.
 LARGEST_RADIUS = 5000.0
 #: Maximum chord error of such lines, mm.
 FLAT = 0.002
 
 
 def cleaned_path(path: Polyline) -> Polyline | None:
-    """Return a path without segments of length 0 and without arcs beyond a half circle; None if no segment is left.
+    """Return a path without segments of length 0 and arcs beyond a half circle; None if no segment remains.
 
-    An arc with a radius above `LARGEST_RADIUS` becomes lines within `FLAT` of it. A circle drawn as a single arc with
-    equal ends cannot be recovered from its vertices.
+    An arc with a radius above `LARGEST_RADIUS` is replaced by lines within `FLAT` mm. A full circle drawn as a single
+    arc with equal ends cannot be recovered, because its bulge is not defined.
     """
     if np.abs(path.bulges).max(initial=0.0) > _HALF:
         path = _split_large_arcs(path)
@@ -45,7 +45,7 @@ def cleaned_path(path: Polyline) -> Polyline | None:
 
 
 def _split_large_arcs(path: Polyline) -> Polyline:
-    """Split every arc of more than a half circle in two."""
+    """Split every arc longer than a half circle into two arcs."""
     rows: list[tuple[float, float, float]] = []
     for s in path.segments():
         if abs(s.bulge) <= _HALF:
@@ -61,7 +61,7 @@ def _split_large_arcs(path: Polyline) -> Polyline:
 
 
 def without_huge_arcs(path: Polyline, tolerance: float) -> Polyline:
-    """Return a path with arcs above `LARGEST_RADIUS` replaced by lines within `tolerance`, mm."""
+    """Return a path in which arcs above `LARGEST_RADIUS` are replaced by lines within `tolerance`, mm."""
     if not any(s.is_arc and s.radius > LARGEST_RADIUS for s in path.segments()):
         return path
     rows: list[tuple[float, float, float]] = []
@@ -77,10 +77,10 @@ def without_huge_arcs(path: Polyline, tolerance: float) -> Polyline:
 
 
 def counter_clockwise(path: Polyline) -> Polyline:
-    """Return a closed path counter-clockwise, an open path unchanged."""
+    """Return a closed path in counter-clockwise direction; an open path is unchanged."""
     return path.reversed() if path.area < 0.0 else path
 
 
 def ends_of(paths: Sequence[Polyline]) -> Points:
-    """Return the start and the end of each open path, one after the other, float64[2n, 2]."""
+    """Return the start and end of each path, alternating, float64[2n, 2]."""
     return np.array([end for path in paths for end in (path.start, path.end)]).reshape(-1, 2)

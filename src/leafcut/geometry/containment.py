@@ -1,4 +1,4 @@
-"""Nesting and intersections of outlines, for thousands of them, with an index of bounding boxes."""
+"""Nesting and intersections of outlines, with an index of bounding boxes that handles thousands of them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from leafcut.geometry.arrays import Point
 from leafcut.geometry.index import query_pairs
 from leafcut.geometry.polyline import COINCIDENT
 
-#: Maximum number of touching pairs of outlines in a valid sheet: a constant, plus a number per outline.
+#: Maximum number of touching pairs of outlines in a valid sheet: a base value, plus a number per outline.
 MOST_MEETING, MEETING_PER_SHAPE = 20_000, 8
 
 
@@ -30,8 +30,8 @@ class Conflict(NamedTuple):
 def find_conflicts(shapes: NDArray[Any], same: float = COINCIDENT) -> list[Conflict]:
     """Return the pairs of polygons whose edges come within `same` mm of each other, and the kind of conflict.
 
-    ``overlap``: neither lies inside the other and they share more than an edge. ``touch``: edges or corners meet, from
-    outside or inside. ``same``: one outline drawn twice; `first` is the earlier.
+    ``overlap``: neither polygon lies inside the other, and they share more than an edge. ``touch``: edges or corners
+    meet, from outside or inside. ``same``: one outline is drawn twice; `first` is the earlier copy.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def find_conflicts(shapes: NDArray[Any], same: float = COINCIDENT) -> list[Confl
 def _exact_copies(shapes: NDArray[Any]) -> tuple[list[Conflict], NDArray[np.int64]]:
     """Return the exact copies as conflicts, and the indices of the other shapes.
 
-    A drawing exported twice has thousands of copies; comparing all pairs would be slow.
+    A drawing that was exported twice contains thousands of copies. Comparing all their pairs would be slow.
     """
     first: dict[bytes, int] = {}
     copies = []
@@ -93,9 +93,9 @@ def _conflict_point(a: Any, b: Any, kind: str) -> Point:
 
 
 def nesting_depths(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return for each polygon the number of polygons around it, and the index of the innermost of these or -1.
+    """Return the number of polygons around each polygon, and the index of the innermost of these, or -1.
 
-    The polygons must not overlap or be equal (`find_conflicts`).
+    The polygons must neither overlap nor coincide (`find_conflicts`).
 
     Raises
     ------
@@ -108,10 +108,10 @@ def nesting_depths(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.
 def enclosing_polygons(
     points: Sequence[Any] | NDArray[Any], shapes: NDArray[Any], areas: NDArray[np.float64] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return for each point the number of polygons around it, and the index of the smallest of these or -1.
+    """Return the number of polygons around each point, and the index of the smallest of these, or -1.
 
-    With `areas` (mm², one per point), only larger polygons count: a polygon is not inside itself, nor inside the
-    outlines of its own holes.
+    With `areas` (mm², one per point), only polygons with a larger area count. Thus a polygon is not inside itself, nor
+    inside the outlines of its own holes.
     """
     depth, parent = np.zeros(len(points), dtype=np.int64), np.full(len(points), -1, dtype=np.int64)
     if not len(shapes) or not len(points):

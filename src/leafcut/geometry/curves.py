@@ -1,4 +1,4 @@
-"""B-splines, Bézier curves and ellipses as points or as few arcs, within a tolerance."""
+"""Convert B-splines, Bézier curves and ellipses to points or to few arcs, within a tolerance."""
 
 from __future__ import annotations
 
@@ -16,28 +16,29 @@ from leafcut.geometry.polyline import Polyline
 MAX_DEGREE = 25
 #: Maximum number of points of a curve.
 MAX_POINTS = 200_000
-#: Number of chords per knot span in the first pass, and maximum.
+#: Number of chords per knot span in the first pass, and maximum number.
 SAMPLE_CHORDS, MOST_CHORDS = 8, 1024
 
-#: Maximum plausible coordinate, mm; a curve beyond it would take hours.
+#: Maximum plausible coordinate, mm; larger curves would take hours.
 FARTHEST = 1e6
 
-#: Called with the number of points of a curve before they are processed; may raise to refuse.
+#: Callback that receives the number of points of a curve before they are processed; it may raise an error to refuse.
 Spend = Callable[[int], None]
-#: Maximum difference of the half axes of a circle, mm, or a millionth.
+#: Maximum difference between the half axes of a circle, mm (or a millionth of their length).
 ROUND = 1e-3
 
 
 def allow_any_number(_: int) -> None:
-    """Allow any number of points."""
+    """Accept any number of points (the default of `spend`)."""
 
 
 def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats | None, tolerance: float) -> Points:
-    """Return points along a B-spline, rational with weights; the chord error is about `tolerance`.
+    """Return points along a B-spline, or a rational one if `weights` are given; the chord error is about `tolerance`.
 
-    Only the spline's own domain is used, knots[degree] … knots[n]: knots need not be repeated at the ends.
+    Only the domain of the spline is evaluated, knots[degree] … knots[n], so knots need not be repeated at the ends.
 
-    `control` is float64[n, 2 or 3], the third coordinate ignored; `knots` is float64[n + degree + 1], non-decreasing.
+    `control` is float64[n, 2 or 3]; the third coordinate is ignored. `knots` is float64[n + degree + 1],
+    non-decreasing.
 
     Raises
     ------
@@ -75,19 +76,19 @@ def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats |
 def _chords_needed(sample: Floats, tolerance: float) -> Floats:
     """Return the number of chords for each knot span, a power of two.
 
-    The error of a chord falls with the square of their number.
+    The chord error decreases with the square of the number of chords.
     """
     middles = 0.5 * (sample[:, :-2] + sample[:, 2:])
-    # The height over two steps is four times that over one.
+    # The height over a chord of two steps is four times the height over one step.
     height = np.hypot(*np.moveaxis(sample[:, 1:-1] - middles, -1, 0)).max(axis=1) / 4.0
     counts = np.ceil(SAMPLE_CHORDS * np.sqrt(height / tolerance))
-    # Powers of two give few groups of spans.
+    # With powers of two, the spans form few groups.
     powers: Floats = 2.0 ** np.ceil(np.log2(np.clip(counts, 4, MOST_CHORDS)))
     return powers
 
 
 def _evaluate(homogeneous: Floats, degree: int, knots: Floats, spans: NDArray[np.int64], count: int) -> Floats:
-    """Return points at equal steps through each span, float64[spans, count + 1, 2] (de Boor's algorithm)."""
+    """Return equally spaced points of each span by de Boor's algorithm, float64[spans, count + 1, 2]."""
     start, end = knots[spans], knots[spans + 1]
     t = start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, count + 1)
     d = [np.repeat(homogeneous[spans - degree + j][:, None, :], count + 1, axis=1) for j in range(degree + 1)]
@@ -101,7 +102,7 @@ def _evaluate(homogeneous: Floats, degree: int, knots: Floats, spans: NDArray[np
 
 
 def bezier_points(control: Floats, tolerance: float) -> Points:
-    """Return points along a Bézier curve of n control points, float64[n, 2]."""
+    """Return points along a Bézier curve, float64[n, 2]; `control` contains its control points."""
     degree = len(control) - 1
     knots = np.repeat([0.0, 1.0], degree + 1)
     return spline_points(control, degree, knots, None, tolerance)
@@ -110,10 +111,10 @@ def bezier_points(control: Floats, tolerance: float) -> Points:
 def ellipse_path(
     center: Point, u: Point, v: Point, start: float, sweep: float, tolerance: float, spend: Spend = allow_any_number
 ) -> Polyline:
-    """Return centre + u·cos(t) + v·sin(t) for t from `start` over `sweep` (radians) as arcs; closed for a full turn.
+    """Return the curve centre + u·cos(t) + v·sin(t) as arcs, for t from `start` over `sweep` (rad).
 
-    If u and v have equal lengths and are perpendicular, the result is the exact arc; otherwise its arcs lie within
-    `tolerance` mm of the ellipse.
+    A full turn gives a closed path. If u and v have equal lengths and are perpendicular, the result is an exact
+    circular arc. Otherwise its arcs lie within `tolerance` mm of the ellipse.
 
     Raises
     ------
@@ -143,7 +144,7 @@ def ellipse_path(
 
 
 def fit_arcs_to_curve(points: Points, tolerance: float, closed: bool, spend: Spend = allow_any_number) -> Polyline:
-    """Return arcs through points that lie within a quarter of `tolerance` of a curve.
+    """Fit arcs to points that lie within a quarter of `tolerance` of a curve.
 
     A closed curve repeats its first point at the end.
 

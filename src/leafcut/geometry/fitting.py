@@ -1,4 +1,4 @@
-"""Convert points along a curve to few lines and arcs."""
+"""Fit few lines and arcs to points along a curve."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
 
-#: Maximum bulge of an arc, slightly above a half circle, so that it is well-conditioned.
+#: Maximum bulge of a fitted arc: slightly more than a half circle, so that the fit is well-conditioned.
 MAX_BULGE = 1.05
-#: A fitted arc flatter than this is a line: over 100 mm it rises by half a micrometre.
+#: Bulge below which a fitted arc becomes a line: over 100 mm, such an arc rises by half a micrometre.
 FLAT = 1e-5
 
 
 def fit_arcs(points: Points, tolerance: float, closed: bool = False) -> Polyline:
-    """Return lines and arcs that pass within `tolerance` of all points and of the middles of their chords.
+    """Fit lines and arcs that pass within `tolerance` of all points and of the midpoints of their chords.
 
-    Greedy: the next arc or line is always the longest within the tolerance that ends at a point. A closed line starts
-    at its sharpest corner. O(n log n).
+    The algorithm is greedy: it always takes the longest line or arc that ends at a point and stays within the
+    tolerance. A closed line starts at its sharpest corner. O(n log n).
 
-    `points` is float64[n, 2], mm, dense in curves; the first is not repeated at the end of a closed line.
+    `points` is float64[n, 2], mm, dense in curves. A closed line does not repeat its first point at the end.
     """
     if closed:
         points = np.roll(points, -_sharpest_corner(points), axis=0)
@@ -37,7 +37,7 @@ def fit_arcs(points: Points, tolerance: float, closed: bool = False) -> Polyline
 
 
 def _sharpest_corner(points: Points) -> int:
-    """Return the point of a ring with the largest change of direction."""
+    """Return the index of the point of a ring where the direction changes most."""
     forward = np.roll(points, -1, axis=0) - points
     backward = np.roll(forward, 1, axis=0)
     cross = backward[:, 0] * forward[:, 1] - backward[:, 1] * forward[:, 0]
@@ -46,7 +46,9 @@ def _sharpest_corner(points: Points) -> int:
 
 
 def _longest_segment(points: Points, start: int, tolerance: float, last: int) -> tuple[int, float]:
-    """Return the end (index ≤ `last`) and the bulge of the longest line or arc; doubling, then bisection."""
+    """Return the end index (at most `last`) and the bulge of the longest fitting line or arc, by doubling and
+    bisection.
+    """
     good, bulge = start + 1, 0.0
     step, bad = 2, last + 1
     while start + step < bad:
@@ -67,7 +69,7 @@ def _longest_segment(points: Points, start: int, tolerance: float, last: int) ->
 
 
 def _fitted_bulge(points: Points, tolerance: float) -> float | None:
-    """Return the bulge from the first to the last point that fits all points between, or None."""
+    """Return the bulge from the first to the last point that fits all points between them, or None."""
     start, chord = points[0], points[-1] - points[0]
     length = float(np.hypot(*chord))
     if length <= tolerance:
@@ -80,7 +82,7 @@ def _fitted_bulge(points: Points, tolerance: float) -> float | None:
     bulge = -2.0 * rise / length
     if not FLAT < abs(bulge) <= MAX_BULGE:
         return None
-    # The centre lies on the chord's bisector, (1 − b²)/4b of the chord to its left; distances of all points from it.
+    # The centre lies on the chord's bisector, to the left of the chord by (1 − b²)/4b of its length.
     cy = (1.0 - bulge * bulge) / (4.0 * bulge) * length
     radius = np.hypot(0.5 * length, cy)
     if float(np.abs(np.hypot(along - 0.5 * length, off - cy) - radius).max()) > tolerance:
@@ -90,7 +92,7 @@ def _fitted_bulge(points: Points, tolerance: float) -> float | None:
 
 
 def _rise(along: NDArray[np.float64], off: NDArray[np.float64], length: float) -> float:
-    """Return the height of the arc above its chord, from the point nearest to the chord's bisector."""
+    """Return the height of the arc above its chord, computed from the point nearest to the chord's bisector."""
     k = int(np.argmin(np.abs(along - 0.5 * length)))
     x, y = float(along[k]) - 0.5 * length, float(off[k])
     if y == 0.0:

@@ -1,4 +1,4 @@
-"""Pairs of nearby shapes, by an index of bounding boxes (shapely's STRtree)."""
+"""Find pairs of nearby shapes with an index of bounding boxes (shapely's STRtree)."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Indices, Points
 
-#: Maximum number of pairs in a valid drawing: a constant, plus a number per shape.
+#: Maximum number of pairs in a valid drawing: a base value, plus a number per shape.
 MOST_PAIRS, MOST_PER_SHAPE = 500_000, 64
-#: Shapes per query of the index: few in crowded drawings, to detect them early.
+#: Number of shapes per query of the index: small in crowded drawings, so that too many pairs are detected early.
 _MIN_BATCH, _MAX_BATCH = 16, 4096
 #: Batch sizes of `NearLines`: lines per query, and pairs evaluated at a time.
 _LINES, _PAIRS = 256, 500_000
-#: Relative accuracy of box and point distances; pairs closer to the limit are measured by GEOS.
+#: Relative accuracy of box and point distances; GEOS measures the pairs that are closer to the limit.
 _ACCURACY = 1e-9
 
 
@@ -30,7 +30,7 @@ def query_pairs(
     Raises
     ------
     PlanError
-        There are more pairs than in any valid drawing; `description` names them in the message.
+        There are more pairs than in any valid drawing; the message contains `description`.
     """
     tree: Any = shapely.STRtree(targets)
     options = {} if distance is None else {"distance": distance}
@@ -46,7 +46,7 @@ def query_pairs(
 
 
 def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArray[np.float64]]:
-    """Return all pairs i < j of points (float64[n, 2]) within a distance, and their distances.
+    """Return all pairs i < j of points within a distance, and the distance of each pair.
 
     Raises
     ------
@@ -62,10 +62,10 @@ def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArr
 
 
 class NearLines:
-    """Index of short shapely lines and points, object[n], that finds pairs close to each other.
+    """Index of short shapely lines and points that finds pairs close to each other.
 
-    Most pairs are decided by their bounding boxes and three points of each line. Measuring the distance of all lines
-    would be most of the work in crowded drawings.
+    For most pairs, the bounding boxes and three points of each line decide. In crowded drawings, measuring all
+    distances between lines would take most of the time.
     """
 
     def __init__(self, lines: NDArray[np.object_]) -> None:
@@ -81,9 +81,9 @@ class NearLines:
         reach: float,
         is_candidate: Callable[[Indices, Indices], NDArray[np.bool_]] | None = None,
     ) -> Iterator[tuple[Indices, Indices]]:
-        """Yield (index here, index in `targets`) of lines at most `reach` apart, in batches.
+        """Yield pairs (index in this object, index in `targets`) of lines at most `reach` apart, in batches.
 
-        `is_candidate` selects the pairs to test: from int64[k] and int64[k] to bool[k].
+        `is_candidate` returns a mask, bool[k], of the pairs to test, given both index arrays, int64[k].
         """
         for start in range(0, len(targets.lines), _LINES):
             min_x, min_y, max_x, max_y = targets.boxes[start : start + _LINES].T
@@ -113,7 +113,7 @@ class NearLines:
 
 
 class ShapeIndex:
-    """Index of shapely polygons or lines of any size; a query measures only the edges nearby."""
+    """Index of shapely polygons or lines of any size; a query measures only nearby edges."""
 
     def __init__(self, shapes: Any) -> None:
         self._shapes = np.array(shapes, dtype=object)
@@ -121,7 +121,7 @@ class ShapeIndex:
         self._tree = shapely.STRtree(self._shapes)
 
     def near(self, others: Any, distance: float) -> Indices:
-        """Return pairs (index in `others`, shape) of shapely objects within `distance`, mm, int64[2, k], sorted."""
+        """Return sorted pairs (index in `others`, index of shape) of shapes within `distance` mm, int64[2, k]."""
         others = np.asarray(others, dtype=object)
         min_x, min_y, max_x, max_y = shapely.bounds(others).T
         boxes = shapely.box(min_x - distance, min_y - distance, max_x + distance, max_y + distance)
@@ -131,7 +131,7 @@ class ShapeIndex:
 
 
 def unique_pairs(first: Indices, second: Indices) -> Indices:
-    """Return the distinct pairs (first, second) of non-negative numbers, sorted, int64[k, 2]."""
+    """Return the sorted distinct pairs (first, second) of non-negative numbers, int64[k, 2]."""
     stride = int(second.max(initial=0)) + 1
     keys = np.sort(first * stride + second)
     keys = keys[np.diff(keys, prepend=-1) > 0]
@@ -139,7 +139,7 @@ def unique_pairs(first: Indices, second: Indices) -> Indices:
 
 
 def linked(n: int, first: Indices, second: Indices) -> Indices:
-    """Return the connected component of each node 0 … n - 1, int64[n]; the pairs (first, second) are edges."""
+    """Return the number of the connected component of each node 0 … n - 1; the pairs (first, second) are edges."""
     parent = list(range(n))
 
     def root(k: int) -> int:

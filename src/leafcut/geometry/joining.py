@@ -14,14 +14,14 @@ from leafcut.geometry.cleaning import ends_of
 from leafcut.geometry.index import near_pairs
 from leafcut.geometry.polyline import Polyline
 
-#: Ends closer than this are drawn as one point, mm: drawings keep 4 to 6 digits.
+#: Ends closer than this count as one point, mm: drawings are stored with 4 to 6 digits.
 EXACT = 1e-4
-#: Minimum angle between two paths at a common end, radians; at smaller angles they overlap.
+#: Minimum angle between two paths at a common end, rad; at smaller angles they overlap.
 DOUBLED_BACK = 1e-3
 
 
 class Joined(NamedTuple):
-    """A joined path, the indices of its source paths in order, and the closed gaps (position, width in mm)."""
+    """A joined path, the indices of its source paths in order, and the gaps that were closed (position, width)."""
 
     path: Polyline
     members: list[int]
@@ -30,9 +30,9 @@ class Joined(NamedTuple):
 
 @dataclass
 class Joining:
-    """Joined paths in drawing order, and branches: positions where more than two ends meet.
+    """Joined paths in drawing order, and the branches: positions where more than two ends meet.
 
-    At a branch, the drawing order decides which ends belong together. This is a guess.
+    At a branch, the drawing order decides which ends are joined. This is a guess.
     """
 
     paths: list[Joined] = field(default_factory=list)
@@ -42,9 +42,9 @@ class Joining:
 def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
     """Join open paths whose ends are within `tolerance` mm of each other, nearest first; O(n log n).
 
-    Ends drawn as one point are joined before any gap is closed. If more than two ends meet, consecutive paths of the
-    drawing are joined first, then the paths with the sharpest corner, so that touching outlines do not cross. Both ends
-    of a closed gap move to its middle. Closed paths stay unchanged.
+    Coincident ends are joined before any gap is closed. If more than two ends meet, consecutive paths of the drawing
+    are joined first, then the paths with the sharpest corner, so that touching outlines do not cross. Both ends of a
+    closed gap move to its middle. Closed paths remain unchanged.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
     first, second, gaps = near_pairs(ends, tolerance)
     lengths = np.array([p.length for p in chosen])
     same_path = first // 2 == second // 2
-    # A short line is not closed on itself: its ends are close only because it is short.
+    # Do not join a short line to itself: its ends are close only because it is short.
     allowed = ~same_path | (lengths[first // 2] > 3.0 * np.maximum(gaps, EXACT)) & (
         lengths[first // 2] > 2.0 * tolerance
     )
@@ -78,10 +78,10 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
 def _partners_of_ends(
     paths: Sequence[Polyline], first: Indices, second: Indices, gaps: NDArray[np.float64], same_path: NDArray[np.bool_]
 ) -> Indices:
-    """Return the partner of each end, or -1. The nearest pairs are joined first, ties in drawing order."""
+    """Return the end joined to each end, or -1; the nearest pairs are joined first, and ties in drawing order."""
     distance = np.where(gaps <= EXACT, 0.0, gaps)
     follow = np.abs(first // 2 - second // 2) == 1
-    # The end of one line and the start of the next in the drawing: i is even for a start, odd for an end.
+    # Join the end of a path to the start of the next path in the drawing: starts are even numbers, ends are odd.
     head_to_tail = follow & (second - first == 1)
     rank = np.select([same_path, head_to_tail, follow], [0, 1, 2], 3)
     angle = _angles(paths, first, second, distance == 0.0)
@@ -97,7 +97,7 @@ def _partners_of_ends(
 def _angles(
     paths: Sequence[Polyline], first: Indices, second: Indices, exact: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """Return the angle between the paths of each pair of ends, rad; π unless more than two ends meet there."""
+    """Return the angle between the paths at each pair of ends, rad; π if no other end meets there."""
     crowded = np.bincount(np.concatenate([first[exact], second[exact]]), minlength=2 * len(paths)) > 1
     directions = {end: _inward_direction(paths[end // 2], end % 2 == 1) for end in np.flatnonzero(crowded).tolist()}
     angles = np.full(len(first), np.pi)
@@ -112,7 +112,7 @@ def _inward_direction(path: Polyline, at_end: bool) -> Point:
 
 
 def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps: NDArray[np.float64]) -> list[Point]:
-    """Return the positions where three or more ends meet, or where all partners of an end are taken."""
+    """Return the positions where three or more ends meet, or where all candidates for an end are already joined."""
     partners = np.bincount(np.concatenate([first, second]), minlength=len(ends))
     close = gaps <= EXACT
     exact = np.bincount(np.concatenate([first[close], second[close]]), minlength=len(ends))
@@ -121,7 +121,7 @@ def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps
 
 
 def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
-    """Return the chains of joined paths: the ends at which paths are entered, and whether the chain is closed.
+    """Return the chains of joined paths: the end at which each path is entered, and whether the chain is closed.
 
     End 2i is the start of path i, and end 2i + 1 is its end.
     """
@@ -133,7 +133,7 @@ def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
             continue
         entry = 2 * path
         while table[entry] >= 0 and table[entry] ^ 1 != 2 * path:
-            entry = table[entry] ^ 1  # back, path by path
+            entry = table[entry] ^ 1  # go back path by path
         loop = table[entry] >= 0
         entry = 2 * path if loop else entry
         walk = []
@@ -146,7 +146,7 @@ def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
 
 
 def _assemble(paths: list[Polyline], walk: list[int], loop: bool, gaps: list[tuple[Point, float]]) -> Polyline:
-    """Return the path of a chain, given the ends at which its paths are entered; add its closed gaps to `gaps`."""
+    """Return the path of a chain from the ends at which its paths are entered; add its closed gaps to `gaps`."""
     pieces = [paths[end // 2].reversed() if end % 2 else paths[end // 2] for end in walk]
     tables = [piece.vertices.copy() for piece in pieces]
     for k in range(0 if loop else 1, len(tables)):

@@ -1,4 +1,4 @@
-"""Distances of points from their best line and best circle, by moments, for all runs of points at once."""
+"""Mean squared distances of points from their best line and best circle, for all runs of points at once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _TINY = 1e-12
 
 
 class Moments(NamedTuple):
-    """Means, and central moments of x, y and z = x² + y², for the first n points of every row, for every n."""
+    """Means and central moments of x, y and z = x² + y² of the first n points of each row, for every n."""
 
     x: Floats
     y: Floats
@@ -25,9 +25,9 @@ class Moments(NamedTuple):
 
 
 def moments(points: Floats, weights: Floats) -> Moments:
-    """Return the moments of the first 1, 2, 3 … points of each row, float64[rows, n, 2].
+    """Return the moments of the first 1, 2, 3 … points of each row of `points`, float64[rows, n, 2].
 
-    The points should lie near the origin to keep precision.
+    The points should lie near the origin to preserve precision.
     """
     x, y = points[..., 0], points[..., 1]
     z = x * x + y * y
@@ -37,7 +37,7 @@ def moments(points: Floats, weights: Floats) -> Moments:
         return np.asarray(np.cumsum(weights * values, axis=1) / total)
 
     a, b, xx, yy, xy, xz, yz = mean(x), mean(y), mean(x * x), mean(y * y), mean(x * y), mean(x * z), mean(y * z)
-    # About the mean (a, b), z becomes z − 2ax − 2by + c with c = a² + b², and its mean the trace of the covariance.
+    # Relative to the mean (a, b), z becomes z − 2ax − 2by + c with c = a² + b². Its mean is the covariance's trace.
     c = a * a + b * b
     trace = np.maximum(xx + yy - c, 0.0)
     zz = mean(z * z) + 4.0 * (a * a * xx + b * b * yy + 2.0 * a * b * xy - a * xz - b * yz) + 2.0 * c * (xx + yy)
@@ -54,17 +54,17 @@ def moments(points: Floats, weights: Floats) -> Moments:
 
 
 def line_error(m: Moments) -> Floats:
-    """Return the mean squared distance from the best line: the smaller eigenvalue of the covariance."""
+    """Return the mean squared distance from the best line, which is the smaller eigenvalue of the covariance matrix."""
     half = 0.5 * (m.xx + m.yy)
     return np.maximum(half - np.sqrt(0.25 * (m.xx - m.yy) ** 2 + m.xy**2), 0.0)
 
 
 def circle_error(m: Moments) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return the approximate mean squared distance from the best circle, its centre (x and y), and its radius.
+    """Return the approximate mean squared distance from the best circle, x and y of its centre, and its radius.
 
     The centre is relative to the mean of the points.
 
-    Source: Taubin, "Estimation of planar curves …", IEEE Trans. PAMI 13 (1991); the root by Newton's method from 0 as
+    Source: Taubin, "Estimation of planar curves …", IEEE Trans. PAMI 13 (1991); Newton's method from 0 for the root, as
     in Chernov, "Circular and linear regression" (2010), section 5.9.
     """
     trace, area = m.xx + m.yy, m.xx * m.yy - m.xy**2

@@ -1,4 +1,4 @@
-"""Obstacles in the plane: which moves cross them, and the shortest paths around them.
+"""Obstacles in the plane: find the moves that cross them, and the shortest paths around them.
 
     map = ObstacleMap({0: part, 1: other}, walls={-1: clamp})
     map.path_around(a, b, {0}, radius=4.0)
@@ -21,19 +21,19 @@ from shapely.geometry.polygon import orient
 
 from leafcut.geometry.arrays import Floats, Indices, Point, Points
 
-#: A move that enters a polygon less deeply does not cross it, mm: moves may start at its edge and leave along it.
+#: Minimum depth at which a move crosses a polygon, mm, because moves may start at its edge and run along it.
 DEPTH = 0.1
-#: Distance of paths from corners, mm (an estimate: a larger one would not fit between close polygons), and clearance in
-#: addition to the radius of a head, mm.
+#: Distance of paths from corners, mm (an estimate: with a larger one, paths would not fit between close polygons), and
+#: clearance in addition to the radius of the head, mm.
 MARGIN, CLEARANCE = 1.0, 0.02
-#: Tolerance of the distance of paths from polygons, mm.
+#: Tolerance for the distance of paths from polygons, mm.
 SLACK = 0.01
-#: Maximum number of corners for a path, and of rounds that add the polygons on the path.
+#: Maximum number of candidate corners of a path, and of search rounds, each of which adds the polygons on the path.
 MOST_CORNERS, MOST_ROUNDS = 120, 3
-#: Radius of the area around an end that is searched for an exit, in radii of the head.
+#: Radius of the area around an end of the path in which an exit is searched, as a multiple of the head radius.
 ENCLOSING = 2.0
 
-#: Identifies a group of nodes: the number of a polygon, or a point and whether the path starts or ends there.
+#: Key of a group of nodes: the number of a polygon, or a point and whether it is an end of the path.
 _Key: TypeAlias = int | tuple[Point, bool]
 #: Possible corners of paths, float64[n, 2], mm, with their key: the corners of a polygon, or a single point.
 _Nodes: TypeAlias = tuple[_Key, Points]
@@ -42,9 +42,10 @@ _Nodes: TypeAlias = tuple[_Key, Points]
 def shortest_path(
     n: int, edges: Callable[[int], tuple[Indices, Floats]], start: int, ends: Collection[int]
 ) -> list[int] | None:
-    """Return the nodes of the shortest path from `start` to the nearest of `ends` in a graph of `n` nodes, or None.
+    """Return the nodes of the shortest path from `start` to the nearest node of `ends`, or None if there is no path.
 
-    `edges` returns the neighbours of a node, int64[k], and their distances, float64[k], infinite without an edge.
+    `n` is the number of nodes. `edges` returns the neighbours of a node, int64[k], and their distances, float64[k],
+    which are infinite where no edge exists.
     """
     best, previous, queue = np.full(n, np.inf), dict[int, int](), [(0.0, start)]
     best[start] = 0.0
@@ -61,17 +62,17 @@ def shortest_path(
         totals = length + distances
         shorter = totals < best[neighbours]
         for neighbour, total in zip(neighbours[shorter].tolist(), totals[shorter].tolist(), strict=True):
-            if total < best[neighbour]:  # two edges may join the same nodes
+            if total < best[neighbour]:  # two edges may connect the same nodes
                 best[neighbour], previous[neighbour] = total, node
                 heapq.heappush(queue, (total, neighbour))
     return None
 
 
 class ObstacleMap:
-    """Obstacles for a head: polygons, of which any subset may stand in its way, and walls, which always do.
+    """Obstacles for a head: walls, which always block it, and polygons, which block it only if they are `standing`.
 
-    The head keeps its radius from standing polygons, and its centre never crosses a wall. Results are cached for any
-    set of standing polygons.
+    The head keeps its radius away from standing polygons, and its centre never crosses a wall. Results are cached for
+    each set of standing polygons.
     """
 
     def __init__(self, polygons: Mapping[int, Any], walls: Mapping[int, Any]) -> None:
@@ -86,14 +87,14 @@ class ObstacleMap:
         self._crossed: dict[tuple[Point, Point], frozenset[int]] = {}
         self._met: dict[tuple[Point, Point, float], frozenset[int]] = {}
         self._between: dict[tuple[_Key, _Key, float], NDArray[np.int64]] = {}
-        # Cached paths by ends and radius: the polygons that influenced the path, the standing ones among them, and the
-        # corners of the path.
+        # Cached paths by ends and radius: the polygons that influenced the path, those of them that were standing, and
+        # the corners of the path.
         self._paths: dict[
             tuple[Point, Point, float], list[tuple[frozenset[int], frozenset[int], list[Point] | None]]
         ] = {}
 
     def polygons_crossed(self, a: Point, b: Point) -> frozenset[int]:
-        """Return the polygons, without walls, that a straight move crosses, standing or not."""
+        """Return the polygons that a straight move crosses, whether standing or not, without walls."""
         if (a, b) not in self._crossed:
             hit = self._inner.query(shapely.LineString([a, b]), predicate="intersects")
             self._crossed[a, b] = frozenset(self._numbers[k] for k in hit.tolist()) - self._walls
@@ -121,7 +122,7 @@ class ObstacleMap:
         return found
 
     def _find_path(self, a: Point, b: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point] | None:
-        """Return the corners of a path or None, and add the polygons that influence it to `seen`."""
+        """Return the corners of a path, or None; add all polygons that influence the result to `seen`."""
         met = self.polygons_approached(a, b, radius) if radius > 0.0 else self.polygons_crossed(a, b)
         seen |= met
         apart = math.dist(a, b) > (ENCLOSING + 1.0) * radius > 0.0
@@ -146,7 +147,7 @@ class ObstacleMap:
         return None
 
     def _is_enclosed(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> bool:
-        """Return whether standing polygons leave the head no exit from the area around a point."""
+        """Return whether standing polygons block every exit from the area around a point."""
         point, reach = shapely.Point(place), ENCLOSING * radius
         near = self._numbers_near(point, reach + radius)
         seen.update(near)
@@ -160,7 +161,9 @@ class ObstacleMap:
         return [self._numbers[k] for k in self._whole.query(point, predicate="dwithin", distance=distance).tolist()]
 
     def _clear_points_nearby(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point]:
-        """Return, for each standing polygon within the radius, the nearest clear point straight away from it."""
+        """Return a clear point for each standing polygon within the radius: the nearest one straight away from the
+        polygon.
+        """
         point, away = shapely.Point(place), list[Point]()
         for number in self._numbers_near(point, radius) if radius > 0.0 else ():
             x, y = shapely.get_coordinates(shapely.shortest_line(self.shapes[number], point))[0]
@@ -176,8 +179,8 @@ class ObstacleMap:
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return pairs (line, polygon) where a line comes within `radius` mm of a polygon.
 
-        `lines` is float64[n, 2, 2]. `ends`, bool[n, 2], marks the ends of the whole path: within `radius` mm of such an
-        end, a line may come nearer.
+        `lines` is float64[n, 2, 2]. `ends`, bool[n, 2], marks the ends of the whole path. Within `radius` mm of such an
+        end, a line may come closer.
         """
         step = lines[:, 1] - lines[:, 0]
         length = np.maximum(np.hypot(*step.T), 1e-12)
@@ -189,7 +192,7 @@ class ObstacleMap:
         return some[at], what
 
     def _passing_corners(self, number: int, radius: float) -> Points:
-        """Return the corners, float64[k, 2], at which paths may turn around an obstacle: its grown convex corners."""
+        """Return the corners at which paths may turn around an obstacle: the convex corners of its enlarged outline."""
         distance = max(MARGIN, radius + CLEARANCE)
         if (number, distance) not in self._corners:
             shape = self.shapes[number].simplify(0.25 * MARGIN)
@@ -200,9 +203,10 @@ class ObstacleMap:
         return self._corners[number, distance]
 
     def _met_between(self, nodes: Sequence[_Nodes], radius: float) -> NDArray[np.int64]:
-        """Return rows (node, node, obstacle): a straight line between both nodes crosses or approaches the obstacle.
+        """Return rows (node, node, obstacle) for each obstacle that the straight line between two nodes crosses or
+        approaches.
 
-        Rows are cached, because they depend neither on the standing polygons nor, mostly, on the ends of the path.
+        Rows are cached, because they do not depend on the standing polygons, and mostly not on the ends of the path.
         """
         pairs = [(i, j) for i in range(len(nodes)) for j in range(i, len(nodes))]
         keys = [(nodes[i][0], nodes[j][0], radius) for i, j in pairs]
@@ -229,8 +233,8 @@ class ObstacleMap:
     def _obstacles_on(
         self, lines: NDArray[np.float64], ends: NDArray[np.bool_], radius: float
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return pairs (line, obstacle) where a line crosses or approaches an obstacle, in the order of the lines."""
-        # A line between corners comes within the radius of all polygons that it crosses; walls have no such distance.
+        """Return pairs (line, obstacle) where a line crosses or approaches an obstacle, sorted by line."""
+        # A line between corners is within the radius of each polygon that it crosses. Walls require no distance.
         both = ends.any(axis=1) | (radius <= DEPTH)
         some, others = np.flatnonzero(both), np.flatnonzero(~both)
         at, what = self._inner.query(shapely.linestrings(lines[some]), predicate="intersects")
@@ -246,7 +250,7 @@ class ObstacleMap:
     ) -> tuple[list[Point] | None, set[int]]:
         """Return the shortest path from the first node to the second along lines that no remaining obstacle blocks.
 
-        If there is no such path, return None and the remaining polygons that block lines.
+        If there is no such path, return None and the remaining polygons that block a line.
         """
         places = np.concatenate([of for _, of in nodes])
         length = np.hypot(*(places[:, None] - places[None, :]).transpose(2, 0, 1))
@@ -265,5 +269,5 @@ class ObstacleMap:
 
 
 def _pairs(n: int, m: int, same: bool) -> NDArray[np.int64]:
-    """Return all pairs of indices below n and m, int64[2, k]; if `same`, all pairs of two different indices below n."""
+    """Return all pairs of an index below n and an index below m, int64[2, k]; if `same`, all pairs i ≠ j below n."""
     return np.array(np.triu_indices(n, 1) if same else np.indices((n, m)).reshape(2, -1))

@@ -1,4 +1,4 @@
-"""Offset a closed path by a distance, keeping arcs: kerf compensation, clearance, spacing."""
+"""Offset closed paths while preserving arcs, for kerf compensation, clearance and spacing."""
 
 from __future__ import annotations
 
@@ -15,22 +15,23 @@ from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.parallel import parallel
 from leafcut.geometry.polyline import Polyline
 
-#: Chord error in the check of a result, as a share of the tolerance.
+#: Chord error for checking a result, as a share of the tolerance.
 FINE = 0.125
 #: GEOS moves the points of shallow concave parts by up to this share of the distance (its `simplifyFactor`).
 GEOS_SLACK = 0.01
 
 
 def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Polyline]:
-    """Return the edges of the area inside a closed path after growing it by `distance` mm on all sides.
+    """Return the boundary of the area inside a closed path after growing it by `distance` mm on all sides.
 
-    Outward corners become arcs about the corner: the edge of the area swept by a round tool of that radius. Lines stay
-    lines and arcs stay arcs if every element of the path has a parallel. Otherwise the edge is computed with chords
-    (shapely's buffer), and arcs are fitted to them. Both results are checked: each point is at the distance from the
-    path, within `tolerance`.
+    At outward corners, the boundary follows an arc around the corner, as if a round tool of that radius swept the area.
+    Lines stay lines and arcs stay arcs if every element of the path has a parallel. Otherwise the boundary is computed
+    with chords (shapely's buffer), and arcs are fitted to them. Both kinds of result are checked: each point is at the
+    given distance from the path, within `tolerance`.
 
-    A negative distance shrinks the area, whatever the direction of the path. The results are closed, largest first:
-    counter-clockwise outer edges, clockwise edges of holes that growing enclosed; empty if nothing is left.
+    A negative distance shrinks the area, whatever the direction of the path. The results are closed, largest first.
+    Outer boundaries are counter-clockwise; holes enclosed by growing are clockwise. The list is empty if no area
+    remains.
 
     Raises
     ------
@@ -53,7 +54,7 @@ def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Pol
 
 
 def _fit_ring(ring: Points, check: _OffsetCheck, tolerance: float) -> Polyline:
-    """Return a ring of chords as lines and arcs, or unchanged if no arcs fit."""
+    """Fit lines and arcs to a ring of chords; return it unchanged if no arcs fit."""
     moved = check.moved_to_distance(ring)
     for points, reach in ((moved, 0.5), (moved, 0.2), (ring, 0.2)):
         candidate = fit_arcs(points, reach * tolerance, closed=True)
@@ -63,7 +64,7 @@ def _fit_ring(ring: Points, check: _OffsetCheck, tolerance: float) -> Polyline:
 
 
 def _rings(region: Any, distance: float, fine: float, tolerance: float) -> Iterator[Points]:
-    """Yield the rings of the buffered region, float64[n, 2] without the repeated end, largest first."""
+    """Yield the rings of the buffered region, largest first, float64[n, 2]; the first point is not repeated."""
     step = 2.0 * math.acos(max(1.0 - fine / abs(distance), 0.0))
     grown = region.buffer(distance, quad_segs=min(max(math.ceil(0.5 * math.pi / step), 4), 256))
     pieces = [p for p in getattr(grown, "geoms", [grown]) if not p.is_empty]
@@ -73,14 +74,14 @@ def _rings(region: Any, distance: float, fine: float, tolerance: float) -> Itera
         points = np.asarray(ring.coords)[:-1, :2]
         x, y = points.T - points[0][:, None]
         area = 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-        # The remainder of a passage exactly as wide as the tool is not an edge to cut.
+        # A passage exactly as wide as the tool leaves a sliver that is not an edge to cut.
         if 2.0 * abs(area) > tolerance * ring.length:
             sized.append((abs(area), points if area * sign > 0.0 else points[::-1]))
     yield from (points for _, points in sorted(sized, key=lambda pair: -pair[0]))
 
 
 class _OffsetCheck:
-    """Checks offset paths against the original path, given in fine chords."""
+    """Checks offset paths against the original path, which is given as fine chords."""
 
     def __init__(self, path: Polyline, distance: float, tolerance: float) -> None:
         self.distance, self.tolerance = distance, tolerance
@@ -95,7 +96,9 @@ class _OffsetCheck:
         shapely.prepare(self.edge)
 
     def agrees(self, candidate: Polyline, ring: Points) -> bool:
-        """Return whether an offset path is at the distance everywhere, does not cross itself, and covers the ring."""
+        """Return whether an offset path has the right distance everywhere, does not cross itself, and covers the
+        ring.
+        """
         if candidate.n_segments < 2:
             return False
         points = candidate.flattened(FINE * self.tolerance)
@@ -110,7 +113,7 @@ class _OffsetCheck:
         return bool(shapely.dwithin(candidate_ring, shapely.points(expected), max_distance).all())
 
     def moved_to_distance(self, ring: Points) -> Points:
-        """Return points moved to the exact distance from the nearest point of the path."""
+        """Move points to the exact distance from the nearest point of the path."""
         points = shapely.points(ring)
         lines = shapely.shortest_line(self.edge, points)
         feet = shapely.get_coordinates(shapely.get_point(lines, 0))

@@ -1,7 +1,7 @@
-"""Remove lines and arcs drawn on top of each other, unless two neighbouring outlines share them.
+"""Remove lines and arcs that are drawn on top of each other, unless two neighbouring outlines share them.
 
-Overlapping lines are split at each other's ends, so that duplicates match exactly. One of each is kept. A duplicate is
-restored if an outline needs it: without it, an odd number of ends would meet.
+Overlapping lines are split at each other's ends, so that duplicates match exactly. Then one copy of each piece is kept.
+A duplicate is restored if an outline needs it, because an odd number of ends would meet without it.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ _FULL = 2.0 * np.pi
 
 
 class PathsWithoutOverlaps(NamedTuple):
-    """Remaining paths, each with the index of its source path, and the positions of the removed pieces."""
+    """The remaining paths with the index of their source path, and the positions of the removed pieces."""
 
     paths: list[tuple[Polyline, int]]
     removed: list[Point]
 
 
 def without_overlaps(paths: Sequence[Polyline]) -> PathsWithoutOverlaps:
-    """Return open paths with every repeated line and arc kept once; O(n log n).
+    """Return open paths with one copy of every repeated line and arc; O(n log n).
 
-    Closed paths and open paths without overlap are unchanged; the others are returned in pieces.
+    Closed paths, and open paths without overlap, are unchanged. All other paths are returned in pieces.
     """
     table = _segments(paths)
     cuts = _split_positions(table)
@@ -56,7 +56,7 @@ def without_overlaps(paths: Sequence[Polyline]) -> PathsWithoutOverlaps:
 
 
 class _Segments(NamedTuple):
-    """Lines and arcs in columns: both ends, bulge, length, centre and radius (NaN for lines), and path index."""
+    """Columns of lines and arcs: both ends, bulge, length, centre and radius (NaN for lines), and path index."""
 
     a: Points
     b: Points
@@ -85,7 +85,7 @@ def _segments(paths: Sequence[Polyline]) -> _Segments:
 
 
 def _split_positions(table: _Segments) -> dict[int, list[float]]:
-    """Return for each overlapping segment the positions at which to split it, mm from its start, in order."""
+    """Return the sorted positions at which to split each overlapping segment, mm from its start."""
     positions: dict[int, list[float]] = {}
     for first, second in (_line_pairs(table), _arc_pairs(table)):
         for i, j in ((first, second), (second, first)):
@@ -133,7 +133,7 @@ def _lines_overlap(table: _Segments, i: Indices, j: Indices) -> NDArray[np.bool_
 
 
 def _end_positions(table: _Segments, i: Indices, j: Indices) -> tuple[Floats, Floats]:
-    """Return the positions of both ends of segments j along segments i of the same line or circle, mm."""
+    """Return the positions of both ends of segments `j` along segments `i` of the same line or circle, mm."""
     line = table.bulge[i] == 0.0
     with np.errstate(invalid="ignore"):
         direction = (table.b[i] - table.a[i]) / table.length[i][:, None]
@@ -143,7 +143,7 @@ def _end_positions(table: _Segments, i: Indices, j: Indices) -> tuple[Floats, Fl
         on_arc = []
         for p in (table.a[j], table.b[j]):
             angle = np.arctan2(*(p - table.center[i]).T[::-1]) - first
-            # A point slightly before the start counts as before it, not as nearly a full turn after it.
+            # A point slightly before the start counts as before it, not as almost a full turn after it.
             turn = np.mod(side * angle + 1e-9, _FULL) - 1e-9
             on_arc.append(turn * radius)
     return np.where(line, on_line[0], on_arc[0]), np.where(line, on_line[1], on_arc[1])
@@ -179,7 +179,7 @@ def _arcs_overlap(table: _Segments, i: Indices, j: Indices) -> NDArray[np.bool_]
 
 
 def _repeated_pieces(pieces: list[Polyline]) -> list[int]:
-    """Return the pieces that repeat an earlier piece, in either direction."""
+    """Return the indices of pieces that repeat an earlier piece, in either direction."""
     if not pieces:
         return []
     middles = np.array([p.point_at(0.5 * p.length) for p in pieces])
@@ -196,9 +196,9 @@ def _repeated_pieces(pieces: list[Polyline]) -> list[int]:
 
 
 def _needed_pieces(pieces: list[tuple[Polyline, int]], repeated: list[int], outlines: list[Polyline]) -> set[int]:
-    """Return the extra pieces without which an odd number of three or more ends would meet.
+    """Return the duplicates to restore so that an even number of ends meets wherever three or more ends meet.
 
-    Along every tree of extra pieces, the odd ends are joined in pairs (a T-join, leaves first).
+    Along every tree of duplicates, odd ends are connected in pairs (a T-join, computed from the leaves).
     """
     ends = ends_of([*(p for p, _ in pieces), *outlines])
     node = _end_numbers(ends)

@@ -1,6 +1,6 @@
-"""Parallel of a closed path, element by element: lines stay lines and arcs stay arcs.
+"""Construct the parallel of a closed path element by element, so that lines stay lines and arcs stay arcs.
 
-Exact if every line and arc of the path has a counterpart in the parallel; the caller checks that.
+The result is exact if every line and arc of the path has a counterpart in the parallel. The caller checks this.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from leafcut.geometry.polyline import Polyline, Segment
 
 
 class Element(NamedTuple):
-    """A parallel line or arc; `turn` is the arc's angle, positive counter-clockwise, 0 for a line."""
+    """A line or arc of the parallel; `turn` is the angle of the arc, positive counter-clockwise, 0 for a line."""
 
     start: Point
     end: Point
@@ -27,11 +27,9 @@ class Element(NamedTuple):
 def parallel(path: Polyline, distance: float, tolerance: float) -> Polyline | None:
     """Return the parallel at `distance` mm to the right of a closed path (negative: to its left), or None.
 
-    Gaps at corners are closed by arcs about the corner, overlaps are cut at the intersection. None if an element has no
-    parallel (an arc with a radius smaller than the distance) or two neighbours do not meet. The result may still cross
-    itself.
-
-    Ends closer than `tolerance` mm coincide.
+    Gaps at corners are closed by arcs around the corner, and overlaps are cut at the intersection. The result is None
+    if an element has no parallel (an arc with a radius below the distance), or if two neighbours do not meet. The
+    result may still cross itself. Ends closer than `tolerance` mm coincide.
     """
     shifted = [_shifted_element(s, distance) for s in path.segments() if s.start != s.end]
     if len(shifted) < 2 or any(e is None for e in shifted):
@@ -71,7 +69,7 @@ def _shifted_element(s: Segment, distance: float) -> Element | None:
         length = math.hypot(dx, dy)
         ox, oy = dy / length * distance, -dx / length * distance
         return Element((s.start[0] + ox, s.start[1] + oy), (s.end[0] + ox, s.end[1] + oy))
-    # Right of a counter-clockwise arc is away from its centre.
+    # For a counter-clockwise arc, the right side is away from the centre.
     radius = s.radius + math.copysign(distance, s.bulge * distance)
     if radius <= 1e-6 * s.radius:
         return None
@@ -83,7 +81,7 @@ def _shifted_element(s: Segment, distance: float) -> Element | None:
 
 
 def _direction(e: Element, at_end: bool) -> Point:
-    """Return the direction of travel at an end, not normalised."""
+    """Return the direction of travel at one end, not normalised."""
     if e.turn == 0.0:
         return (e.end[0] - e.start[0], e.end[1] - e.start[1])
     x, y = e.end if at_end else e.start
@@ -92,12 +90,12 @@ def _direction(e: Element, at_end: bool) -> Point:
 
 
 def _turn(a: Point, b: Point) -> float:
-    """Return the angle from direction `a` to direction `b`, -π to π."""
+    """Return the angle from direction `a` to direction `b`, from -π to π."""
     return math.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])
 
 
 def _nearest_intersection(a: Element, b: Element) -> Point | None:
-    """Return the intersection nearest to the common end; None if they do not intersect."""
+    """Return the intersection nearest to the common end, or None if there is no intersection."""
     reference = (0.5 * (a.end[0] + b.start[0]), 0.5 * (a.end[1] + b.start[1]))
     if a.turn == 0.0 and b.turn == 0.0:
         points = _line_line(a, b)
@@ -146,9 +144,9 @@ def _circle_circle(a: Element, b: Element) -> list[Point]:
 
 
 def _trimmed_bulge(e: Element) -> float | None:
-    """Return the bulge of an element trimmed at its ends; None if nothing of an arc is left.
+    """Return the bulge of an element trimmed at its ends, or None if nothing remains of an arc.
 
-    A line trimmed beyond its own start reverses its direction; the caller's distance check detects that.
+    If a line is trimmed to before its own start, its direction is reversed; the caller's distance check detects that.
     """
     if e.turn == 0.0:
         return 0.0

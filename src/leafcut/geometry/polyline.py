@@ -1,7 +1,7 @@
 """`Polyline`: connected lines and circular arcs, open or closed, for contours, leads and cuts.
 
-An arc is given by its bulge, as in DXF (LWPOLYLINE, group code 42): the tangent of a quarter of its angle, positive
-counter-clockwise; 0 is a straight line, 1 a half circle. A full circle is two half circles.
+An arc is given by its bulge, as in DXF (LWPOLYLINE, group code 42). The bulge is the tangent of a quarter of the arc's
+angle, positive counter-clockwise: 0 is a straight line, 1 a half circle. A full circle consists of two half circles.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from numpy.typing import ArrayLike, NDArray
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Points
 
-#: Maximum bulge of a straight line: over a metre its arc rises by less than a nanometre.
+#: Maximum bulge of a straight line: over a metre, the arc rises by less than a nanometre.
 STRAIGHT = 1e-9
 #: Lines closer than this coincide, mm.
 COINCIDENT = 0.01
 
 
 class Segment(NamedTuple):
-    """A line or arc: from `start` to `end` (mm), `bulge` 0 for a line; `center` and `radius` are NaN for a line."""
+    """A line or arc from `start` to `end`, mm. For a line, `bulge` is 0, and `center` and `radius` are NaN."""
 
     start: tuple[float, float]
     end: tuple[float, float]
@@ -42,13 +42,14 @@ class Segment(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Polyline:
-    """Vertices, each with the bulge of the segment that starts there.
+    """Vertices with the bulge of the segment that starts at each.
 
     Attributes
     ----------
     vertices
-        float64[n, 3]: x and y in mm, and the bulge to the next vertex. The last bulge closes a closed polyline, whose
-        first vertex is not repeated. For an open polyline, the last bulge is 0.
+        float64[n, 3]: x and y in mm, and the bulge to the next vertex. A closed polyline does not repeat its first
+        vertex;
+        its last bulge belongs to the segment back to the first vertex. The last bulge of an open polyline is 0.
     """
 
     vertices: NDArray[np.float64]
@@ -63,7 +64,9 @@ class Polyline:
 
     @classmethod
     def of_points(cls, points: ArrayLike, closed: bool = False) -> Polyline:
-        """Return straight lines through n points (x, y in mm); a repeated last point is dropped if closed."""
+        """Create a polyline of straight lines through n points (x, y in mm); if closed, a repeated last point is
+        dropped.
+        """
         xy = np.asarray(points, dtype=np.float64).reshape(-1, 2)
         if closed and len(xy) > 1 and np.array_equal(xy[0], xy[-1]):
             xy = xy[:-1]
@@ -71,7 +74,7 @@ class Polyline:
 
     @classmethod
     def circle(cls, x: float, y: float, radius: float, clockwise: bool = False) -> Polyline:
-        """Return a circle that starts at its rightmost point, counter-clockwise by default."""
+        """Create a circle that starts at its rightmost point, counter-clockwise by default."""
         bulge = -1.0 if clockwise else 1.0
         return cls(np.array([[x + radius, y, bulge], [x - radius, y, bulge]]), closed=True)
 
@@ -82,20 +85,20 @@ class Polyline:
 
     @cached_property
     def _ends(self) -> Points:
-        """Start and end of each segment (x0, y0, x1, y1), float64[m, 4]."""
+        """Start and end of each segment, x0, y0, x1, y1, float64[m, 4]."""
         xy = self.vertices[:, :2]
         after = np.concatenate([xy[1:], xy[:1]]) if self.closed else xy[1:]
         return np.concatenate([xy[: self.n_segments], after], axis=1)
 
     @cached_property
     def bulges(self) -> Points:
-        """Bulge of every segment, float64[m]; 0 if straight within rounding."""
+        """Bulge of each segment, float64[m]; 0 if straight within rounding."""
         bulges = self.vertices[: self.n_segments, 2]
         return np.where(np.abs(bulges) < STRAIGHT, 0.0, bulges)
 
     @cached_property
     def lengths(self) -> Points:
-        """Length of every segment, float64[m], mm."""
+        """Length of each segment, mm, float64[m]."""
         chord = np.hypot(self._ends[:, 2] - self._ends[:, 0], self._ends[:, 3] - self._ends[:, 1])
         if not self.bulges.any():
             return chord
@@ -111,11 +114,11 @@ class Polyline:
 
     @cached_property
     def area(self) -> float:
-        """Area inside a closed polyline, mm²; negative if clockwise, 0 for an open polyline."""
+        """Area inside a closed polyline, mm²: negative if clockwise, 0 if open."""
         if not self.closed:
             return 0.0
         x0, y0, x1, y1 = self._ends.T
-        # Relative to the first vertex, so that large coordinates do not cost the precision of a small area.
+        # Use coordinates relative to the first vertex, so that a small area far from the origin stays precise.
         x0, x1, y0, y1 = (
             x0 - self.vertices[0, 0],
             x1 - self.vertices[0, 0],
@@ -128,7 +131,7 @@ class Polyline:
         return float(np.sum(0.5 * (x0 * y1 - x1 * y0) + 0.5 * radius**2 * (angle - np.sin(angle))))
 
     def segment(self, index: int) -> Segment:
-        """Return one segment; negative indices count from the end."""
+        """Return the segment at an index; negative indices count from the end."""
         return self._segments[index]
 
     @cached_property
@@ -146,12 +149,12 @@ class Polyline:
 
     @property
     def end(self) -> tuple[float, float]:
-        """End point, mm; for a closed polyline the start."""
+        """End point, mm; for a closed polyline, its start point."""
         return self.start if self.closed else (float(self.vertices[-1, 0]), float(self.vertices[-1, 1]))
 
     @cached_property
     def extents(self) -> tuple[float, float, float, float]:
-        """Minimum x and y, maximum x and y, arcs included, mm."""
+        """Minimum x and y, then maximum x and y, including arcs, mm."""
         blocks = [self.vertices[:, :2]]
         arcs = np.flatnonzero(self.bulges).tolist() if self.vertices[:, 2].any() else []
         for s in map(self.segment, arcs):
@@ -169,7 +172,7 @@ class Polyline:
         return (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
 
     def flattened(self, tolerance: float = 0.01) -> Points:
-        """Return points along the polyline, float64[k, 2]; the chord error of arcs is at most `tolerance` mm.
+        """Return points along the polyline, float64[k, 2], where the chord error of arcs is at most `tolerance` mm.
 
         For a closed polyline, the first point is repeated at the end.
         """
@@ -180,7 +183,7 @@ class Polyline:
         return np.concatenate(points)
 
     def reversed(self) -> Polyline:
-        """Return the reversed polyline; a closed polyline still starts at the same vertex."""
+        """Return the polyline in reverse direction; a closed polyline still starts at the same vertex."""
         xy = self.vertices[::-1, :2]
         if self.closed:
             xy = np.roll(xy, 1, axis=0)
@@ -201,11 +204,11 @@ class Polyline:
 
     @cached_property
     def _distances(self) -> tuple[list[float], list[float]]:
-        """Distance along the path from its start to the end of each segment, and length of each segment, mm."""
+        """Distance from the start of the path to the end of each segment, and length of each segment, mm."""
         return np.cumsum(self.lengths).tolist(), self.lengths.tolist()
 
     def _locate(self, distance: float) -> tuple[int, float]:
-        """Return the index of the segment at a distance from the start, and the share of the segment before it."""
+        """Return the segment at a distance from the start, and the share of its length before that position."""
         if self.closed and self.length > 0.0:
             distance %= self.length
         ends, lengths = self._distances
@@ -215,12 +218,14 @@ class Polyline:
         return index, min(max((distance - before) / length, 0.0), 1.0) if length > 0.0 else 0.0
 
     def point_at(self, distance: float) -> tuple[float, float]:
-        """Return the point at a distance from the start, mm; beyond an end of an open polyline, that end."""
+        """Return the point at a distance from the start, mm; beyond the ends of an open polyline, the nearer end."""
         index, share = self._locate(distance)
         return _along(self.segment(index), share)
 
     def direction_at(self, distance: float) -> tuple[float, float]:
-        """Return the unit vector of travel at a distance from the start, mm; at a vertex, of the following segment."""
+        """Return the unit vector of travel at a distance from the start, mm; at a vertex, that of the following
+        segment.
+        """
         index, share = self._locate(distance)
         s = self.segment(index)
         if not s.is_arc:
@@ -231,9 +236,9 @@ class Polyline:
         return (-(y - s.center[1]) / s.radius * side, (x - s.center[0]) / s.radius * side)
 
     def piece(self, start: float, end: float) -> Polyline:
-        """Return the open polyline between two distances from the start, `start` ≤ `end`, mm.
+        """Return the open polyline between two distances from the start, mm, where `start` ≤ `end`.
 
-        For a closed polyline, `end` may exceed its length: the piece continues past the start for up to one more round.
+        For a closed polyline, `end` may exceed the length: the piece continues past the start for up to one more round.
         """
         if not self.closed:
             start, end = max(start, 0.0), min(end, self.length)
@@ -258,7 +263,7 @@ class Polyline:
 
 
 def joined(*pieces: Polyline) -> Polyline:
-    """Return the concatenation of open polylines, each of which starts at the end of the previous polyline."""
+    """Concatenate open polylines, each of which starts at the end of the previous polyline."""
     rows = [p.vertices[:-1] for p in pieces if p.n_segments]
     ends = [p for p in pieces if p.n_segments]
     if not ends:
@@ -271,7 +276,7 @@ def _segment(ends: Sequence[float], bulge: float) -> Segment:
     x0, y0, x1, y1 = ends
     if bulge == 0.0:
         return Segment((x0, y0), (x1, y1), 0.0, (math.nan, math.nan), math.nan)
-    # The centre lies on the chord's bisector, (1 − b²)/4b of the chord to its left.
+    # The centre lies on the chord's bisector, to the left of the chord by (1 − b²)/4b of its length.
     off = (1.0 - bulge * bulge) / (4.0 * bulge)
     center = (0.5 * (x0 + x1) - off * (y1 - y0), 0.5 * (y0 + y1) + off * (x1 - x0))
     return Segment((x0, y0), (x1, y1), bulge, center, math.hypot(x0 - center[0], y0 - center[1]))
@@ -288,12 +293,14 @@ def _along(s: Segment, share: float) -> tuple[float, float]:
     return (s.center[0] + s.radius * math.cos(angle), s.center[1] + s.radius * math.sin(angle))
 
 
-#: Maximum number of chords per arc, so that too small a tolerance does not fill the memory.
+#: Maximum number of chords per arc, so that a very small tolerance does not exhaust the memory.
 MAX_CHORDS = 2000
 
 
 def _chords(s: Segment, tolerance: float) -> Points:
-    """Return the ends of the chords of an arc, float64[k, 2]; the height r·(1 − cos(step/2)) is at most `tolerance`."""
+    """Return the end points of the chords of an arc, float64[k, 2]; their error r·(1 − cos(step/2)) is at most
+    `tolerance`.
+    """
     turn = 4.0 * math.atan(s.bulge)
     step = 2.0 * math.acos(max(1.0 - tolerance / s.radius, 0.0)) if s.radius > 0.0 else math.pi
     count = min(max(math.ceil(abs(turn) / max(step, 1e-6)), 1), MAX_CHORDS)

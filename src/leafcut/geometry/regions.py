@@ -1,4 +1,4 @@
-"""Regions of the plane as shapely polygons, created from paths; offsets allow for the chord error of arcs."""
+"""Create regions of the plane from paths, as shapely polygons. Offsets allow for the chord error of arcs."""
 
 from __future__ import annotations
 
@@ -15,12 +15,13 @@ from leafcut.message import Message
 
 #: Chord error of walls and offsets, as a share of the tolerance.
 FINE = 0.125
-#: Minimum length of a slot as wide as the tool, in tool radii; shorter slots are tips of corners.
+#: Minimum length of a slot as wide as the tool, in tool radii; anything shorter is the tip of a corner.
 LONG = 0.05
 
 
 def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float = 0.01, name: str = "region") -> Any:
-    """Return the area inside an outline and outside islands as a valid shapely Polygon, exterior counter-clockwise.
+    """Return the area inside an outline and outside its islands as a valid shapely Polygon with a counter-clockwise
+    exterior.
 
     The chord error of arcs is at most an eighth of the tolerance.
 
@@ -39,17 +40,17 @@ def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float
 
 
 def shrink(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
-    """Return a polygon shrunk by a distance, mm; each point of the result is at least that far from the old edge."""
+    """Shrink a polygon by a distance, mm; each point of the result is at least that far from the original edge."""
     fine = FINE * tolerance
-    # A buffer's arcs are chords, which come closer to the edge by the height of a chord.
+    # The arcs of a buffer consist of chords, which are closer to the edge by the chord error.
     return shape.buffer(-(distance + fine), quad_segs=chords_per_quarter(distance, fine))
 
 
 def tool_centres(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
-    """Return the allowed positions of a tool centre that keeps a distance, mm, from the edge of a polygon.
+    """Return the area in which the centre of a tool is at least a distance, mm, from the edge of a polygon.
 
-    Where the shape is as wide as the tool, within the tolerance, the result is a strip along the centre line, half a
-    tolerance wide on either side. There the tool touches both walls.
+    Where the shape is as wide as the tool, within the tolerance, the result is a strip along the centre line that
+    extends by half a tolerance to either side. There the tool touches both walls.
     """
     centres = shrink(shape, distance, tolerance)
     slack = 0.5 * tolerance
@@ -71,7 +72,7 @@ def _box_diagonal(shape: Any) -> float:
 
 
 def swept(shape: Any, radius: float, tolerance: float = 0.01) -> Any:
-    """Return the area swept by a disc whose centre visits a shape (lines or polygons), within the chord error."""
+    """Return the area swept by a disc whose centre moves over a shape (lines or polygons), within the chord error."""
     return shape.buffer(radius, quad_segs=chords_per_quarter(radius, FINE * tolerance))
 
 
@@ -87,5 +88,5 @@ def polygons(shape: Any) -> list[Any]:
 
 
 def as_polyline(points: Any, closed: bool = False) -> Polyline:
-    """Return a polyline of straight lines through points, float64[n, 2] or shapely coordinates."""
+    """Return a polyline of straight lines through points (float64[n, 2], or shapely coordinates)."""
     return Polyline.of_points(np.asarray(points, dtype=np.float64)[:, :2], closed)

@@ -1,4 +1,4 @@
-"""Convert the strokes of a drawing to outlines: joined, without duplicates."""
+"""Convert the strokes of a drawing to outlines: join them and remove duplicates."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from leafcut.geometry.cleaning import ends_of
 from leafcut.geometry.joining import Joined, Joining, join
 from leafcut.geometry.polyline import COINCIDENT, Polyline
 
-#: Chord error of outlines in tests, mm.
+#: Chord error of outlines when they are checked, mm.
 CHORDS = 0.01
-#: Maximum total number of chords of all outlines.
+#: Maximum number of chords of all outlines together.
 MOST_CHORDS = 20_000_000
-#: Maximum --join-tolerance that a message proposes, mm. Accidental gaps are smaller. The ends of a centre cross of a
-#: hole are farther apart; joining them would give a diamond.
+#: Maximum --join-tolerance that a message proposes, mm. Accidental gaps are smaller. The ends of the centre cross of a
+#: hole are farther apart; joining them would form a diamond.
 WIDEST_PROPOSED_JOIN = 0.5
 
 
@@ -33,7 +33,7 @@ class TidiedOutlines(Joining):
 
 
 def join_advice(number: int, paths: Sequence[Polyline]) -> str:
-    """Return a remark for a message: the end nearest to the ends of the open path `paths[number]`, and a remedy.
+    """Return advice on the open path `paths[number]` for a message: the nearest end of any path, and a remedy.
 
     The other end of the same path counts too.
     """
@@ -54,7 +54,7 @@ def join_advice(number: int, paths: Sequence[Polyline]) -> str:
 
 
 def tidy_outlines(strokes: Sequence[Polyline], tolerance: float) -> TidiedOutlines:
-    """Return strokes joined to outlines; strokes that do not close are joined again without duplicates.
+    """Join strokes to outlines; strokes that do not form closed outlines are joined again after removing duplicates.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def polygons(paths: Sequence[Polyline]) -> Any:
 
 
 def _has_flaws(paths: Sequence[Polyline]) -> list[bool]:
-    """Return for each closed path whether it crosses itself or encloses nothing."""
+    """Return for each closed path whether it crosses itself or encloses no area."""
     shapes = polygons(paths)
     thin = 2.0 * shapely.area(shapes) <= COINCIDENT * shapely.length(shapes)
     return list(thin | ~shapely.is_valid(shapes))
@@ -133,7 +133,7 @@ def _lie_on_outlines(loose: Sequence[Polyline], outlines: Sequence[Polyline]) ->
     pairs, counts = np.unique(np.stack([point_index // len(shares), outline]), axis=1, return_counts=True)
     on_outline = np.zeros(len(loose), dtype=bool)
     on_outline[pairs[0][counts == len(shares)]] = True
-    # An outline may run along its neighbour's edge: a stroke that others continue belongs to them.
+    # An outline may share an edge with its neighbour, so a stroke that other strokes continue belongs to those.
     ends = np.array([end for p in loose for end in (p.start, p.end)])
     from leafcut.geometry.index import near_pairs
 

@@ -10,7 +10,9 @@ _TOUCH = 1e-9
 
 
 def widen_zones(zones: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
-    """Return rectangles (float64[k, 4]: x0, y0, x1, y1) grown on all sides by `distance` mm, a number or float64[k]."""
+    """Enlarge rectangles (x0, y0, x1, y1; float64[k, 4]) by `distance` mm on all sides; one number, or one per
+    rectangle.
+    """
     table = np.asarray(zones, dtype=np.float64).reshape(-1, 4)
     result: NDArray[np.float64] = table + np.multiply.outer(
         np.asarray(distance, dtype=np.float64), [-1.0, -1.0, 1.0, 1.0]
@@ -19,17 +21,18 @@ def widen_zones(zones: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
 
 
 def touches_any_zone(a: ArrayLike, b: ArrayLike, zones: ArrayLike, *, dogleg: bool = False) -> NDArray[np.bool_]:
-    """Return for each move from `a` to `b` (float64[n, 2], mm) whether it touches any of `zones` (float64[k, 4]).
+    """Return whether each move from `a` to `b` (float64[n, 2], mm) touches any of the `zones` (float64[k, 4]).
 
     A segment and a rectangle are disjoint exactly if a line along an axis or along the segment separates them
     (separating axis theorem for two convex shapes). With `dogleg`, the axes are not synchronised and the path is not
-    straight, so the whole rectangle between start and end counts. An unknown coordinate (NaN) touches nothing.
+    straight, so the whole rectangle between start and end counts. A move with an unknown coordinate (NaN) touches
+    nothing.
     """
     start, end = (np.asarray(p, dtype=np.float64).reshape(-1, 2) for p in (a, b))
     touched = np.zeros(len(start), dtype=bool)
     low, high = np.minimum(start, end), np.maximum(start, end)
     dx, dy = (end - start).T
-    # A cross product is a distance times the segment's length.
+    # A cross product equals a distance times the length of the segment.
     tolerance = _TOUCH * (np.abs(dx) + np.abs(dy))
     for x0, y0, x1, y1 in np.asarray(zones, dtype=np.float64).reshape(-1, 4):
         corner_low, corner_high = np.array([min(x0, x1), min(y0, y1)]), np.array([max(x0, x1), max(y0, y1)])
@@ -50,7 +53,7 @@ PASSING = 1.0
 def path_around_zones(
     a: tuple[float, float], b: tuple[float, float], zones: ArrayLike, *, dogleg: bool = False
 ) -> list[tuple[float, float]] | None:
-    """Return the corners of the shortest path from `a` to `b` around all `zones`; None if no path exists.
+    """Return the corners of the shortest path from `a` to `b` around all `zones`, or None if no path exists.
 
     The path turns slightly outside the corners of the rectangles. `dogleg` is as in `touches_any_zone`.
     """
