@@ -1,1 +1,1 @@
-"""Material removal: swept areas, engagement and step-over, for planning and for proof."""
+"""Material removal: swept areas, engagement and step-over, for planning and verification."""

@@ -1,4 +1,4 @@
-"""Sort points into horizontal bands, for kernels that search near a point."""
+"""Sort points into horizontal bands for kernels that search the neighbourhood of a point."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from leafcut.kernels.bands import Bands, points_near_segments
 
 
 def sort_into_bands(points: Floats, side: float) -> Bands:
-    """Return points, float64[n, 2], in bands of height `side`, mm. The bands are higher if there would be more bands
-    than points.
+    """Sort points, float64[n, 2], into bands of height `side`, mm.
+
+    The bands are higher if there would be more bands than points.
     """
     x, y = points.T
     low, high = float(y.min()), float(y.max())
@@ -22,7 +23,7 @@ def sort_into_bands(points: Floats, side: float) -> Bands:
 
 
 def segments_near(start: Floats, end: Floats, points: Floats, limits: Floats) -> tuple[Indices, Indices]:
-    """Return the pairs (segment, point) in which the segment is within the limit of the point.
+    """Return the pairs (segment, point) in which the segment comes within the limit of the point.
 
     The pairs are sorted by segment. `start` and `end` are float64[m, 2], `points` is float64[n, 2], and `limits` is
     float64[n], all in mm.

@@ -1,5 +1,6 @@
-"""Feed of a mill from its engagement, limited by the chip thickness of a slot at the tool's own feed, and by
-the power.
+"""Compute the feed of a mill from its engagement.
+
+The feed is limited by power and by the chip thickness that the tool has in a slot at its own feed.
 """
 
 from __future__ import annotations
@@ -19,22 +20,22 @@ if TYPE_CHECKING:
 
 
 def chip_thickness(engaged: Engaged, feed: Floats | float, rpm: Floats | float) -> Floats:
-    """Return the maximum chip thickness per revolution at every point, mm, for feeds in mm/s and speeds in rpm.
+    """Return the maximum chip thickness per revolution at each point, mm, for feeds in mm/s and speeds in rpm.
 
-    The tool counts as a tool with a single tooth: h = f sin φ / n, where φ is the angle of the maximum thickness
+    The tool is treated as having a single tooth: h = f sin φ / n, where φ is the angle of the maximum thickness
     (Altintas, Manufacturing Automation, 2nd ed., section 2.6).
     """
     return np.asarray(SECONDS_PER_MINUTE * engaged.chip * np.asarray(feed) / np.asarray(rpm))
 
 
 def removal_rate(engaged: Engaged, feed: Floats | float, limits: FeedLimits) -> Floats:
-    """Return the material removal rate at every point, mm³/s, for feeds in mm/s."""
+    """Return the material removal rate at each point, mm³/s, for feeds in mm/s."""
     depth = np.where(engaged.width <= limits.film, max(limits.depth, limits.film_depth), limits.depth)
     return np.asarray(engaged.width * depth * np.asarray(feed))
 
 
 def cutting_power(engaged: Engaged, feed: Floats | float, limits: FeedLimits) -> Floats:
-    """Return the cutting power at every point, W, for feeds in mm/s; 0 without a cut or a power limit.
+    """Return the cutting power at each point, W, for feeds in mm/s; 0 without a cut or a power limit.
 
     The mean chip thickness is f_z b / (r φ) for a tooth that is engaged over the angle φ and a cut of width b. This is
     the mean of f_z sin θ over that angle.
@@ -44,7 +45,7 @@ def cutting_power(engaged: Engaged, feed: Floats | float, limits: FeedLimits) ->
     cuts = engaged.width > 0.0
     if limits.material is None or not cuts.any():
         return power
-    # b / (r φ) from the width and angle of each point; the tool's radius cancels because b = r ∫ sin φ.
+    # b / (r φ) from the width and angle at each point; the tool radius cancels, because b = r ∫ sin φ.
     mean = np.minimum(engaged.width[cuts] / (engaged.angle[cuts] * 0.5 * limits.diameter), 1.0)
     chip = mean * SECONDS_PER_MINUTE * feeds[cuts] / (limits.rpm * limits.teeth)
     power[cuts] = milling_power(limits.material, removal_rate(engaged, feeds, limits)[cuts], chip)
@@ -52,7 +53,7 @@ def cutting_power(engaged: Engaged, feed: Floats | float, limits: FeedLimits) ->
 
 
 def allowed_feed(engaged: Engaged, limits: FeedLimits) -> Floats:
-    """Return the maximum feed at every point, mm/s, within the limits of chip, power and feed."""
+    """Return the maximum feed at each point, mm/s, within the limits of chip thickness, power and feed."""
     chip_limit = np.full(len(engaged.width), limits.feed)
     feed = np.minimum(chip_limit / np.maximum(engaged.chip, 1e-9), limits.most)
     if limits.material is not None:
@@ -65,8 +66,8 @@ def allowed_feed(engaged: Engaged, limits: FeedLimits) -> Floats:
 def power_on_ramp(limits: FeedLimits, across: float, sink_rate: float, depth: float) -> float:
     """Return the maximum power of a ramp or a helix, W; 0 without a power limit.
 
-    The side is assumed to cut a slot of the full level depth throughout. In fact, only the end of a ramp is that deep,
-    and a helix is only as deep as its pitch. The end of the tool cuts over its whole area.
+    The side of the tool is assumed to cut a slot as deep as the level all the time. In fact, only the end of a ramp is
+    that deep, and a helix is only as deep as its pitch. The end of the tool cuts over its whole area.
 
     Parameters
     ----------
@@ -85,9 +86,9 @@ def power_on_ramp(limits: FeedLimits, across: float, sink_rate: float, depth: fl
 
 
 def power_on_plunge(limits: FeedLimits, sink_rate: float) -> float:
-    """Return the power of a straight plunge at a feed in mm/s, W; 0 without a power limit.
+    """Return the power of a straight plunge at `sink_rate`, mm/s, in W; 0 without a power limit.
 
-    The plunge counts as the end of a ramp (`material.cutting_force.ramp_power`).
+    The plunge is treated as the end of a ramp (`material.cutting_force.ramp_power`).
     """
     if limits.material is None or not sink_rate > 0.0:
         return 0.0
@@ -98,21 +99,22 @@ def power_on_plunge(limits: FeedLimits, sink_rate: float) -> float:
 
 
 def plunge_feed(limits: FeedLimits, feed: float) -> float:
-    """Return the plunge feed of a mill, mm/s: `feed`, reduced to the power limit."""
+    """Return the plunge feed of a mill, mm/s: `feed`, reduced if it exceeds the power limit."""
     return _within_power(limits, feed, power_on_plunge(limits, feed))
 
 
 def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> float:
-    """Return the feed, mm/s, of a ramp or helix with a slope of up to `angle`, rad: `feed`, reduced to the power limit.
+    """Return the feed of a ramp or helix with a slope of up to `angle`, rad: `feed`, reduced if it exceeds the power
+    limit.
 
-    The full feed is assumed to be horizontal, as on a flat ramp.
+    Feeds are in mm/s. The full feed is assumed to be horizontal, as on a flat ramp.
     """
     power = power_on_ramp(limits, feed * math.cos(angle), feed * math.sin(angle), depth) / math.cos(angle)
     return _within_power(limits, feed, power)
 
 
 def _within_power(limits: FeedLimits, feed: float, power: float) -> float:
-    """Return `feed`, which needs `power` W, reduced to the power limit."""
+    """Return `feed`, reduced to the power limit; without the reduction, it needs `power` W."""
     if limits.material is None or power <= limits.power:
         return feed
     return float(feed * feed_ratio(limits.material, limits.power / power))
@@ -121,14 +123,14 @@ def _within_power(limits: FeedLimits, feed: float, power: float) -> float:
 def minimum_around(values: Floats, length: Floats, reach: float) -> Floats:
     """Return the minimum of the values within a distance before and after each segment of a path; lengths are in mm.
 
-    A feed is reduced before and after the position that requires it.
+    Thus a feed is reduced before and after the position that requires it.
     """
     middles = np.cumsum(length) - 0.5 * length
     first, last = (
         np.searchsorted(middles, middles - reach, side="left"),
         np.searchsorted(middles, middles + reach, side="right"),
     )
-    # Row k has the minima of 2^k values; two overlapping minima cover any range.
+    # Row k contains the minima of 2^k values; two overlapping minima cover any range.
     table = [values]
     while 2 << len(table) - 1 <= int((last - first).max(initial=1)):
         half, doubled = 1 << len(table) - 1, table[-1].copy()

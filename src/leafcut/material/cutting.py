@@ -1,4 +1,4 @@
-"""Material removal of a program, move by move: volumes, depths, widths, air cutting, and rapids in the material."""
+"""Material removal of a program, move by move: volumes, depths, widths, air cutting, and rapids in material."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 if TYPE_CHECKING:
     from leafcut.kernels.sweep import CellRows, ToolShape
 
-#: Number of strips of the field. It does not depend on the threads, so that sums are reproducible.
+#: Number of strips of the field. It does not depend on the number of threads, so that sums are reproducible.
 _STRIPS = 16
-#: Number of moves per batch, between two heartbeats.
+#: Number of moves per batch; after each batch, cancellation is checked.
 _BATCH = 200_000
-#: Thinner layers are rounding errors, mm, because heights have single precision.
+#: Maximum thickness of a layer that counts as a rounding error, mm, because heights have single precision.
 FILM = 1e-3
-#: Reduction of the tool radius for rapids, cells, because a rapid may pass along a finished wall.
+#: Reduction of the tool radius for rapids, in cells, because a rapid may run along a finished wall.
 RAPID_INSET = 1.0
-#: A shank collides only if successive cells over this many tool diameters are higher than the flutes, with gaps of at
-#: most this many cells. Single higher cells remain where a tool returns to a wall.
+#: Minimum length of a shank collision, in tool diameters, over which successive cells are higher than the flutes, and
+#: maximum gap between them, in cells. Single higher cells remain where a tool returns to a wall.
 _SHANK_CELLS, _SHANK_GAP = 0.5, 2.0
 
 
-#: A cell is cut if its centre is cut, so the wall before a cut may be nearer by this many cells.
+#: Uncertainty of a wall, in cells: a cell is cut if its centre is cut, so the wall before a cut may be closer.
 _MARGIN = 1.0
 
 
 class Removed(NamedTuple):
-    """Material that every move removes, float64[m] each.
+    """Material removed by each move, float64[m] each.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Removed(NamedTuple):
     area
         Cut area seen from above, mm².
     depth
-        Greatest depth of cut, mm.
+        Maximum depth of cut, mm.
     left, right
         Maximum distance of the cut to the left and to the right of the path, mm; negative if the cut is only on the
         other side.
@@ -86,23 +86,23 @@ def cut(
     lowered: HeightField | None = None,
     bodies: Mapping[int, Sequence[BodyPart]] | None = None,
 ) -> Removed:
-    """Cut material by the moves of a program, in order, and change the field.
+    """Cut material with the moves of a program, in order, and update the field.
 
-    A rapid also cuts material that it meets more than a cell inside the tool. The result does not depend on the number
-    of threads.
+    A rapid also cuts material that it meets more than one cell inside the tool. The result does not depend on the
+    number of threads.
 
     Parameters
     ----------
     cutters
-        Tool number → profile, for every tool of the moves.
+        Tool number → profile, for each tool of the moves.
     margin
         Additional tool radius for `Removed.over`, mm.
     surrounding_height
-        Height of the material outside the field for `Removed.over`, mm; None for the field's floor.
+        Height of the material outside the field for `Removed.over`, mm; None for the floor of the field.
     lowered
-        A field with the same cells. It gets the new height where a rapid lowers the material.
+        A field with the same cells. Where a rapid lowers the material, its cells receive the new height.
     bodies
-        Tool number → sections above the flutes; unknown for missing tools.
+        Tool number → sections above the flutes; the sections of missing tools are unknown.
     """
     from leafcut.kernels.sweep import CellRows, ToolShape
 
@@ -147,7 +147,7 @@ def cut(
 
 
 def collision_depths(moves: StraightMoves, removed: Removed) -> dict[str, Floats]:
-    """Return by kind (rapid, shank, holder) the depth of every move in the material, mm; 0 without a collision."""
+    """Return the depth of each move in the material, mm, by kind (rapid, shank, holder); 0 without a collision."""
     return {
         "rapid": np.where(moves.rapid & removed.cuts, removed.depth, 0.0),
         Body.SHANK.value: removed.shank,
@@ -156,13 +156,13 @@ def collision_depths(moves: StraightMoves, removed: Removed) -> dict[str, Floats
 
 
 def chip_share(removed: Removed, radius: Floats, cell: float) -> Floats:
-    """Return the maximum chip thickness of every move as a share of the feed per tooth; 0 without a cut.
+    """Return the maximum chip thickness of each move as a share of the feed per tooth; 0 without a cut.
 
-    At a distance d from the path of a tool of radius R, a tooth takes a chip of √(1 − (d/R)²) times the feed per tooth.
+    At a distance d from the path of a tool with radius R, the chip thickness is √(1 − (d/R)²) times the feed per tooth.
     The thickest chip is at the smallest d. For a one-sided cut of width a < R, this is the chip thinning formula 2
     √(a/D (1 − a/D)) (Altintas, Manufacturing Automation, 2nd ed., section 2.6: h = c sin φ).
     """
-    # For a cut on one side only, `left` or `right` is the negative distance from the path to the cut.
+    # If the cut is on one side only, `left` or `right` is the negative distance from the path to the cut.
     nearest = np.maximum(np.maximum(-removed.left, -removed.right) - _MARGIN * cell, 0.0)
     nearest = np.where(removed.cuts, np.minimum(nearest, radius), radius)
     share: Floats = np.sqrt(1.0 - (nearest / radius) ** 2)
@@ -170,15 +170,17 @@ def chip_share(removed: Removed, radius: Floats, cell: float) -> Floats:
 
 
 def cut_width(removed: Removed, radius: Floats, cell: float) -> Floats:
-    """Return the width of cut of every move perpendicular to its path, mm, at most the tool diameter."""
+    """Return the width of cut of each move perpendicular to its path, mm, at most the tool diameter."""
     swept = np.where(removed.cuts, removed.left + removed.right + cell, 0.0)
     width: Floats = np.minimum(np.maximum(swept, 0.0), 2.0 * radius)
     return width
 
 
 class _ToolRun(NamedTuple):
-    """Successive moves of a tool: number of the first move, range of y that each move reaches, and profile of
-    the tool.
+    """Successive moves of one tool.
+
+    `first` is the number of the first move, `low` and `high` are the range of y of each move, and `shape` is the
+    profile of the tool.
     """
 
     first: int
@@ -221,7 +223,7 @@ def _body_part_rows(parts: Sequence[BodyPart]) -> Floats:
 def _shank_collides(
     moves: StraightMoves, cells: Floats, cutters: Mapping[int, Cutter], cell: float
 ) -> NDArray[np.bool_]:
-    """Return a mask of the moves in which a shank collides, which takes enough successive cells."""
+    """Return a mask of the moves in which a shank collides over sufficiently many successive cells."""
     colliding = np.zeros(len(moves), dtype=np.bool_)
     hits = np.flatnonzero(cells > 0)
     if not len(hits):

@@ -1,12 +1,12 @@
-"""Forces, torque and power of drills and mills, by Kienzle's specific cutting force.
+"""Forces, torque and power of drills and mills, from Kienzle's specific cutting force.
 
 Sources: O. Kienzle, Die Bestimmung von Kräften und Leistungen an spanenden Werkzeugen und Werkzeugmaschinen, VDI-Z 94
 (1952), p. 299: kc = kc1.1 h^-mc; Dijet, general catalogue 2018, p. F007: kc = kc1 hm^-mc, Pc = ap ae vf kc / (6·10⁷ η);
 Sandvik Coromant, Machining formulas and definitions, Milling and Drilling: hm, Pc and Mc. In mm, N, s and rad, the
-factors 6·10⁷, 240·10³ and 30·10³ for kW, m/min and rpm disappear. kc11 is for a rake angle of 0°: sharp tools need
-about 1 % less per degree of rake (Sandvik Coromant, Specific cutting force); this is kept as a reserve for wear.
-Torque and thrust of twist drills as measured: Tungaloy, general catalogue 2020-2021, p. L068, Cutting forces and power
-requirement: Mc = K D² (0.630 + 16.84 f) / 100, N·m; Tc = 570 K D f^0.85, N; K = 1 for cast iron of 177 HB.
+factors 6·10⁷, 240·10³ and 30·10³ for kW, m/min and rpm are not needed. kc11 applies to a rake angle of 0°. Sharp tools
+need about 1 % less per degree of rake (Sandvik Coromant, Specific cutting force); this difference is a reserve for
+wear. Measured torque and thrust of twist drills: Tungaloy, general catalogue 2020-2021, p. L068, Cutting forces and
+power requirement: Mc = K D² (0.630 + 16.84 f) / 100, N·m; Tc = 570 K D f^0.85, N; K = 1 for cast iron of 177 HB.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from leafcut.geometry.arrays import Floats
 from leafcut.model.work_material import WorkMaterial
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: A twist drill has two lips, each with half of the feed.
+#: Number of lips of a twist drill; each cuts half of the feed.
 _LIPS = 2
 #: Torque of a twist drill, N·mm: K D² (a + b f), and its thrust, N: K D c f^d, with D and f in mm (Tungaloy).
 _TORQUE, _TORQUE_BY_FEED = 6.30, 168.4
 _THRUST, _THRUST_FEED = 570.0, 0.85
-#: Factor of a drill's thrust from the specific cutting force: Common Drilling Formulas (scribd.com, 262196644), Ff =
-#: 0.7 D/2 f kc, "approximately". With 0.7, C45 needs 2470 N at 10 mm and 0.3 mm; Mitsubishi Materials' course Basic
-#: Drilling (mmc-permanent.learnways.com) prints 2500 N.
+#: Factor for the thrust of a drill from the specific cutting force: Common Drilling Formulas (scribd.com, 262196644),
+#: Ff = 0.7 D/2 f kc, "approximately". With 0.7, C45 needs 2470 N at 10 mm and 0.3 mm; the course Basic Drilling of
+#: Mitsubishi Materials (mmc-permanent.learnways.com) gives 2500 N.
 _THRUST_SHARE = 0.7
-#: Share of the spindle's power that reaches the tool (estimate for belts and gears; manufacturers state 0.7 to 0.8).
+#: Share of the spindle power that reaches the tool (estimate for belts and gears; manufacturers state 0.7 to 0.8).
 DRIVE_EFFICIENCY = 0.75
 #: W per N·mm/s.
 _WATT = 0.001
@@ -38,8 +38,8 @@ def mean_chip(feed_per_tooth: Floats | float, width: Floats | float, diameter: f
     """Return the mean chip thickness hm of a one-sided milling cut, mm.
 
     hm = f_z (1 − cos φ) / φ for a tooth that is engaged over the angle φ, with cos φ = 1 − 2 ae/D. This is the mean of
-    f_z sin φ (Altintas, Manufacturing Automation, 2nd ed., section 2.6). At full width it is 2 f_z / π. For narrow cuts
-    it tends to f_z √(ae/D), the formula of catalogues. `width` is ae, mm, limited to the diameter.
+    f_z sin φ (Altintas, Manufacturing Automation, 2nd ed., section 2.6). At full width, it is 2 f_z / π. For narrow
+    cuts, it approaches f_z √(ae/D), the formula used in catalogues. `width` is ae, mm, limited to the diameter.
     """
     share = np.clip(np.asarray(width, dtype=float) / diameter, 1e-12, 1.0)
     angle = 2.0 * np.arcsin(np.sqrt(share))  # arccos(1 − 2 share), accurate for small shares
@@ -57,7 +57,7 @@ def milling_power(material: WorkMaterial, rate: Floats | float, chip: Floats | f
 
 
 def feed_ratio(material: WorkMaterial, power_ratio: Floats | float) -> Floats:
-    """Return the factor of a feed that changes the power of a cut by a given factor.
+    """Return the factor by which the feed changes if the power of a cut changes by `power_ratio`.
 
     The power is proportional to f^(1 − mc), because kc is proportional to h^−mc.
     """
@@ -71,11 +71,11 @@ def ramp_power(
     side_chip: Floats | float,
     end_chip: Floats | float,
 ) -> Floats:
-    """Return the power of a mill on a sloped descent, W, as the sum for its side and its end.
+    """Return the power of a mill on a sloped descent, W: the sum for its side and its end.
 
-    For both, P = kc(h) Q with a separate chip thickness. The chip of the end is the descent per tooth: on a flat ramp
-    it is much thinner and needs a higher specific force. The removal of the end is calculated with the thinner of both
-    chips, because the boundary of the end is not known for every shape.
+    For each of them, P = kc(h) Q with its own chip thickness. The chip thickness at the end is the descent per tooth.
+    On a flat ramp, it is much smaller and requires a higher specific force. The removal by the end is calculated with
+    the smaller of both chip thicknesses, because the boundary of the end is not known for every shape.
 
     Parameters
     ----------
@@ -104,10 +104,10 @@ def drilling_power(torque: Floats | float, rpm: Floats | float, efficiency: floa
 def drilling_torque(
     material: WorkMaterial, diameter: float, feed: Floats | float, point_angle: float = math.radians(118)
 ) -> Floats:
-    """Return the torque of a drill, N·mm, at a feed, mm per revolution.
+    """Return the torque of a drill, N·mm, at a feed in mm per revolution.
 
-    If the material has a `WorkMaterial.drill_constant`, the measured formula applies. Otherwise M = kc f D² / 8, with
-    the chip f/2 sin κ per lip, where κ is half the point angle.
+    If the material has a `WorkMaterial.drill_constant`, the measured formula applies. Otherwise M = kc f D² / 8, where
+    the chip thickness is f/2 sin κ per lip, and κ is half the point angle.
     """
     if material.drill_constant:
         return np.asarray(material.drill_constant * diameter**2 * (_TORQUE + _TORQUE_BY_FEED * np.asarray(feed)))
@@ -117,10 +117,10 @@ def drilling_torque(
 def drilling_thrust(
     material: WorkMaterial, diameter: float, feed: Floats | float, point_angle: float = math.radians(118)
 ) -> Floats:
-    """Return the thrust of a drill, N, at a feed, mm per revolution.
+    """Return the thrust of a drill, N, at a feed in mm per revolution.
 
     If the material has a `WorkMaterial.drill_constant`, the measured formula applies. Otherwise F = 0.7 kc f D/2, which
-    is close for a drill with a thinned web; a drill without a thinned web needs up to twice as much.
+    is a good approximation for a drill with a thinned web. A drill without a thinned web needs up to twice as much.
     """
     if material.drill_constant:
         return np.asarray(material.drill_constant * _THRUST * diameter * np.asarray(feed) ** _THRUST_FEED)

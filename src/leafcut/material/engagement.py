@@ -1,13 +1,13 @@
-"""Engagement of the tool's edge along a path, exact by intersection of circles.
+"""Engagement of the cutting edge along a path, computed exactly by intersecting circles.
 
 At a point p, the tool has already removed the area that its disc has swept. The engagement is the part of the edge, on
 the front half of the circle, outside this area. The swept area is represented by discs one step apart. Each disc covers
-an interval of angles around p, and their union is found by sorting, without a raster or a polygon.
+an interval of angles around p, and the union of these intervals is found by sorting, without a raster or a polygon.
 
-Two circles of equal radius touch all the time, because the edge has just been there. Therefore the search for material
-is a tolerance inside the edge, and a thinner film does not count. The disc at the tool position then covers exactly the
-rear half. Near discs of the same run are reduced by the tolerance too; otherwise the previous step would seem to cut
-the fresh edge.
+Two circles of equal radius always touch, because the edge has just been there. Therefore material is searched slightly
+inside the edge, by a tolerance, and a thinner film does not count. The disc at the tool position then covers exactly
+the rear half. Nearby discs of the same run are also reduced by the tolerance; otherwise the previous step would seem to
+cut the fresh edge.
 """
 
 from __future__ import annotations
@@ -24,19 +24,20 @@ from leafcut.material.bands import sort_into_bands
 from leafcut.material.tool_steps import ToolSteps
 from leafcut.model.pocket import PocketRules
 
-#: Smallest engagement that is not a rounding error, rad.
+#: Minimum engagement that is not a rounding error, rad.
 _NOTHING = 1e-6
 
 
 class Engaged(NamedTuple):
-    """Engagement at every point of a path, float64[n] each.
+    """Engagement at each point of a path, float64[n] each.
 
     Attributes
     ----------
     angle
         Engagement angle of the edge, rad, at most π.
     width
-        Width of the strip of material that the tool removes, perpendicular to the path, mm; the diameter in a slot.
+        Width of the strip of material that the tool removes, perpendicular to the path, mm; in a slot, the tool
+        diameter.
     chip
         Maximum chip thickness as a share of the feed per tooth: the cosine of the smallest angle between the direction
         of travel and an engaged part of the edge, 1 for material straight ahead. For a one-sided straight cut of width
@@ -49,18 +50,18 @@ class Engaged(NamedTuple):
 
 
 def slot(diameter: float) -> Engaged:
-    """Return the engagement of a tool in a slot as wide as its diameter, mm."""
+    """Return the engagement of a tool that cuts a slot as wide as its diameter, mm."""
     return Engaged(np.array([math.pi]), np.array([diameter]), np.ones(1))
 
 
 def engagement(path: ToolSteps, rules: PocketRules, entry: NDArray[np.bool_] | None = None) -> Engaged:
-    """Return the engagement at every point of a path.
+    """Return the engagement at each point of a path.
 
     The result is exact at the points, except for the effect of the tolerance t on the width of material: an angle φ is
     accurate to t / (r sin φ). That is 0.1 degrees at 90 degrees, for a tool of 10 mm and a tolerance of 0.01 mm. Cuts
-    of less than 2t may give 0. Positions between the points are not evaluated; material that the edge meets head-on
-    within a step shows at the end of the step. `entry` masks the points on the loop of the descent, which are already
-    cleared and give 0.
+    of less than 2t may give 0. Positions between the points are not evaluated: if the edge meets material head-on
+    within a step, this appears at the end of the step. `entry` marks the points on the loop of the descent. They are
+    already cleared, so their engagement is 0.
     """
     n = len(path)
     angle, width, nearest = (np.zeros(n) for _ in range(3))
@@ -71,7 +72,7 @@ def engagement(path: ToolSteps, rules: PocketRules, entry: NDArray[np.bool_] | N
         points = EdgePath(x, y, ahead_x, ahead_y, back_x, back_y, path.run, np.cumsum(path.step))
         low, high = np.zeros((2, 2 * n + 2))
         # All earlier points count, including those without engagement. Otherwise the films that they removed would
-        # count as material for later points, and would add up.
+        # accumulate as material for later points.
         engaged_edges(sort_into_bands(path.xy, rules.radius), points, tool, low, high, angle, width, nearest)
     if entry is not None:
         angle[entry] = width[entry] = 0.0

@@ -1,4 +1,4 @@
-"""Material as a height field: its height in every cell of a grid, seen from above."""
+"""Material as a height field: the height of each cell of a grid, seen from above."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Floats
 
-#: Maximum number of cells. A cell takes 4 bytes, and 8 while a program is proved.
+#: Maximum number of cells. A cell takes 4 bytes, and 8 bytes during verification.
 MOST_CELLS = 64_000_000
 #: Target number of cells if the cell size is not given.
 USUAL_CELLS = 4_000_000
-#: Default cell size as a share of the smallest tool's diameter.
+#: Default cell size as a share of the smallest tool diameter.
 SHARE_OF_TOOL = 0.025
-#: Maximum of this share for a large stock, if the cells fit into memory. Coarser cells would miss cuts.
+#: Maximum of this share for a large stock, if the cells fit into memory. Larger cells would miss cuts.
 COARSEST = 0.2
 #: Minimum default cell size, mm.
 FINEST = 0.01
@@ -25,7 +25,7 @@ FINEST = 0.01
 
 @dataclass(frozen=True)
 class StockBlock:
-    """A block of material: its lower and its upper corner, mm."""
+    """A block of material, given by its lower and upper corner, mm."""
 
     low: tuple[float, float, float]
     high: tuple[float, float, float]
@@ -42,8 +42,8 @@ class StockBlock:
 class HeightField:
     """Heights of material in square cells, float32[rows, columns], mm: rows by ascending y, columns by ascending x.
 
-    Material below the floor was cut through. `x` and `y` are the centre of the first cell, and `cell` is the side of a
-    cell, mm.
+    Where the height is below the floor, the material was cut through. `x` and `y` are the centre of the first cell, and
+    `cell` is the side length of a cell, mm.
     """
 
     heights: NDArray[np.float32]
@@ -54,14 +54,15 @@ class HeightField:
 
     @classmethod
     def of_block(cls, block: StockBlock, cell: float) -> HeightField:
-        """Return a block as cells; the last cells may extend beyond it. Raises PlanError for more than `MOST_CELLS`
-        cells.
+        """Divide a block into cells; the last cells may extend beyond the block.
+
+        Raises PlanError for more than `MOST_CELLS` cells.
         """
         columns, rows = (max(math.ceil((block.high[k] - block.low[k]) / cell - 1e-9), 1) for k in range(2))
         if columns * rows > MOST_CELLS:
             width, depth = (block.high[k] - block.low[k] for k in range(2))
             min_cell = math.sqrt(width * depth / MOST_CELLS)
-            # The sides are not multiples of the cell: the last cell of each row and column counts too.
+            # If the sides are not multiples of the cell size, the last cell of each row and column counts too.
             while math.ceil(width / min_cell) * math.ceil(depth / min_cell) > MOST_CELLS:
                 min_cell *= 1.01
             raise PlanError(
@@ -76,7 +77,7 @@ class HeightField:
         return cls(heights, block.low[0] + 0.5 * cell, block.low[1] + 0.5 * cell, cell, block.low[2])
 
     def copy(self) -> HeightField:
-        """Return an independent copy of the material."""
+        """Return an independent copy."""
         return HeightField(self.heights.copy(), self.x, self.y, self.cell, self.floor)
 
     def contains(self, ends: Floats, margins: Floats) -> NDArray[np.bool_]:
@@ -90,7 +91,7 @@ class HeightField:
         return inside
 
     def cells_between(self, low: tuple[float, float], high: tuple[float, float]) -> tuple[slice, slice]:
-        """Return the rows and columns of the cells with centres in a rectangle, mm."""
+        """Return the rows and columns of the cells whose centres lie in a rectangle, mm."""
         spans = []
         for start, first, last, size in zip((self.y, self.x), low[::-1], high[::-1], self.heights.shape, strict=True):
             edges = math.ceil((first - start) / self.cell), math.floor((last - start) / self.cell) + 1
@@ -98,7 +99,7 @@ class HeightField:
         return spans[0], spans[1]
 
     def around(self, x: float, y: float, radius: float) -> tuple[NDArray[np.float32], Floats]:
-        """Return a view of the heights around a disc, and the distances of their cells from its centre, mm."""
+        """Return a view of the heights around a disc, and the distance of each cell from the centre of the disc, mm."""
         rows, columns = self.cells_between((x - radius, y - radius), (x + radius, y + radius))
         across = self.x + self.cell * np.arange(columns.start, columns.stop) - x
         up = self.y + self.cell * np.arange(rows.start, rows.stop) - y
@@ -113,7 +114,7 @@ class HeightField:
         )
 
     def at(self, x: float, y: float) -> float:
-        """Return the height at a position, mm; outside the field it is the floor."""
+        """Return the height at a position, mm; outside the field, this is the floor."""
         column, row = round((x - self.x) / self.cell), round((y - self.y) / self.cell)
         rows, columns = self.heights.shape
         return float(self.heights[row, column]) if 0 <= row < rows and 0 <= column < columns else self.floor
@@ -128,8 +129,8 @@ def usual_cell(
 ) -> float:
     """Return the default cell size, mm, in steps of 0.01 mm.
 
-    It is a share of the smallest tool's diameter. If that gives too many cells, it grows up to a fifth of the diameter,
-    and further only if the cells would not fit into memory.
+    It is a share of the smallest tool diameter. If that gives too many cells, the size increases up to a fifth of the
+    diameter. It increases further only if the cells would not fit into memory.
     """
     area = (block.high[0] - block.low[0]) * (block.high[1] - block.low[1])
     preferred = max(share * smallest, math.sqrt(area / cells))

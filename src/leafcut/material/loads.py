@@ -1,4 +1,4 @@
-"""Cutting loads of every segment of a program's motion: chips, widths, volumes, and the distance to material."""
+"""Cutting loads of each segment of a program's motion: chips, widths, volumes, and the distance to material."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from leafcut.model.tool import MILLS, Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Minimum slope of a cut that descends into the material.
+#: Minimum slope of a cut that counts as a descent into the material.
 _LEVEL = 0.001
 #: Tools whose feed depends on the chip thickness.
 MILLING = (*MILLS, ToolKind.SLOT_MILL)
 
 
-#: Height of unknown material above the greatest height of the program, mm.
+#: Assumed height of unknown material above the highest position of the program, mm.
 _ABOVE = 1.0
 
 
@@ -36,8 +36,8 @@ _ABOVE = 1.0
 class StockBefore:
     """The material before a program.
 
-    `field` has its cells, `beside` is the height of the material around them, mm, and `known` states whether the user
-    described the stock.
+    `field` contains its cells, `beside` is the height of the material around them, mm, and `known` tells whether the
+    user described the stock.
     """
 
     field: HeightField
@@ -47,12 +47,12 @@ class StockBefore:
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """Loads of every straight segment of a program's motion.
+    """Loads of each straight segment of a program's motion.
 
     Attributes
     ----------
     moves, removed
-        The segments, and the material that each removes.
+        The segments, and the material that each of them removes.
     feed, rpm
         Feed, mm/s, 0 for rapids, and spindle speed, rpm.
     share
@@ -74,8 +74,8 @@ class Loads:
 
     @cached_property
     def chip(self) -> Floats:
-        """Maximum chip thickness per revolution, mm, as if the tool had a single tooth; a ramp has the chip of
-        a slot.
+        """Maximum chip thickness per revolution, mm, as if the tool had a single tooth; a ramp has the chip of a
+        slot.
         """
         share = np.where(self.sinks, 1.0, self.share)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -84,7 +84,7 @@ class Loads:
 
     @cached_property
     def is_vertical(self) -> NDArray[np.bool_]:
-        """Mask of the segments that go straight up or down."""
+        """Mask of the segments that move straight up or down."""
         return np.asarray(np.hypot(*(self.moves.ends[:, 3:5] - self.moves.ends[:, :2]).T) < 1e-9)
 
     @cached_property
@@ -95,13 +95,13 @@ class Loads:
 
     @cached_property
     def sinks(self) -> NDArray[np.bool_]:
-        """Mask of the segments that cut on a sloped descent, which are ramps and helices."""
+        """Mask of the segments that cut while descending at an angle, such as ramps and helices."""
         sinks: NDArray[np.bool_] = self._is_cutting_feed & ~self.is_vertical & self._descends
         return sinks
 
     @cached_property
     def plunges(self) -> NDArray[np.bool_]:
-        """Mask of the segments that plunge straight into material."""
+        """Mask of the segments that plunge straight down into material."""
         plunges: NDArray[np.bool_] = self._is_cutting_feed & self.is_vertical & self._descends
         return plunges
 
@@ -114,7 +114,7 @@ class Loads:
 
     @cached_property
     def length(self) -> Floats:
-        """Length of every segment, mm."""
+        """Length of each segment, mm."""
         ends = self.moves.ends
         return np.asarray(np.sqrt(((ends[:, 3:] - ends[:, :3]) ** 2).sum(axis=1)))
 
@@ -129,19 +129,20 @@ class Loads:
         return np.asarray(ends[:, 5] - ends[:, 2] < -_LEVEL * across)
 
     def cuts_of(self, number: int) -> NDArray[np.bool_]:
-        """Return a mask of the segments in which a tool mills. If it only descends, its ramps and helices count, or
-        else its plunges.
+        """Return a mask of the segments in which a tool mills.
+
+        If the tool only descends, return its ramps and helices; if it has none, return its plunges.
         """
         of_tool = self.moves.tool == number
         kinds = (np.asarray(pieces & of_tool) for pieces in (self.mills, self.sinks, self.plunges))
         return next((pieces for pieces in kinds if pieces.any()), np.zeros(len(of_tool), dtype=np.bool_))
 
     def power(self, spindle: SpindleLoad, teeth: int, diameter: float) -> Floats:
-        """Return the power of every segment at the tool, W; 0 without a cut.
+        """Return the power of each segment at the tool, W; 0 without a cut.
 
-        In a plunge, the end of the tool removes everything, with the descent per tooth as chip thickness. On a ramp or
-        a helix, the end removes at most its whole area times the descent, and the side removes the rest.
-        `material.cutting_force` has the formulas.
+        In a plunge, the end of the tool removes everything, and the chip thickness is the descent per tooth. On a ramp
+        or a helix, the end removes at most its whole area times the descent, and the side removes the remainder. The
+        formulas are in `material.cutting_force`.
         """
         turns = self.rpm > 0
         mills, sinks, plunges = self.mills & turns, self.sinks & turns, self.plunges & turns
@@ -158,7 +159,8 @@ class Loads:
             chip[sinks],
             (self.descent_speed / teeth_by_time)[sinks],
         )
-        # A segment may start in the air. While it cuts, its rate is the cut area seen from above times the descent.
+        # A segment may start in the air. While it cuts, its removal rate is the cut area seen from above times the
+        # descent speed.
         sink_rate = self.descent_speed[plunges]
         power[plunges] = milling_power(
             spindle.material, self.removed.area[plunges] * sink_rate, sink_rate / teeth_by_time[plunges]
@@ -166,7 +168,7 @@ class Loads:
         return power
 
     def spindle_ratio(self, limit: ToolLimits, diameter: float) -> Floats:
-        """Return the factor by which each segment may be faster until power or torque reaches its limit."""
+        """Return the factor by which the feed of each segment may increase until power or torque reaches its limit."""
         spindle = limit.spindle
         if spindle is None:
             return np.full(len(self.feed), math.inf)
@@ -185,11 +187,11 @@ def largest_stock(
     threads: int = 1,
     check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> HeightField:
-    """Return the largest stock around the cuts of a program that its rapids would not meet.
+    """Return the largest possible stock around the cuts of a program that its rapids would not hit.
 
-    The program is assumed to be safe: the space above a rapid is empty, unless a cut went as deep before. Everywhere
-    else, material is possible. With `dogleg`, only the end of a rapid in several axes counts. Raises PlanError if there
-    would be too many cells.
+    The program is assumed to be safe: the space above a rapid is empty from the start, or an earlier cut cleared it to
+    that depth. All other space may contain material. With `dogleg`, only the end point of a rapid in several axes is
+    considered. Raises PlanError if there would be too many cells.
     """
     low, high = moves.extent(~moves.rapid, cutters)
     bottom = float(low[2]) - _ABOVE
@@ -214,8 +216,9 @@ def compute_loads(
     threads: int = 1,
     check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> Loads:
-    """Return the loads of every segment of a path in the stock, which is not changed. Raises PlanError for too many
-    segments.
+    """Return the loads of each segment of a path in the stock, which is not changed.
+
+    Raises PlanError for too many segments.
     """
     field = stock.field.copy()
     numbered = replace(path, line=np.arange(len(path), dtype=np.int32))
@@ -233,7 +236,7 @@ def compute_loads(
 
 
 def tool_limits(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict[int, ToolLimits]:
-    """Return the limits of every milling tool, from its library or from the program's own worst cut.
+    """Return the limits of each milling tool, from the tool library or from the worst cut in the program itself.
 
     Limits that depend on unknown values are left out.
     """
@@ -257,5 +260,5 @@ def tool_limits(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> di
 
 
 def has_chip(tool: Tool) -> bool:
-    """Return whether the library defines the chip thickness of a tool by a feed and a speed."""
+    """Return whether the tool library gives a feed and a speed, which define the chip thickness of the tool."""
     return tool.feed > 0 and tool.spindle_rpm > 0 and not tool.assumed

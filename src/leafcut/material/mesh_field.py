@@ -1,4 +1,4 @@
-"""A triangle mesh as a height field: its upper surface seen from above."""
+"""Convert a triangle mesh to a height field: its upper surface seen from above."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from leafcut.errors import PlanError
 from leafcut.material.height_field import HeightField, StockBlock
 from leafcut.model.mesh import Mesh
 
-#: Maximum sum of the cells below each triangle, which keeps the run time to minutes.
+#: Maximum total number of cells below all triangles; it limits the run time to minutes.
 _MAX_VISITS = 10_000_000_000
-#: Maximum height of a triangle in the floor of a solid above its lowest point, mm.
+#: Maximum height above the lowest point of a solid of a triangle that belongs to its floor, mm.
 _FLAT = 0.01
 
 
@@ -21,10 +21,10 @@ def block_of_mesh(mesh: Mesh) -> StockBlock:
 
 
 def field_of_mesh(mesh: Mesh, cell: float) -> HeightField:
-    """Return a solid as cells of side `cell`, mm: the height of the solid at each cell centre, or its floor.
+    """Convert a solid to cells of side length `cell`, mm: the height of the solid at each cell centre, or its floor.
 
-    Material below an overhang counts as solid, see `overhang`. Raises PlanError if there would be too many cells, or
-    too many triangles per cell.
+    Material below an overhang counts as solid (`overhang`). Raises PlanError if there would be too many cells, or too
+    many triangles per cell.
     """
     field = HeightField.of_block(block_of_mesh(mesh), cell)
     field.heights[:] = field.floor
@@ -33,7 +33,7 @@ def field_of_mesh(mesh: Mesh, cell: float) -> HeightField:
 
 
 def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
-    """Raise the cells to the highest triangle above each centre. Raises PlanError for too many triangles per cell."""
+    """Raise each cell to the highest triangle above its centre. Raises PlanError for too many triangles per cell."""
     from leafcut.kernels.surface import raise_cell_middles
 
     cell = field.cell
@@ -49,7 +49,9 @@ def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
 
 
 def overhang(mesh: Mesh) -> float:
-    """Return the downward-facing area of a solid above its floor, mm², which a height field fills."""
+    """Return the downward-facing area of a solid above its floor, mm²; a height field treats the space below as
+    material.
+    """
     a, b, c = (mesh.triangles[:, k] for k in range(3))
     cross = np.cross(b - a, c - a)
     signed_volume = float((a * cross).sum())  # six times the volume, negative for inverted triangles

@@ -1,4 +1,4 @@
-"""Area that a pocket path removes, by sweeping the tool along it, independent of the planning of the path."""
+"""Compute the area that a pocket path removes by sweeping the tool along it, independently of path planning."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from leafcut.model.pocket import Pocket, PocketPath, PocketRules
 if TYPE_CHECKING:
     from leafcut.material.engagement import Engaged
 
-#: Number of steps that are swept together; it limits the memory.
+#: Number of steps that are swept together; it limits memory use.
 _BATCH = 4096
 
 
@@ -48,10 +48,10 @@ class Removal:
 def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
     """Sweep a disc with the diameter of the tool along all feed moves of a path.
 
-    Every chord (accurate to an eighth of the tolerance) is swept separately, and the capsules are united; a buffer of
-    the whole line would round its concave corners. Gouges follow from the distance between path and walls, which is
-    exact: a path that keeps its distance has no gouge, not even a sliver. Raises PlanError if the outline or the
-    islands of the pocket cross themselves or touch.
+    Each chord (accurate to an eighth of the tolerance) is swept separately, and the resulting capsules are united. A
+    buffer of the whole line would round its concave corners. Gouges are computed from the distance between path and
+    walls, which is exact: a path that keeps its distance has no gouges, not even slivers. Raises PlanError if the
+    outline or the islands of the pocket cross themselves or touch.
     """
     shape = pocket.region(rules.tolerance)
     centres = tool_centres(shape, rules.radius, rules.tolerance)
@@ -65,21 +65,21 @@ def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
 
 
 def engaged_tool_path(path: PocketPath, rules: PocketRules) -> tuple[ToolSteps, Engaged]:
-    """Return the tool path in steps and the engagement along it, without engagement during the entry."""
-    from leafcut.material.engagement import engagement  # loads kernels, which a refused file does not need
+    """Return the tool path in small steps, and the engagement along it; the engagement is 0 during the entry."""
+    from leafcut.material.engagement import engagement  # loads kernels, which are not needed if a file is refused
 
     tool_path = steps_along_path(path, rules)
     return tool_path, engagement(tool_path, rules, entry_mask(path, tool_path))
 
 
 def entry_mask(path: PocketPath, tool_path: ToolSteps) -> NDArray[np.bool_]:
-    """Return a mask of the points of a path that are on the loop along which the tool descends."""
+    """Return a mask of the points of a path on the loop along which the tool descends."""
     entered: NDArray[np.bool_] = np.array([piece.kind == "entry" for piece in path.pieces], dtype=bool)[tool_path.piece]
     return entered
 
 
 def reported_width(rules: PocketRules) -> float:
-    """Return the width of cut, mm, from which on it is reported as wider than the step-over.
+    """Return the minimum width of cut, mm, that is reported as wider than the step-over.
 
     The margin is half a step-over, or half the distance to a full-width cut, because curves change the width slightly.
     """
@@ -98,14 +98,12 @@ def _steps(path: PocketPath, rules: PocketRules) -> Floats:
 
 
 def cleared_area(steps: Floats, rules: PocketRules) -> Any:
-    """Return the area that a tool clears along straight steps, float64[n, 2, 2], within an eighth of the tolerance."""
+    """Return the area that a tool clears along straight steps, accurate to an eighth of the tolerance."""
     return swept_area(steps, rules.radius, chords_per_quarter(rules.radius, FINE * rules.tolerance))
 
 
 def steps_near(steps: Floats, places: Floats, rules: PocketRules) -> Floats:
-    """Return the steps, float64[n, 2, 2], whose bounding boxes are within a tool diameter of the bounding box of some
-    points.
-    """
+    """Return the steps whose bounding boxes are within a tool diameter of the bounding box of the given points."""
     corners = places.reshape(-1, 2)
     low, high = corners.min(axis=0) - rules.tool_diameter, corners.max(axis=0) + rules.tool_diameter
     near: Floats = steps[((steps.max(axis=1) >= low) & (steps.min(axis=1) <= high)).all(axis=1)]
@@ -114,7 +112,7 @@ def steps_near(steps: Floats, places: Floats, rules: PocketRules) -> Floats:
 
 def swept_area(steps: Floats, radius: float, quad_segs: int) -> Any:
     """Return the union of the capsules of all steps; a buffer of the whole line would round concave corners."""
-    # GEOS has no buffer for a line of length 0, so a point replaces it.
+    # GEOS cannot buffer a line of length 0, so a point replaces it.
     moving = (steps[:, 0] != steps[:, 1]).any(axis=1)
     lines = np.concatenate([shapely.linestrings(steps[moving]), shapely.points(steps[~moving, 0])])
     unions = [
@@ -135,5 +133,5 @@ def _gouges(shape: Any, steps: Floats, rules: PocketRules) -> Any:
         return shapely.Polygon()
     outside = cleared_area(steps[near], rules).difference(shape)
     violating = outside.difference(shape.buffer(rules.tolerance))
-    # The shallow part of a gouge belongs to it; films along intact walls do not.
+    # The shallow parts of a gouge are included; films along intact walls are not.
     return outside.intersection(violating.buffer(2.0 * rules.tolerance))

@@ -1,4 +1,4 @@
-"""Compare the remaining stock of two programs, as height fields, cell by cell."""
+"""Compare the remaining stock of two programs cell by cell, as height fields."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from leafcut.material.height_field import HeightField
 
-#: Side of the squares in which differing cells are grouped, cells.
+#: Side length, in cells, of the squares in which differing cells are grouped.
 _TILE = 64
-#: Side of the squares from which regions of cells are built, cells.
+#: Side length, in cells, of the squares from which regions of cells are built.
 _SQUARE = 8
 
 
 class StockDifference(NamedTuple):
-    """A difference between two fields: the position where it is largest, both heights there, mm, and the number of
+    """A difference between two fields: its largest position, the heights before and after there, mm, and its number of
     cells.
     """
 
@@ -28,10 +28,10 @@ class StockDifference(NamedTuple):
 
 
 def stock_differences(before: HeightField, after: HeightField, tolerance: float) -> list[StockDifference]:
-    """Return the differences between two height fields with the same cells, those with the most cells first.
+    """Return the differences between two height fields with the same cells, sorted by descending number of cells.
 
-    A cell differs if its height is more than `tolerance`, mm, outside the range of the other field in the cell and its
-    eight neighbours. A wall that moved by less than a cell therefore counts as equal. Neighbouring cells are reported
+    A cell differs if its height is more than `tolerance`, mm, outside the range of the other field in this cell and its
+    eight neighbours. Thus a wall that moved by less than a cell counts as equal. Neighbouring cells are reported
     together. Raises ValueError if the fields have different cells.
     """
     wrong = differing_cells(before, after, tolerance)
@@ -58,7 +58,7 @@ def stock_differences(before: HeightField, after: HeightField, tolerance: float)
 
 
 def connected_regions(cells: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
-    """Return connected groups of cells, largest first, each as rows and columns, int64[k, 2].
+    """Return connected groups of cells, largest first; each is an array of rows and columns, int64[k, 2].
 
     Squares of `_SQUARE` cells that touch each other belong to the same group.
     """
@@ -81,7 +81,7 @@ def connected_regions(cells: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
 
 
 def differing_cells(before: HeightField, after: HeightField, tolerance: float) -> NDArray[np.bool_]:
-    """Return a mask of the cells that differ (`stock_differences`), bool[rows, columns].
+    """Return a mask of the cells that differ (see `stock_differences`), bool[rows, columns].
 
     Raises ValueError if the fields have different cells.
     """

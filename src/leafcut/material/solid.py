@@ -1,4 +1,4 @@
-"""`Solid`: the stock of a job for display, with coarse cells and all moves that cut them."""
+"""The stock of a job for display, with coarse cells, and all moves that cut it."""
 
 from __future__ import annotations
 
@@ -25,27 +25,29 @@ from leafcut.model.toolpath import Toolpath
 
 #: Number of cells along the longer side.
 CELLS = 512
-#: Length of the segments of cuts as a share of the smallest tool's diameter, and maximum number of such segments.
+#: Maximum length of segments of cuts, as a share of the smallest tool diameter, and maximum number of such segments.
 _PIECE, _PIECES = 0.5, 400_000
 #: Maximum number of moves of a displayed program.
 _MOST_MOVES = 1_000_000
-#: Margin of a block around the cuts: share of its longer side, minimum and maximum, mm; and its depth below them, mm.
+#: Margin of a block around the cuts, as a share of the longer side; minimum and maximum margin, mm; depth of the block
+#: below the cuts, mm.
 _BESIDE, _LEAST_BESIDE, _MOST_BESIDE, _BELOW = 0.06, 1.0, 12.0, 1.0
-#: Minimum thickness of the block as a share of its longer side; a thinner block would look like a foil.
+#: Minimum thickness of the block, as a share of its longer side; a thinner block would look like a foil.
 _THICK = 0.03
 #: Maximum number of displayed collisions.
 _MOST_COLLISIONS = 500
-#: Number of positions along a move at which its location in the block is tested.
+#: Number of positions along a move that are tested for being inside the block.
 _PLACES = 65
-#: Displayed thickness of a surface without a known lower side: share of its longer side, and minimum, mm.
+#: Displayed thickness of a surface whose lower side is unknown: share of its longer side, and minimum, mm.
 _SURFACE_THICK, _LEAST_THICK = 0.03, 1.0
-#: Maximum distance of centres that belong to one hole, mm.
+#: Maximum distance between centres that belong to the same hole, mm.
 _SAME = 1e-3
 
 
 class Collision(NamedTuple):
-    """A collision of a tool with material: the colliding part of the tool, the row of the path, the position and the
-    depth, mm.
+    """A collision of a tool with material.
+
+    `kind` is the colliding part of the tool, or a rapid; `row` is the row of the path. Position and depth are in mm.
     """
 
     kind: str
@@ -56,10 +58,10 @@ class Collision(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """The stock before and after a job, and its moves.
+    """The stock before and after a job, and the moves of the job.
 
-    Positions are relative to `origin` and rounded to single precision for drawing; `before` cut by `moves` gives
-    `after`.
+    Positions are relative to `origin` and rounded to single precision for drawing. The moves change the stock from
+    `before` to `after`.
 
     Attributes
     ----------
@@ -87,7 +89,7 @@ class Solid:
 
 
 def shown_block(path: Toolpath, stock: ShownStock) -> StockBlock:
-    """Return the block for the display of a job.
+    """Return the block of material for the display of a job.
 
     Raises PlanError if the block is unknown, and OptionError if a tool has no diameter.
     """
@@ -108,7 +110,7 @@ def _cutters_and_block(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cut
 
 
 def solid_of(path: Toolpath, stock: ShownStock) -> Solid:
-    """Return the stock of a job, cut by a toolpath, in cells for pictures.
+    """Cut the stock of a job by a toolpath, for display with coarse cells.
 
     Raises
     ------
@@ -164,7 +166,7 @@ def _shifted_block(block: StockBlock, origin: tuple[float, float]) -> StockBlock
 
 
 def _block_around_cuts(moves: StraightMoves, cutters: dict[int, Cutter], stock: ShownStock) -> StockBlock:
-    """Return a block around the cuts below Z0 with a margin. Raises PlanError if no cut goes below Z0."""
+    """Return a block with a margin around the cuts below Z0. Raises PlanError if no cut goes below Z0."""
     ends = moves.ends
     cutting = ~moves.rapid & (np.minimum(ends[:, 2], ends[:, 5]) < 0.0)
     if not cutting.any():
@@ -206,8 +208,9 @@ def _collisions(
 def _position_in_block(
     move: NDArray[np.float64], block: StockBlock, origin: tuple[float, float]
 ) -> tuple[float, float, float]:
-    """Return the middle of the part of a move inside a block, relative to the origin; outside, the lower end of the
-    move.
+    """Return the middle of the part of a move that is inside a block, relative to the origin.
+
+    If the whole move is outside, return its lower end.
     """
     share = np.linspace(0.0, 1.0, _PLACES)[:, None]
     points = move[:3] + share * (move[3:] - move[:3])
@@ -238,14 +241,14 @@ def _field_of_surface(
     moves: StraightMoves,
     cutters: dict[int, Cutter],
 ) -> tuple[HeightField, NDArray[np.bool_]]:
-    """Return a surface as cells of a block, and a mask of the cells of its fixtures.
+    """Convert a surface to the cells of a block; also return a mask of the cells of its fixtures.
 
-    The block and the moves are relative to an origin. For a finished part, the holes that the moves drill are filled.
+    The block and the moves are relative to an origin. In a finished part, the holes that the moves drill are filled.
     Raises PlanError if there would be too many cells, or too many triangles per cell.
     """
     moved = replace(mesh, triangles=mesh.triangles - (*origin, 0.0))
     field = HeightField.of_block(block, cell)
-    # If the last cell extends beyond the block, its centre is outside the surface.
+    # Leave out a last cell whose centre is beyond the block, because it is outside the surface.
     rows, columns = (
         max(int((edge - start) / cell + 1e-9) + 1, 1)
         for edge, start in ((block.high[1], field.y), (block.high[0], field.x))
@@ -264,7 +267,7 @@ def _field_of_surface(
 
 
 def _fill_holes(field: HeightField, mesh: Mesh, moves: StraightMoves, cutters: dict[int, Cutter]) -> None:
-    """Fill the open holes below straight plunges up to the lowest point of the rim."""
+    """Fill the open holes below straight plunges up to the lowest point of their rim."""
     ends = moves.ends
     plunging = ~moves.rapid & (ends[:, 0] == ends[:, 3]) & (ends[:, 1] == ends[:, 4]) & (ends[:, 5] < ends[:, 2])
     if not plunging.any():

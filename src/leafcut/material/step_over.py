@@ -16,25 +16,28 @@ from leafcut.material.bands import sort_into_bands
 from leafcut.material.tool_steps import STRAIGHT_ON, ToolSteps, steps_along_path
 from leafcut.model.pocket import PocketPath, PocketRules
 
-#: Maximum distance of neighbouring passes, diameters. Uncut area between more distant passes is reported elsewhere.
+#: Maximum distance between neighbouring passes, in tool diameters. Uncut area between more distant passes is reported
+#: elsewhere.
 FARTHEST = 1.5
 #: Maximum angle between two neighbouring passes, rad.
 SIDE_BY_SIDE = math.radians(30.0)
-#: Discs whose radii differ by at most this ratio touch the same passes.
+#: Maximum relative difference between the radii of discs that touch the same passes.
 _EQUAL = 1e-4
-#: Maximum distance of step ends that are one point, mm.
+#: Maximum distance between ends of steps that count as one point, mm.
 _SAME = 1e-5
-#: Maximum distance of equal points, mm.
+#: Maximum distance between points that count as equal, mm.
 _SAME_POINT = 1e-4
-#: Radius of the effect of a change, in maximum neighbour distances: it reaches the neighbour of a point, and the corner
-#: of that neighbour.
+#: Radius within which a change has an effect, in maximum distances between neighbours: it reaches the neighbour of a
+#: point, and the corner of that neighbour.
 _REACHES = 2
-#: Number of gaps whose position in the region is tested together.
+#: Number of gaps that are tested together for being inside the region.
 _BATCH = 512
 
 
 class PassGaps(NamedTuple):
-    """Maximum distances between neighbouring passes, mm: `step_over`, and `core` where two fronts of passes meet."""
+    """Maximum distances between neighbouring passes, mm: `step_over` in general, and `core` where two fronts of passes
+    meet.
+    """
 
     step_over: float
     core: float
@@ -43,31 +46,31 @@ class PassGaps(NamedTuple):
 def widest_gaps(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> PassGaps:
     """Return the largest distances between neighbouring passes, mm; 0 if no pass has a neighbour.
 
-    At every point of the path, on both sides, the largest empty disc that touches the pass there is constructed. The
+    At each point of the path, on both sides, the largest empty disc that touches the pass there is constructed. The
     next point that the disc touches is on the neighbour. The height of that point above the tangent of the pass is the
     gap, which a machinist measures perpendicular to the pass. If the disc touches a corner of the neighbour, the gap is
     measured from the sides of that corner.
 
-    The step-over is the maximum, over all points, of the gap on the nearer side. The pass was planned next to that
-    neighbour, or next to the wall, which has no gap. The gap on the farther side is where two fronts meet, such as the
-    two sides of a last ring, or passes along the walls of a narrow channel. Below two step-overs, no additional full
-    pass fits in. Such a gap is reported as `core`; it is at most as wide as the tool if everything is cleared. Wider
-    gaps count as step-over. Rings one step-over apart therefore have that step-over, whatever remains in the middle.
-    Parallel lines that are too far apart have their distance.
+    The step-over is the maximum, over all points, of the gap on the closer side. The pass was planned next to that
+    neighbour, or next to the wall, which has no gap. The gap on the other side is where two fronts meet, such as the
+    two sides of a last ring, or passes along the walls of a narrow channel. If that gap is less than two step-overs, no
+    additional full pass fits into it. It is reported as `core`, and is at most as wide as the tool if everything is
+    cleared. Wider gaps count as step-over. Thus rings one step-over apart have that step-over, whatever remains in the
+    middle, and parallel lines that are too far apart have their distance.
 
-    Between straight lines the gap is their distance, between offset rings their offset, and along a spiral its pitch,
-    for every kind of path. The diagonal between the corners of two rings is longer (1.41 times at a right angle), as in
-    all offset pockets. It does not count, because the corner of one ring is at the offset from both sides of the other.
-    If a corner is rounded and the rings do not come closer, the gap is larger. The two sides of a corner of one pass
-    are not neighbours. Sides that diverge by more than `SIDE_BY_SIDE` are on average half as far apart as at their
-    widest.
+    Between straight lines, the gap is their distance; between offset rings, their offset; along a spiral, its pitch.
+    This holds for every kind of path. The diagonal between the corners of two rings is longer (1.41 times at a right
+    angle), as in all offset pockets. It does not count, because the corner of one ring is at the offset from both sides
+    of the other. If a corner is rounded and the rings do not come closer, the gap is larger. The two sides of a corner
+    of one pass are not neighbours. The mean distance of sides that diverge by more than `SIDE_BY_SIDE` is half of their
+    maximum distance.
 
-    The distance to a wall, on one side of the path only, is no gap; too large a distance shows as uncovered area. A
-    disc does not count either if its centre, or the line to its centre, is outside the allowed tool centres: passes on
-    both sides of an island are not neighbours. Passes more than `FARTHEST` diameters apart have uncovered area between
-    them.
+    The distance to a wall, on one side of the path only, is not a gap; if it is too large, uncovered area is reported
+    instead. A disc does not count either if its centre, or the line to its centre, is outside the allowed tool centres:
+    passes on both sides of an island are not neighbours. Between passes more than `FARTHEST` diameters apart, there is
+    uncovered area.
 
-    The result is accurate within the chords of arcs and the steps of the path, some hundredths of a percent.
+    The accuracy is limited by the chords of arcs and the steps of the path, to some hundredths of a percent.
 
     Parameters
     ----------
@@ -85,7 +88,7 @@ def widest_gaps(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArr
 
 
 def wide_places(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> Floats:
-    """Return the points of a path, float64[n, 2], whose nearer neighbour is farther away than the step-over."""
+    """Return the points of a path whose closer neighbour is farther away than the step-over, float64[n, 2]."""
     sides = _sides(path, centres, rules, passes)
     if sides is None:
         return np.zeros((0, 2))
@@ -98,7 +101,7 @@ def wide_places(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArr
 
 
 class _Sides(NamedTuple):
-    """Sides of steps with a neighbour.
+    """Sides of steps that have a neighbour.
 
     `rows` are the rows of `discs`, `gap` is the gap on that side, and `nearer` is the smaller gap of both sides, mm.
     `is_lost` marks sides on which a whole pass is missing.
@@ -120,19 +123,19 @@ def _sides(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np
     normal = np.column_stack([-path.chord[moving, 1], path.chord[moving, 0]])
     start, normal = np.concatenate([xy, xy]), np.concatenate([normal, -normal])
     height, touch, radius = _neighbours(start, normal, path.xy, rules)
-    # If two contacts are an angle a apart, seen from the centre of the disc, each is r (1 − cos a) above the tangent of
-    # the other.
+    # If the angle between two contacts is a, seen from the centre of the disc, each contact is r (1 − cos a) above the
+    # tangent at the other.
     is_side_by_side = height >= radius * (1.0 + math.cos(SIDE_BY_SIDE))
     gap = _measured_from_sides(path, moving, np.where(is_side_by_side, height, 0.0), touch, start, normal)
     rows = np.flatnonzero(gap > 0.0)
     discs = _Discs(start, start + radius[:, None] * normal, path.xy[touch], centres, rules)
-    # On the other side, a contact at any angle counts; a wall has no contact.
+    # On the other side, a contact at any angle counts. A wall gives no contact.
     nearer = np.minimum(gap, np.roll(height, len(moving)))[rows]
     return _Sides(discs, rows, gap[rows], nearer, gap[rows] >= 2.0 * rules.step_over * (1.0 - _EQUAL))
 
 
 class _Discs:
-    """Discs between neighbouring passes: first those on the left of every step, then those on the right."""
+    """Discs between neighbouring passes: first those on the left of each step, then those on the right."""
 
     def __init__(self, start: Floats, middle: Floats, touch: Floats, centres: Any, rules: PocketRules) -> None:
         self.corners = np.stack([start, middle, touch], axis=1)
@@ -140,8 +143,9 @@ class _Discs:
         shapely.prepare(self.region)
 
     def widest(self, rows: Indices, sizes: Floats, both: bool) -> float:
-        """Return the largest size whose disc is in the region; with `both`, the disc on the other side must be in the
-        region too.
+        """Return the largest of the sizes whose disc is in the region.
+
+        With `both`, the disc on the other side must also be in the region.
         """
         order = np.argsort(-sizes)
         rows, sizes = rows[order], sizes[order]
@@ -158,7 +162,7 @@ class _Discs:
         return (rows + len(self.corners) // 2) % len(self.corners)
 
     def fits(self, rows: Indices) -> NDArray[np.bool_]:
-        """Return whether discs, and the lines to their centres, are in the region."""
+        """Return a mask of the discs that are in the region together with the lines to their centres."""
         fits: NDArray[np.bool_] = shapely.covers(self.region, shapely.linestrings(self.corners[rows]))
         return fits
 
@@ -166,10 +170,10 @@ class _Discs:
 def _measured_from_sides(
     path: ToolSteps, moving: Indices, height: Floats, touch: Indices, start: Floats, normal: Floats
 ) -> Floats:
-    """Return the heights; a height above a corner is measured from the sides of the corner if that is less.
+    """Return the heights, where a height above a corner is measured from the sides of the corner if that is less.
 
-    `moving` are the rows of the steps. The other arrays hold the left sides of all steps, then the right sides. A
-    height of 0 means that there is no parallel neighbour.
+    `moving` contains the rows of the steps. The other arrays contain the left sides of all steps, then the right sides.
+    A height of 0 means that there is no parallel neighbour.
     """
     ends, starts = path.xy[moving], path.xy[moving] - path.step[moving, None] * path.chord[moving]
     steps, node = len(moving), numbered(np.concatenate([ends, starts, path.xy]), _SAME)
@@ -194,8 +198,9 @@ def _measured_from_sides(
 
 
 def _changes_direction(direction: Floats, corner: Indices) -> NDArray[np.bool_]:
-    """Return a mask of the points at which the steps have different directions; the steps of a point are
-    consecutive.
+    """Return a mask of the corners at which the direction of the steps changes.
+
+    The steps at the same corner are consecutive.
     """
     new = np.append(True, corner[1:] != corner[:-1])
     group = np.cumsum(new) - 1
@@ -205,10 +210,10 @@ def _changes_direction(direction: Floats, corner: Indices) -> NDArray[np.bool_]:
 
 
 def _neighbours(xy: Floats, normal: Floats, candidates: Floats, rules: PocketRules) -> tuple[Floats, Indices, Floats]:
-    """Return for every point its neighbour on the side of its normal.
+    """Return the neighbour of each point on the side of its normal.
 
-    The result has the height of the neighbour above the tangent (0 for no neighbour), the row of the neighbour, and the
-    radius of the disc, mm.
+    The result contains the height of the neighbour above the tangent (0 for no neighbour), the row of the neighbour,
+    and the radius of the disc, mm.
     """
     height, row, radius = np.zeros(len(xy)), np.zeros(len(xy), np.int64), np.zeros(len(xy))
     reaches = Reaches(0.255 * rules.step_over, FARTHEST * rules.tool_diameter)
@@ -220,7 +225,7 @@ def _neighbours(xy: Floats, normal: Floats, candidates: Floats, rules: PocketRul
 
 
 class WidePlaceFinder:
-    """Finds the points of a path whose nearer neighbour is farther away than the step-over.
+    """Finds the points of a path whose closer neighbour is farther away than the step-over.
 
     After a change of the path, it searches only near the change.
     """
@@ -231,7 +236,7 @@ class WidePlaceFinder:
         self.previous, self.wide = np.zeros((0, 2)), np.zeros((0, 2))
 
     def __call__(self, pocket_path: PocketPath) -> Floats:
-        """Return the points of a path that are too far from their nearer neighbour, float64[n, 2], mm."""
+        """Return the points of a path that are too far from their closer neighbour, float64[n, 2], mm."""
         path = steps_along_path(pocket_path, self.rules)
         moved_cells = self.cells.of(
             np.vstack([_without_points(path.xy, self.previous), _without_points(self.previous, path.xy)])

@@ -16,8 +16,8 @@ from leafcut.model.tool import Tool
 class ToolCut:
     """Effect of one tool on the stock.
 
-    `tool` is from the library or from the comments of the program. `cut_s` and `air_s` are the times at feed in the
-    material and in the air, s. `deepest_mm` and `widest_mm` are the maximum depth and width of its cuts.
+    `tool` comes from the tool library or from the comments of the program. `cut_s` and `air_s` are the times at feed in
+    material and in the air, s. `deepest_mm` and `widest_mm` are the maximum depth and width of cut.
     """
 
     tool: Tool
@@ -30,7 +30,7 @@ class ToolCut:
 
 @dataclass(frozen=True)
 class RapidCut:
-    """A rapid in material, with its line and its depth, mm."""
+    """A rapid in material: its program line, and its depth in the material, mm."""
 
     line: int
     depth_mm: float
@@ -38,7 +38,7 @@ class RapidCut:
 
 @dataclass(frozen=True)
 class BodyCut:
-    """A move in which the shank or holder of a tool is in the material, with line, tool, body and depth, mm."""
+    """A move in which the shank or holder of a tool is in material: program line, tool, body and depth, mm."""
 
     line: int
     tool: int
@@ -57,12 +57,13 @@ class StockCut:
     tools
         The tools in the order of first use.
     rapids, collisions
-        Rapids in the material, by line; shanks and holders in the material, by line and tool.
+        Rapids in material, by line; shanks and holders in material, by line and tool.
     same_as, differences
-        The other program (None for none), and the positions where it leaves different stock, those with the most cells
-        first; `before` is the height that the other program leaves.
+        The other program (None for none), and the positions where it leaves different stock, sorted by descending
+        number
+        of cells; `before` is the height left by the other program.
     part
-        File of the part that was the stock before the cuts of the program; "" for a block.
+        File of the part that was the stock before the program; "" for a block.
     """
 
     program: str
@@ -81,5 +82,5 @@ class StockCut:
 
     @property
     def removed_mm3(self) -> float:
-        """Volume that all tools remove, mm³."""
+        """Volume removed by all tools, mm³."""
         return sum(cut.removed_mm3 for cut in self.tools)

@@ -1,4 +1,4 @@
-"""A toolpath as straight moves of the tip: cycles expanded, arcs as chords, cuts in segments."""
+"""Convert a toolpath to straight moves of the tip: expand cycles, approximate arcs by chords, and divide cuts."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.model.turns import AXES, Turns, turns_of
 
-#: Maximum distance of chords from their arcs, as a share of a cell, or of the smallest tool's diameter.
+#: Maximum distance between chords and their arcs, as a share of a cell or of the smallest tool diameter.
 _OF_CELL, _OF_TOOL = 0.05, 0.01
-#: Maximum number of moves that fit into memory together with the material.
+#: Maximum number of moves, so that they fit into memory together with the material.
 MOST_MOVES = 20_000_000
 
 
@@ -40,8 +40,8 @@ class StraightMoves:
     path
         The toolpath with expanded cycles.
     unknown
-        Rows of `path` with an unknown start coordinate, for which the coordinate of the end is used. Rows with an
-        unknown end are left out.
+        Rows of `path` with an unknown start coordinate; the coordinate of the end is used instead. Rows with an unknown
+        end are left out.
     """
 
     ends: NDArray[np.float64]
@@ -55,15 +55,15 @@ class StraightMoves:
         return len(self.row)
 
     def of_tools(self, numbers: Collection[int]) -> StraightMoves:
-        """Return the moves of some tools."""
+        """Return the moves of the given tools."""
         selected = np.isin(self.tool, list(numbers))
         return replace(
             self, ends=self.ends[selected], row=self.row[selected], rapid=self.rapid[selected], tool=self.tool[selected]
         )
 
     def extent(self, selected: NDArray[np.bool_], cutters: Mapping[int, Cutter]) -> tuple[Floats, Floats]:
-        """Return the lowest and highest corner of the volume that tools sweep on the selected moves, mm; for Z, the tip
-        counts.
+        """Return the lower and upper corner of the space swept by the tools on the selected moves, mm; Z is that of the
+        tip.
         """
         numbers, tool_index = np.unique(self.tool[selected], return_inverse=True)
         radius = np.array([[cutters[number].radius] * 2 + [0.0] for number in numbers.tolist()])[tool_index.ravel()]
@@ -73,7 +73,7 @@ class StraightMoves:
 
 
 def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> StraightMoves:
-    """Return a toolpath as straight moves.
+    """Convert a toolpath to straight moves.
 
     `max_deviation` is the maximum chord error of arcs, mm. `max_length` is the maximum length of the segments of cuts
     in the plane, mm; rapids are not divided. Raises PlanError if there would be more moves than `MOST_MOVES`.
@@ -87,7 +87,7 @@ def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> S
     start = np.where(np.isfinite(start), start, end)
     kind = path.kind[rows]
     turns = turns_of(path)
-    # An arc with an unknown start is a straight move to its end.
+    # An arc with an unknown start becomes a straight move to its end.
     arc = np.full(len(path), -1)
     arc[turns.row[turns.length > 0.0]] = np.flatnonzero(turns.length > 0.0)
     arc = arc[rows]
@@ -115,28 +115,32 @@ def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> S
 
 
 def smallest_tool(cutters: Mapping[int, Cutter]) -> float:
-    """Return the diameter of the smallest tool, mm."""
+    """Return the smallest tool diameter, mm."""
     return 2.0 * min(cutter.radius for cutter in cutters.values())
 
 
 def undivided_moves(path: Toolpath, cutters: Mapping[int, Cutter]) -> StraightMoves:
-    """Return the undivided moves of the cutting tools; moves of other tools, such as a probe, are left out."""
+    """Return the undivided moves of the cutting tools; moves of other tools, such as probes, are left out."""
     return straight_moves(path, _OF_TOOL * smallest_tool(cutters), math.inf).of_tools(cutters)
 
 
 def moves_in_cells(
     path: Toolpath, cutters: Mapping[int, Cutter], cell: float, max_length: float = math.inf
 ) -> StraightMoves:
-    """Return the moves of the cutting tools with the accuracy of a height field with cells of side `cell`, mm."""
+    """Return the moves of the cutting tools with an accuracy suitable for a height field with cells of side `cell`,
+    mm.
+    """
     return straight_moves(path, _OF_CELL * cell, max_length).of_tools(cutters)
 
 
 def _move_onto_arcs(position: Floats, turns: Turns, arc: NDArray[np.int64], share: Floats) -> None:
-    """Move points, float64[n, 3], onto their arcs (-1 for none) at a share of the sweep. Changes `position`."""
+    """Move points, float64[n, 3], onto their arcs at a share of the sweep; `arc` is -1 for no arc. Changes
+    `position`.
+    """
     curved = np.flatnonzero(arc >= 0)
     arc, share, axes = arc[curved], share[curved], AXES[turns.plane[arc[curved]]]
     angle = turns.angle[arc] + share * turns.sweep[arc]
-    # If the radii at both ends differ, which controllers allow within limits, interpolate between them.
+    # The radii at both ends may differ, which controllers allow within limits; interpolate between them.
     radius = turns.turn.radius[arc] + share * (turns.end_radius - turns.turn.radius)[arc]
     position[curved, axes[:, 0]] = turns.centre[arc, 0] + radius * np.cos(angle)
     position[curved, axes[:, 1]] = turns.centre[arc, 1] + radius * np.sin(angle)

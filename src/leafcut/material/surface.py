@@ -1,4 +1,4 @@
-"""A mesh seen from above: crossing heights, and the start and the end of holes in it."""
+"""A mesh seen from above: safe crossing heights, and the upper and lower ends of holes in it."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats
 
-#: Number of tiles along the longer side of a part. Dogleg rapids get fewer tiles, because every tile of the box between
-#: two positions counts. A tile takes 8 bytes, all tiles half a megabyte.
+#: Number of tiles along the longer side of a part. For dogleg rapids, there are fewer tiles, because every tile of the
+#: box between two positions counts. A tile takes 8 bytes, and all tiles take half a megabyte.
 TILES, TILES_DOGLEG = 256, 64
 #: Minimum size of a tile, mm, and maximum number of tiles within the radius of a tool; both limit the run time.
 FINEST_TILE, MOST_IN_REACH = 0.2, 24
-#: Distance of the rim of a hole from its tool, mm, and number of points on the rim.
+#: Distance between the tool and the rim of a hole, mm, and number of points on the rim.
 RIM, RIM_PLACES = 0.1, 24
 
 
 class SafeTiles(NamedTuple):
     """Square tiles with their minimum crossing heights.
 
-    `heights`, float64[rows, columns], mm, has rows by ascending y; −∞ without material. `x` and `y` are the lower left
-    corner of the first tile, and `side` is the side of a tile, mm.
+    `heights`, float64[rows, columns], mm, has rows by ascending y; its values are −∞ without material. `x` and `y` are
+    the lower left corner of the first tile, and `side` is the side length of a tile, mm.
     """
 
     heights: NDArray[np.float64]
@@ -58,9 +58,9 @@ def safe_tiles(
     max_tiles: int = TILES,
     bodies: Sequence[tuple[float, float]] = (),
 ) -> SafeTiles:
-    """Return the minimum height of a tool tip for crossing a surface.
+    """Return the minimum heights at which a tool tip may cross a surface.
 
-    The result is exact in height. Horizontally it consists of whole tiles, so it is up to two tiles too wide.
+    The result is exact in height. Horizontally, it consists of whole tiles, so it is up to two tiles too wide.
 
     Parameters
     ----------
@@ -73,8 +73,8 @@ def safe_tiles(
     max_tiles
         Number of tiles along the longer side.
     bodies
-        Sections above the flutes: radius, and the height of the tip above the surface that they require, mm. The height
-        is negative if the section is higher above the tip than its clearance.
+        Radius of each section above the flutes, and the height of the tip above the surface that it requires, mm. The
+        height is negative if the section is higher above the tip than its clearance.
     """
     from leafcut.kernels.surface import maximum_within_reach, raise_whole_cells, reach_in_cells
 
@@ -95,9 +95,9 @@ def safe_tiles(
 
 
 def hole_rims(triangles: NDArray[np.float64], xy: NDArray[np.float64], radius: Floats) -> HoleRims:
-    """Return the surface around holes at positions float64[n, 2], for tools of radii float64[n].
+    """Return the surface around holes at positions `xy`, float64[n, 2], for tools with the given radii, float64[n].
 
-    The rim just outside the tool and the centre are evaluated, because a hole may be open in the mesh.
+    The centre and the rim just outside the tool are evaluated, because a hole may be open in the mesh.
     """
     from leafcut.kernels.surface import heights_at
 

@@ -1,4 +1,4 @@
-"""A tool's path through a pocket, sampled in small steps to measure engagement and step-over and to draw it."""
+"""Sample a tool's path through a pocket in small steps, to measure engagement and step-over and to draw it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketRules
 
 #: Maximum length of a step as a share of the tool diameter.
 STEP = 0.05
-#: Maximum turn of a step along an arc, rad; the chord error is then an eight-hundredth of the radius.
+#: Maximum angle of a step along an arc, rad; the chord error is then one eight-hundredth of the radius.
 BEND = 0.1
 #: Maximum change of direction between chords of a curve, rad.
 STRAIGHT_ON = math.radians(4.0)
@@ -24,8 +24,8 @@ STRAIGHT_ON = math.radians(4.0)
 class ToolSteps:
     """Points along the feed moves of a path, in cutting order.
 
-    There is a point at the end of every step, at the start of every section after a plunge, and a second point at every
-    corner, so that both directions are evaluated there.
+    There is a point at the end of each step and at the start of each section after a plunge. Each corner has two
+    points, so that both directions are evaluated there.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class ToolSteps:
         Unit tangents of the incoming and the outgoing path, float64[n, 2]; `back` is NaN after a plunge. They differ
         only at corners; between chords of a curve, both are the mean direction.
     chord
-        Unit vector of the step that ends here, or of the outgoing path if its length is 0, float64[n, 2].
+        Unit vector of the step that ends here, or of the outgoing path if the step has length 0, float64[n, 2].
     step
         Length of the step that ends here, float64[n], mm; 0 after a plunge and for the outgoing point of a corner.
     run
@@ -59,13 +59,13 @@ class ToolSteps:
 def step_length(rules: PocketRules) -> float:
     """Return the length of a step, mm, at most `STEP` diameters.
 
-    Discs one step apart leave cusps of height step²/8r between them, at most half the tolerance.
+    Discs one step apart leave cusps of height step²/8r between them, which is at most half the tolerance.
     """
     return min(STEP * rules.tool_diameter, math.sqrt(4.0 * rules.radius * rules.tolerance))
 
 
 def steps_along_path(path: PocketPath, rules: PocketRules) -> ToolSteps:
-    """Return the path of the tool in steps; all points and tangents on arcs are exact."""
+    """Sample the path of the tool in steps; all points and tangents on arcs are exact."""
     steps, parts, run, last = step_length(rules), [], -1, None
     for number, piece in enumerate(path.pieces):
         starts_run = last is None or math.dist(last[0], piece.path.start) > SAME_PLACE
@@ -90,7 +90,7 @@ def steps_along_path(path: PocketPath, rules: PocketRules) -> ToolSteps:
 
 @dataclass(frozen=True, eq=False)
 class _Chords:
-    """Chords of a section, float64[m, 2] each: starts, vectors, and the tangents at both ends."""
+    """Chords of a section: start points, vectors, and tangents at both ends, float64[m, 2] each."""
 
     start: Points
     vector: Points
@@ -99,7 +99,7 @@ class _Chords:
 
     @classmethod
     def of(cls, path: Polyline, max_step: float) -> _Chords:
-        """Return lines unchanged, and arcs in steps."""
+        """Return the chords of a path; lines are not divided, and arcs are divided into steps."""
         if not path.bulges.any():
             points = path.flattened()
             vector = np.diff(points, axis=0)
