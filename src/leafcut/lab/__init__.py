@@ -1,1 +1,1 @@
-"""Experiments: algorithms repeated with several seeds, the results of each run, and their comparison."""
+"""Experiments: run algorithms repeatedly with several seeds, store the results of each run, and compare them."""

@@ -1,4 +1,4 @@
-"""Evaluate an experiment: run each analysis of its description, and report it as sentences, tables and charts."""
+"""Evaluate an experiment: run each analysis in its description, and report it as sentences, tables and charts."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from leafcut.lab.statistics import OneWay, Pair, interval, one_way, pareto_front
 from leafcut.options import FireflyOptions
 from leafcut.order.literature.flight import Flight
 
-#: Maximum relative difference between figures of a cell that count as equal.
+#: Maximum relative difference between results of a cell that count as equal.
 _EQUAL_SHARE = 1e-3
-#: β₀ and the γ of the chart of the attractiveness: figure 3 of the paper on fireflies for pockets.
+#: β₀, and values of γ, in the chart of attractiveness: figure 3 of the paper on fireflies for pockets.
 _PLOTTED_BETA, _PLOTTED_GAMMAS = 10.0, (0.010, 0.012, 0.014, 0.015, 0.016, 0.018)
 #: Number of points of the tours in that chart.
 _PLACES = 100
 
 
 def analysis_blocks(results: Results) -> list[ReportBlock]:
-    """Return a report block per analysis. A block without enough results gives the reason."""
+    """Return one report block per analysis. A block without enough results states the reason."""
     blocks = []
     for analysis in results.description.analyses:
         response = results.description.response(analysis.response)
@@ -38,9 +38,9 @@ def analysis_blocks(results: Results) -> list[ReportBlock]:
 
 
 def _without_other_threads(results: Results, analysis: Analysis, response: Response) -> Results:
-    """Keep only the runs of the first number of threads, unless the analysis concerns threads or times.
+    """Remove runs with other numbers of threads than the first, unless the analysis concerns threads or times.
 
-    Threads change the time of a search but not its result.
+    The number of threads changes the time of a search but not its result.
     """
     cores = results.description.cores
     if not cores or cores in analysis.factors or response.path in TIMES:
@@ -256,7 +256,9 @@ def _speedup(results: Results, analysis: Analysis, response: Response) -> Report
 
 
 def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Report the gain over the level `base` for each instance, and whether it grows with the size of the instance."""
+    """Report the gain over the level `base` for each instance, and whether it increases with the size of the
+    instance.
+    """
     description = results.description
     sizes = {entry.name: entry.facts["size"] for entry in description.instances if "size" in entry.facts}
     factor = description.factor(analysis.factors[0])
@@ -324,7 +326,9 @@ def _trend_words(sizes: Sequence[float], gains: Sequence[float], alpha: float) -
 
 
 def _projection(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Report the saving of each level over the base level for batches of pieces. All pieces take the same time."""
+    """Report the saving of each level over the base level for batches of workpieces, all of which take the same
+    time.
+    """
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     rows = []
     for rest, groups in results.groups(response.name, factor.name).items():
@@ -391,7 +395,9 @@ def _pareto(results: Results, analysis: Analysis, response: Response) -> ReportB
 
 
 def _attraction(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Report the attractiveness β over the distance r of two fireflies, as figure 3 of the paper does."""
+    """Report the attractiveness β as a function of the distance r between two fireflies, as in figure 3 of the
+    paper.
+    """
     flight = Flight.of(FireflyOptions(attractiveness=_PLOTTED_BETA), limited=True)
     series = {
         f"γ = {gamma:.3f}": [

@@ -1,4 +1,4 @@
-"""Charts of an experiment: Matplotlib drawings as SVG, coloured by the style sheet of the page."""
+"""Charts of an experiment: Matplotlib drawings as SVG, in the colours of the page's style sheet."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from leafcut.report.svg import title
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: A convergence curve: points (iteration or seconds, cost), in order.
+#: A convergence curve: points (iteration or seconds, cost) in order.
 Course = Sequence[tuple[float, float]]
 
-#: Placeholder colours in Matplotlib's output. CSS variables replace them, because a page may be light or dark.
+#: Placeholder colours in the output of Matplotlib. CSS variables replace them, because a page may be light or dark.
 _INK, _SOFT, _LINE = "#010101", "#020202", "#030303"
 _HUES = tuple(f"#0404{k:02x}" for k in range(1, 9))
 _IN_PAGE = {_INK: "var(--ink)", _SOFT: "var(--ink-2)", _LINE: "var(--line)"}
@@ -30,7 +30,9 @@ _ID = re.compile(r'\s+id="([^"]*)"')
 
 
 def box_plots(groups: Mapping[str, Sequence[float]], heading: str, description: str) -> str:
-    """Return box plots with a dot per value; whiskers reach 1.5 times the interquartile range (Tukey 1977)."""
+    """Return box plots with one dot per value; the whiskers extend to 1.5 times the interquartile range (Tukey
+    1977).
+    """
     figure, axes = _figure(max(_WIDTH, 0.55 * len(groups)))
     values = [list(group) for group in groups.values()]
     boxes = axes.boxplot(values, widths=0.55, showfliers=False, patch_artist=True, whis=1.5)
@@ -49,7 +51,10 @@ def box_plots(groups: Mapping[str, Sequence[float]], heading: str, description: 
 
 def means(series: Mapping[str, Sequence[tuple[float, float, float, float]]], x_label: str, heading: str,
           description: str, ideal: Sequence[tuple[float, float]] = ()) -> str:  # fmt: skip
-    """Return a chart of means with error bars: name → (x, mean, low, high). `ideal` is drawn as a dotted line."""
+    """Return a chart of means with error bars.
+
+    `series` maps a name to its points (x, mean, low, high). `ideal` is drawn as a dotted line.
+    """
     figure, axes = _figure()
     if ideal:
         axes.plot(*zip(*ideal, strict=True), color=_SOFT, linewidth=1, linestyle=":", label="ideal")
@@ -81,7 +86,7 @@ def convergence(variants: Mapping[str, Sequence[Course]], x_label: str, heading:
 
 
 def lines(series: Mapping[str, Course], x_label: str, heading: str, description: str) -> str:
-    """Return a line chart of name → points (x, y)."""
+    """Return a line chart; `series` maps a name to its points (x, y)."""
     figure, axes = _figure()
     for k, (name, points) in enumerate(series.items()):
         colour, dash = _line_style(k)
@@ -95,7 +100,8 @@ def lines(series: Mapping[str, Course], x_label: str, heading: str, description:
 def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str, description: str) -> str:
     """Return time-to-target plots: the percentage of runs that have reached the target, over time.
 
-    `variants` maps a name to the time of each run. A run that missed the target has None and counts in the total.
+    `variants` maps a name to the time of each run. The time is None for a run that missed the target; such a run still
+    counts in the total.
 
     Source: Aiex, Resende and Ribeiro 2007, *TTT plots*.
     """
@@ -117,7 +123,7 @@ def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str,
 def pareto(
     points: Mapping[str, tuple[float, float]], front: Sequence[str], x_label: str, heading: str, description: str
 ) -> str:
-    """Return a scatter plot of two responses. The variants on the Pareto front are connected and labelled."""
+    """Return a scatter plot of two responses, in which the variants on the Pareto front are connected and labelled."""
     figure, axes = _figure()
     dominated = [point for name, point in points.items() if name not in front]
     if dominated:
@@ -137,7 +143,7 @@ def pareto(
 
 
 def scatter(series: Mapping[str, Sequence[tuple[float, float]]], x_label: str, heading: str, description: str) -> str:
-    """Return a scatter plot of name → points (x, y)."""
+    """Return a scatter plot; `series` maps a name to its points (x, y)."""
     figure, axes = _figure()
     for k, (name, points) in enumerate(series.items()):
         axes.plot(*zip(*points, strict=True), "os^D"[k % 4], color=_HUES[k % len(_HUES)], markersize=5, label=name)
@@ -163,7 +169,7 @@ def trials(costs: Sequence[tuple[float, float]], heading: str, description: str)
 
 
 def _costs_at(curve: Course, places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the cost of a curve at each of the given places (the value of the last step before it)."""
+    """Return the cost of a curve at each of the given positions, which is the value of the last step before it."""
     x, y = (np.array(column, dtype=np.float64) for column in zip(*curve, strict=True))
     costs: NDArray[np.float64] = y[np.maximum(np.searchsorted(x, places, side="right") - 1, 0)]
     return costs
@@ -207,7 +213,7 @@ def _legend(axes: Axes, count: int) -> None:
 
 
 def _svg(figure: Any, description: str) -> str:
-    """Return the figure as SVG with the page's CSS colours and `description` as its accessible title."""
+    """Return the figure as SVG with the CSS colours of the page; `description` is its accessible title."""
     from matplotlib import rc_context
 
     output = io.StringIO()

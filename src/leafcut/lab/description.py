@@ -1,4 +1,4 @@
-"""Description of an experiment, read from a TOML file: inputs × options × seeds, responses and analyses."""
+"""Description of an experiment in a TOML file: inputs × options × seeds, responses and analyses."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ SOLVE, OPTIMIZE = "solve", "optimize"
 MAX_RUNS, MAX_SEEDS = 100_000, 1000
 #: Responses that exist for every command: wall-clock time and processor time, s.
 WALL, PROCESSOR = "wall_s", "processor_s"
-#: Prefix of the responses of the searches of a run: processor time and wall-clock time, s; shortest iteration
-#: of the last search, and its part in which a single worker does nothing, s; best cost; best cost of the tours that the
+#: Prefix of responses from the searches of a run: processor time and wall-clock time, s; shortest iteration of the last
+#: search, and shortest idle time of a single worker in an iteration, s; best cost; best cost among the tours that the
 #: search itself built, excluding a given initial tour.
 SEARCH = "search"
-#: Response of every command that writes a program: time of its rapid moves, including retracts, s.
+#: Response of every command that writes a program: total time of rapid moves, including retracts, s.
 RAPID = "rapid_s"
-#: Responses that measure computing time instead of machine time.
+#: Responses that measure computing time rather than machine time.
 TIMES = (
     WALL,
     PROCESSOR,
@@ -39,10 +39,10 @@ ANALYSES = ("compare", "anova", "crossed", "speedup", "messages", "trend", "pare
 
 @dataclass(frozen=True)
 class LabInstance:
-    """An input of an experiment with its own options and known figures.
+    """An input of an experiment with its own options and known data.
 
-    `input` is a file, an included example (``example:plate-70``) or a random map (``random:200``). `facts` are known
-    figures, for example the size or a published result.
+    `input` is a file, an included example (``example:plate-70``) or a random map (``random:200``). `facts` contains
+    known values such as its size or a published result.
     """
 
     name: str
@@ -53,10 +53,10 @@ class LabInstance:
 
 @dataclass(frozen=True)
 class Level:
-    """A level of a factor: the options that it sets, and its number if it is numeric.
+    """A level of a factor: the options that it sets, and its value if it is numeric.
 
-    With a `folder`, runs of the level read the files of that folder which have the names of the instances' files. Runs
-    of the level leave out the options `without`, which other levels set.
+    With a `folder`, runs of this level read the files in that folder that have the same names as the files of the
+    instances. Runs of this level do not use the options `without`, which other levels set.
     """
 
     name: str
@@ -82,13 +82,13 @@ class Factor:
 
 @dataclass(frozen=True)
 class Response:
-    """A measured figure of a run.
+    """A value measured in each run.
 
     Attributes
     ----------
     path
-        Path in the ``--json`` answer of the command, such as ``after.time_s``; or `WALL`, `PROCESSOR`, or a figure of
-        the searches (`SEARCH`), or `RAPID`. " + " adds figures; "|" takes the first figure that exists.
+        Path in the ``--json`` answer of the command, such as ``after.time_s``; or `WALL`, `PROCESSOR`, a value from the
+        searches (`SEARCH`), or `RAPID`. " + " adds values; "|" selects the first value that exists.
     """
 
     name: str
@@ -100,22 +100,23 @@ class Response:
 
     @property
     def heading(self) -> str:
-        """Title with unit."""
+        """Title with the unit."""
         return f"{self.title}, {self.unit}" if self.unit else self.title
 
 
 @dataclass(frozen=True)
 class Analysis:
-    """An analysis of a response: its kind (of `ANALYSES`), the response, and the factors.
+    """An analysis of a response: its kind (one of `ANALYSES`), the response, and the factors.
 
     Attributes
     ----------
     base
-        Reference level of a trend, a projection or messages, and optionally of a comparison.
+        Reference level of a trend, a projection or a message analysis, and optionally of a comparison.
     fact
-        Known figure of each instance as the reference of a comparison, instead of a base level.
+        Known value of each instance that is the reference of a comparison, instead of a base level.
     against
-        Second response of a Pareto plot; if empty, the next. For messages, the rest of an iteration without its ants.
+        Second response of a Pareto plot; if empty, the next response. For a message analysis, the time of an iteration
+        without its ants.
     without
         Instances without which a trend is reported a second time.
     boards
@@ -144,7 +145,7 @@ class RunPlan:
 
     @property
     def input(self) -> str:
-        """Input of the run: that of its instance, or the file of the same name in the folder of a level."""
+        """Input of the run: that of its instance, or the file with the same name in the folder of a level."""
         folder = next((level.folder for level in self.levels.values() if level.folder), "")
         return str(Path(folder, Path(self.instance.input).name)) if folder else self.instance.input
 
@@ -159,8 +160,8 @@ class Description:
     """An experiment as described by its TOML file.
 
     `command` is ``solve``, ``optimize``, or the command of a process. With `new_process`, each run starts a new
-    process, whose start-up time counts. `cores` names a factor whose levels are numbers of threads; levels above the
-    number of cores of this machine are skipped.
+    operating system process, and its start-up time counts. `cores` names a factor whose levels are numbers of threads;
+    levels above the number of cores of this machine are skipped.
     """
 
     name: str
@@ -182,12 +183,12 @@ class Description:
     listed: bool = True
     #: Whether the experiment comes with leafcut.
     shipped: bool = False
-    #: The table [reduced] of the file, which describes the short form.
+    #: The table [reduced] of the file, which describes the short form of the experiment.
     short: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     @property
     def key(self) -> str:
-        """Name under which the runs are stored. The short form has a name of its own."""
+        """Name under which the runs are stored; the short form has its own name."""
         return f"{self.name} (reduced)" if self.reduced else self.name
 
     def response(self, name: str) -> Response:
@@ -199,7 +200,9 @@ class Description:
         return next(factor for factor in self.factors if factor.name == name)
 
     def runs(self) -> Iterator[RunPlan]:
-        """Yield all runs, one seed after the other. If the experiment ends early, all complete rounds are usable."""
+        """Yield all runs, one seed after the other, so that all complete rounds are usable if the experiment ends
+        early.
+        """
         for seed in self.seeds:
             for instance in self.instances:
                 for levels in itertools.product(*(factor.levels for factor in self.factors)):

@@ -1,4 +1,4 @@
-"""Type-checked access to a table of an experiment file."""
+"""Type-checked access to the tables of an experiment file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from leafcut.message import Message
 
 
 def value_text(value: Any) -> str:
-    """Return a level or figure as text."""
+    """Return the value of a level or a result as text."""
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
@@ -22,7 +22,7 @@ def number_of(value: Any) -> float | None:
 
 @dataclass(frozen=True)
 class DescriptionTable:
-    """A table of an experiment file and its path; every access checks the type of the value."""
+    """A table of an experiment file and its path. Each access checks the type of the value."""
 
     content: Mapping[str, Any]
     experiment: str
@@ -30,11 +30,11 @@ class DescriptionTable:
 
     @property
     def name(self) -> str:
-        """Last part of the table's path."""
+        """Last part of the path of the table."""
         return self.place.rpartition(".")[2]
 
     def wrong(self, words: str) -> OptionError:
-        """Return an error message that names the experiment and the table."""
+        """Return an error whose message names the experiment and the table."""
         return OptionError(f"experiment '{self.experiment}'{f', [{self.place}]' if self.place else ''}: {words}")
 
     def check(self, known: set[str]) -> None:
@@ -58,14 +58,14 @@ class DescriptionTable:
         return value
 
     def as_number(self, key: str, value: Any) -> float:
-        """Return a value as float; raise an error that names `key` if it is not a number."""
+        """Return a value as float; if it is not a number, raise an error that names `key`."""
         number = number_of(value)
         if number is None:
             raise self.wrong(f"{key}: a number is needed, not {value!r}")
         return number
 
     def texts(self, key: str) -> list[str]:
-        """Return the list under a key as texts; numbers are converted."""
+        """Return the list under a key as strings; numbers are converted."""
         value = self.content.get(key, [])
         if not isinstance(value, list) or any(isinstance(item, dict | list) for item in value):
             raise self.wrong(f"{key}: a list of texts is needed")

@@ -1,4 +1,4 @@
-"""`run_experiment`: run several algorithms on one point map, each with several seeds."""
+"""`run_experiment`: run several algorithms on a point map, each with several seeds."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from leafcut.processes.settings import collect_settings
 
 #: Maximum number of runs per algorithm, and maximum number of points per curve.
 MAX_RUNS, MAX_POINTS = 1000, 300
-#: Maximum number of points of all curves together (one page draws them all), and minimum number per curve.
+#: Maximum number of points of all curves together, because one page draws them all, and minimum number per curve.
 _ALL_POINTS, _MIN_POINTS = 20_000, 10
 
-#: Algorithms that can be compared: those that search for a tour.
+#: Algorithms that can be compared, which are those that search for a tour.
 COMPARED = tuple(name for name in ALGORITHM_TITLES if name not in ("auto", "none"))
 
 
@@ -42,7 +42,7 @@ class Repetition:
     seconds
         Search time without the lower bound, s.
     nodes
-        int32[k]: the nodes of the tour, in order.
+        int32[k]: the nodes of the tour in order.
     curve
         (iteration, seconds, cost) at each improvement of the best tour; iteration 0 is the initial tour.
     """
@@ -58,9 +58,9 @@ class Repetition:
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """The results of all runs, sorted by algorithm, then by seed.
+    """The results of all runs, sorted by algorithm and then by seed.
 
-    `lower_bound` bounds the cost of the tour. `stopped` is set if the user stopped the experiment before its end.
+    `lower_bound` is a lower bound on the cost of the tour. `stopped` is true if the user stopped the experiment early.
     """
 
     part: Part
@@ -70,12 +70,12 @@ class Experiment:
 
     @property
     def algorithms(self) -> tuple[str, ...]:
-        """The algorithms, in the order in which they ran."""
+        """The algorithms in the order in which they ran."""
         return tuple(dict.fromkeys(run.algorithm for run in self.repetitions))
 
     @property
     def best(self) -> Repetition:
-        """The run with the lowest cost; of equal runs, the first."""
+        """The run with the lowest cost; if several runs are equal, the first."""
         return min(self.repetitions, key=lambda run: run.cost)
 
     def runs_of(self, algorithm: str) -> tuple[Repetition, ...]:
@@ -104,10 +104,10 @@ def run_experiment(
     observe: Observer | None = None,
     cancelled: threading.Event | None = None,
 ) -> Experiment:
-    """Run each algorithm `runs` times on a point map. The seeds count up from the option ``seed``.
+    """Run each algorithm `runs` times on a point map, with seeds that count up from the option ``seed``.
 
-    `options` are those of `api.solve`; each algorithm receives only the options that it uses. All algorithms use the
-    same seeds. If `cancelled` is set, the current run is discarded, unless it is the first.
+    `options` are those of `api.solve`. Each algorithm receives only the options that it uses, and all algorithms use
+    the same seeds. If `cancelled` is set, the current run is discarded, unless it is the first.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def run_experiment(
 def options_for(algorithm: str, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options that an algorithm uses.
 
-    The lower bound is switched off, because it is computed once for all algorithms.
+    The lower bound is switched off, because it is computed only once for all algorithms.
     """
     used = registry.work("solve").used()
     kept = {name: value for name, value in options.items() if _fits(used.get(name, ()), algorithm)}
@@ -176,13 +176,13 @@ def _repetition(algorithm: str, seed: int, solution: Solution, study: Study, max
 
 
 def curve_of(solution: Solution, study: Study, max_points: int) -> Iterator[tuple[int, float, float]]:
-    """Yield (iteration, seconds, cost) of the initial tour, of each improvement, and of the end.
+    """Yield (iteration, seconds, cost) of the initial tour, each improvement, and the end.
 
-    Improvements are thinned to about `max_points`.
+    Improvements are thinned out to about `max_points`.
     """
     started, cost = solution.history[0]
     points, rows = [(0, started, cost)], study.iterations()
-    # For a map with sets of points, a search may only know the lengths through the centres.
+    # For a map with sets of points, a search may know only the lengths through the centres.
     known = bool(rows) and math.isclose(rows[-1].shortest, solution.cost, rel_tol=1e-9)
     for row in rows if known else ():
         if row.shortest < points[-1][2]:
@@ -192,9 +192,9 @@ def curve_of(solution: Solution, study: Study, max_points: int) -> Iterator[tupl
 
 
 def search_curve(study: Study, max_points: int) -> Iterator[tuple[int, float, float]]:
-    """Yield (iteration, seconds, cost) of the improvements of the latest search, and of its end.
+    """Yield (iteration, seconds, cost) of each improvement in the latest search, and of its end.
 
-    Improvements are thinned to about `max_points`.
+    Improvements are thinned out to about `max_points`.
     """
     points: list[tuple[int, float, float]] = []
     rows = study.iterations()

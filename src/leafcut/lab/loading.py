@@ -44,12 +44,12 @@ def shipped_names() -> list[str]:
 
 
 def shipped() -> dict[str, str]:
-    """Return the included experiments as name → title."""
+    """Return the titles of the included experiments by name."""
     return {name: load(name).title for name in shipped_names()}
 
 
 def load(name: str | Path) -> Description:
-    """Return the experiment with this name, or the one in a TOML file.
+    """Return the experiment with this name, or the experiment in a TOML file.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def load(name: str | Path) -> Description:
             return experiment_of_toml(parse_toml(content, str(path), EXPERIMENT), path.stem, path.parent)
         except DataError:
             raise
-        except OptionError as problem:  # the error is in the file, not on the command line
+        except OptionError as problem:  # the error is in the file rather than on the command line
             raise DataError(str(problem)) from None
     file = _SHIPPED / f"{name}.toml"
     if not re.fullmatch(r"[A-Za-z0-9_-]+", str(name)) or not file.is_file():
@@ -83,9 +83,9 @@ def load(name: str | Path) -> Description:
 
 
 def experiment_of_toml(content: Mapping[str, Any], name: str, folder: Path | None) -> Description:
-    """Return the experiment that parsed TOML describes. File names in it are relative to `folder`.
+    """Return the experiment described by parsed TOML. File names in it are relative to `folder`.
 
-    If `folder` is None, they name files that are included with leafcut.
+    If `folder` is None, file names refer to files included with leafcut.
 
     Raises
     ------
@@ -236,7 +236,7 @@ def _analysis(table: DescriptionTable, description: Description) -> Analysis:
 
 
 def _fact(table: DescriptionTable, description: Description) -> str:
-    """Return the name of the known figure that a comparison uses as reference; empty if it uses none."""
+    """Return the name of the known value that a comparison uses as reference; empty if there is none."""
     fact, known = table.text("fact", ""), {name for instance in description.instances for name in instance.facts}
     if fact and (table.text("kind") != "compare" or table.text("base", "")):
         raise table.wrong("fact: a comparison takes it, in place of a base")
@@ -246,7 +246,7 @@ def _fact(table: DescriptionTable, description: Description) -> str:
 
 
 def _seeds(table: DescriptionTable) -> tuple[int, ...]:
-    """Return the seeds: the given list, or 1 to the given number."""
+    """Return the seeds: the given list, or the numbers from 1 to the given number."""
     given = table.content.get("seeds", 1)
     listed = list(range(1, given + 1)) if type(given) is int and 0 < given <= MAX_SEEDS else given
     if not isinstance(listed, list) or not listed or any(type(seed) is not int or seed < 0 for seed in listed):
@@ -257,7 +257,7 @@ def _seeds(table: DescriptionTable) -> tuple[int, ...]:
 
 
 def _items_by_name(items: Sequence[Any], names: Sequence[str], table: DescriptionTable, kind: str) -> tuple[Any, ...]:
-    """Return the items with the given names, or all items if no name is given."""
+    """Return the items with the given names, or all items if no names are given."""
     known = [item.name for item in items]
     for name in names:
         if name not in known:
@@ -266,9 +266,9 @@ def _items_by_name(items: Sequence[Any], names: Sequence[str], table: Descriptio
 
 
 def _resolve_files(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options with their file names resolved relative to `folder`.
+    """Resolve the file names in options relative to `folder`.
 
-    Options that cannot be resolved are kept; they are refused later, with the name of their run.
+    Options that cannot be resolved are unchanged; they are refused later, with the name of their run.
     """
     try:
         return resolve_files(folder, options)
@@ -303,12 +303,12 @@ def _check_options(description: Description) -> None:
 
 
 def _work(command: str) -> Work | None:
-    """Return the work of a command, or None if it depends on the input."""
+    """Return the `Work` of a command, or None if it depends on the input."""
     return next((work for work in registry.works() if work.command == command), None)
 
 
 def short_form(description: Description) -> Description:
-    """Return the short form of an experiment (fewer inputs, levels and seeds, less work per run).
+    """Return the short form of an experiment: fewer inputs, levels and seeds, and less work per run.
 
     Raise `OptionError` if the experiment has no short form.
     """

@@ -1,4 +1,6 @@
-"""Speed-up of parallel ants over one thread: measured, and simulated from the costs of an iteration and of messages."""
+"""Speed-up of parallel ants over one thread: measured, and simulated from the costs of an iteration and its
+messages.
+"""
 
 from __future__ import annotations
 
@@ -14,20 +16,20 @@ from leafcut.lab.results import ReportBlock, Results, Table, number, number_or_d
 
 @dataclass(frozen=True)
 class IterationCost:
-    """Cost of an iteration, in the unit of the response: C, U and M of `simulated`."""
+    """Cost of an iteration, in the unit of the response: C, U and M in `simulated`."""
 
     ants: float
     update: float
     messages: float
 
     def simulated(self, workers: float) -> float:
-        """Return C / p + U + p·M: workers share the ants, and nothing overlaps the messages."""
+        """Return C / p + U + p·M for p workers, which share the ants; messages do not overlap with any other work."""
         return self.ants / workers + self.update + workers * self.messages
 
 
 @dataclass(frozen=True)
 class _Instance:
-    """Times of an iteration on an instance, by model and number of workers, and their costs by model."""
+    """Times of an iteration on an instance, by model and number of workers, and its costs by model."""
 
     name: str
     size: float
@@ -45,7 +47,7 @@ class _Instance:
 
 
 def messages_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Report costs of an iteration, speed-up and efficiency of each model, and the break-even sizes."""
+    """Report the costs of an iteration, the speed-up and efficiency of each model, and the break-even sizes."""
     description = results.description
     model, workers = (description.factor(name) for name in analysis.factors)
     if description.factors != (model, workers) or not workers.numeric:
@@ -78,12 +80,13 @@ def messages_block(results: Results, analysis: Analysis, response: Response) -> 
 
 
 def _worker_counts(workers: Factor) -> dict[str, float]:
-    """Return the number of workers of each level."""
     return {level.name: level.value or 0.0 for level in workers.levels}
 
 
 def break_even_size(points: Sequence[tuple[float, float]]) -> str:
-    """Return the size from which the speed-up exceeds 1, given (size, speed-up), interpolated on logarithms."""
+    """Return the size above which the speed-up exceeds 1, interpolated logarithmically between points (size,
+    speed-up).
+    """
     points = sorted(points)
     if not points:
         return "–"
@@ -114,7 +117,7 @@ def _break_even_table(instances: Sequence[_Instance], models: Sequence[str], wor
 def _instances(
     results: Results, analysis: Analysis, response: Response, model: Factor, workers: Factor
 ) -> list[_Instance]:
-    """Return the instances with a size and the times of one thread, the smallest first."""
+    """Return the instances that have a size and times with one thread, smallest first."""
     figures, rests = results.figures(response.name), results.figures(analysis.against)
     numbers = _worker_counts(workers)
     one = next((name for name, value in numbers.items() if value == 1.0), "")

@@ -16,12 +16,12 @@ from leafcut.lab.store import Row
 #: Candidate targets, percent above the best result. The smallest target that half of all runs reach is used.
 _TARGETS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 
-#: Maximum number of curves in a chart with one for each variant.
+#: Maximum number of curves in a chart with one curve for each variant.
 _MAX_CURVES = 8
 
 
 def overview(results: Results) -> ReportBlock:
-    """Return a table of all cells: number of runs and missing runs, and statistics of each response."""
+    """Return a table of all cells with the number of runs and missing runs, and statistics of each response."""
     description = results.description
     columns = ["Instance", *(factor.title for factor in description.factors), "Runs", "Missing"]
     for response in description.responses:
@@ -41,9 +41,10 @@ def overview(results: Results) -> ReportBlock:
 
 
 def searches(results: Results) -> ReportBlock | None:
-    """Return convergence and time-to-target charts of each instance; None if no run recorded a curve.
+    """Return convergence and time-to-target charts of each instance, or None if no run recorded a curve.
 
-    A curve belongs to a variant; with more than `_MAX_CURVES` variants, to a level of the first factor.
+    There is one curve per variant. If there are more than `_MAX_CURVES` variants, there is one per level of the first
+    factor.
     """
     description = results.description
     n_variants = len({cell[1:] for cell in results.cells()})

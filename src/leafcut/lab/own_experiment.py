@@ -1,4 +1,4 @@
-"""An experiment on the user's own part: which settings can be compared, and the description of the experiment."""
+"""Experiments on the user's own part: the settings that can be compared, and the description of the experiment."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _USUAL_RESPONSES = (_PROGRAM, Response("travel", "Travel", "mm", "after.travel_m
 
 
 def compared_option_values(command: str) -> tuple[str, tuple[str, ...]]:
-    """Return the option whose values can be compared (pocket strategies or algorithms), and these values."""
+    """Return the option whose values can be compared (pocket strategies or algorithms), and its values."""
     if command == "pocket":
         choices = group_of("strategy").specs()["strategy"].all_choices
         return "strategy", tuple(name for name in choices if name != "auto")
@@ -48,10 +48,10 @@ def responses_of(command: str) -> tuple[Response, ...]:
 def comparison_experiment(
     name: str, source: str, command: str, options: Mapping[str, Any], values: Sequence[str], runs: int
 ) -> Description:
-    """Return an experiment that runs a part with several values of an option and the same seeds for each.
+    """Return an experiment that runs a part with several values of an option, using the same seeds for each value.
 
-    Options that apply only to some of these values are dropped; each value runs with its defaults for them. `values`
-    must be values that `compared_option_values` returns.
+    Options that apply only to some of these values are dropped, so each value runs with its defaults for them. `values`
+    must be among the values that `compared_option_values` returns.
 
     Raises
     ------

@@ -19,7 +19,7 @@ from leafcut.lab.published import circumstances as own_circumstances
 from leafcut.lab.results import ReportBlock, Results, number
 from leafcut.lab.store import Row
 
-#: Packages of the extra ``lab`` that a report needs.
+#: Packages from the extra ``lab`` that a report needs.
 _NEEDED = ("scipy", "pandas", "statsmodels", "scikit_posthocs", "matplotlib")
 
 
@@ -28,8 +28,8 @@ def write_page(
 ) -> str:
     """Return the report page of an experiment.
 
-    `rows` are the stored runs, and `n_runs` is the number of runs planned for this machine. `n_left_out` runs need
-    more cores than this machine has. The blocks of `before` come first.
+    `rows` are the stored runs, and `n_runs` is the number of runs planned for this machine. `n_left_out` runs need more
+    cores than this machine has. The blocks in `before` come first.
 
     Raises
     ------
@@ -59,9 +59,9 @@ def write_page(
 
 
 def write_published(runs: Mapping[str, Runs], language: str, options: str = "") -> str:
-    """Return the page of all published figures beside ours, in a language of `published.LANGUAGES`.
+    """Return the page that compares all published results with ours, in a language of `published.LANGUAGES`.
 
-    `runs` maps the name of each experiment to its runs; `options` are the options of `leafcut lab run` for missing
+    `runs` maps the name of each experiment to its runs. `options` are the options of `leafcut lab run` for missing
     runs. Raise `LeafcutError` if the extra ``lab`` is not installed.
     """
     _check_packages()
@@ -90,7 +90,7 @@ def _check_packages() -> None:
 
 
 def rows_as_csv(description: Description, rows: Sequence[Row]) -> str:
-    """Return the runs as CSV, one row per run, with its responses, machine and start time."""
+    """Return the runs as CSV: one row per run, with its responses, machine and start time."""
     factors, responses = [item.name for item in description.factors], [item.name for item in description.responses]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -152,7 +152,7 @@ def _state_sentences(
 
 
 def run_circumstances(rows: Sequence[Row]) -> list[str]:
-    """Return sentences on the machines, versions and dates of the runs."""
+    """Return sentences about the machines, versions and dates of the runs."""
     if not rows:
         return []
     machines = sorted({row.machine for row in rows})

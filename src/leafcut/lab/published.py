@@ -1,4 +1,4 @@
-"""Figures of publications beside those of our own runs of the same design."""
+"""Compare published results with those of our own runs of the same design."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from leafcut.lab.running import can_run
 from leafcut.lab.statistics import one_way, trend
 from leafcut.lab.store import Row
 
-#: Languages of the page. The texts and the published figures are in one file.
+#: Languages of the page. The texts and the published results are in the same file.
 LANGUAGES = ("en", "es")
 _SOURCES = resources.files("leafcut.lab") / "shipped" / "published" / "sources.toml"
-#: Minimum number of gains for a trend.
+#: Minimum number of gains required for a trend.
 _MIN_TREND = 4
 
 #: A text by language.
@@ -34,7 +34,7 @@ Texts = Mapping[str, str]
 
 @dataclass(frozen=True)
 class Figure:
-    """A published figure and the runs that it is compared with; the keys are explained in ``sources.toml``."""
+    """A published result, and the runs with which it is compared; the keys are explained in ``sources.toml``."""
 
     row: Texts
     quantity: Texts
@@ -52,7 +52,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class PublishedTable:
-    """A table of published figures. `without` is the row without which a trend is reported a second time."""
+    """A table of published results. `without` is the row without which a trend is reported a second time."""
 
     source: Texts
     title: Texts
@@ -64,7 +64,10 @@ class PublishedTable:
 
 @dataclass(frozen=True)
 class Runs:
-    """The stored runs of an experiment. `whole` is its full form, and `rows` include refused runs without figures."""
+    """The stored runs of an experiment.
+
+    `whole` is the full form of the experiment. `rows` includes refused runs without results.
+    """
 
     whole: Description
     description: Description
@@ -72,7 +75,7 @@ class Runs:
 
     @cached_property
     def results(self) -> Results:
-        """The runs with figures, by cell."""
+        """The runs that have results, grouped by cell."""
         return Results.of(self.description, self.rows)
 
     @cached_property
@@ -97,15 +100,15 @@ class Runs:
 
     @cached_property
     def figures(self) -> Mapping[str, Mapping[DesignCell, list[float]]]:
-        """Response → cell → figures."""
+        """Values of each response by cell."""
         return {response.name: self.results.figures(response.name) for response in self.description.responses}
 
     def place(self, factor: str) -> int:
-        """Return the place of a factor's level in a cell."""
+        """Return the position of a factor in the tuple of a cell."""
         return 1 + [item.name for item in self.description.factors].index(factor)
 
     def chosen(self, figure: Figure) -> list[DesignCell]:
-        """Return the cells of a figure."""
+        """Return the cells that belong to a published result."""
         wanted = {self.place(name): names for name, names in figure.levels.items()}
         return [
             cell for cell in self.cells
@@ -113,16 +116,16 @@ class Runs:
         ]  # fmt: skip
 
     def base(self, cell: DesignCell, figure: Figure) -> DesignCell:
-        """Return the cell that a saving refers to."""
+        """Return the reference cell of a saving."""
         changed = {self.place(name): names[0] for name, names in figure.base.items()}
         return tuple(changed.get(k, name) for k, name in enumerate(cell))
 
 
 @dataclass(frozen=True)
 class Ours:
-    """Our figure. Without a figure, `value` is None and `missing` is the key of its explanation.
+    """Our result. If there is none, `value` is None and `missing` is the key of the explanation.
 
-    `runs` of `planned` runs are finished.
+    `runs` of the `planned` runs are finished.
     """
 
     value: float | str | None
@@ -143,7 +146,7 @@ def words(language: str) -> Texts:
 
 @cache
 def published_tables() -> tuple[PublishedTable, ...]:
-    """Return all tables of published figures."""
+    """Return all tables of published results."""
     return tuple(
         PublishedTable(
             _texts(source["title"]), _texts(table["title"]), _texts(table["row"]), tuple(_figures(table)),
@@ -155,12 +158,12 @@ def published_tables() -> tuple[PublishedTable, ...]:
 
 
 def experiments() -> list[str]:
-    """Return the names of the experiments that have published figures."""
+    """Return the names of the experiments for which there are published results."""
     return list(dict.fromkeys(figure.experiment for table in published_tables() for figure in table.figures))
 
 
 def published_blocks(runs: Mapping[str, Runs], language: str, options: str = "") -> list[ReportBlock]:
-    """Return a section of a report for each table with figures of `runs`.
+    """Return a report section for each table that contains results of `runs`.
 
     `options` are the options of `leafcut lab run` that add missing runs.
     """
@@ -172,12 +175,12 @@ def published_blocks(runs: Mapping[str, Runs], language: str, options: str = "")
 
 
 def compared(table: PublishedTable, runs: Mapping[str, Runs]) -> list[FigurePair]:
-    """Return the figures of a table with ours. Figures of experiments that are not in `runs` are omitted."""
+    """Return the results in a table together with ours; results of experiments that are not in `runs` are omitted."""
     return [(figure, ours(figure, runs[figure.experiment])) for figure in table.figures if figure.experiment in runs]
 
 
 def ours(figure: Figure, runs: Runs) -> Ours:
-    """Return the figure of our runs."""
+    """Return our result that corresponds to a published one."""
     cells = runs.chosen(figure)
     if not cells:
         return Ours(None, missing="not_here")
@@ -188,7 +191,7 @@ def ours(figure: Figure, runs: Runs) -> Ours:
     if all(cell in values for cell in needed):
         try:
             return Ours(_value(figure, runs, cells), done, planned)
-        except OptionError:  # too few figures for an analysis of variance
+        except OptionError:  # too few results for an analysis of variance
             return Ours(None, done, planned, "not_run" if done < planned else "no_figure")
     lacking = {cell for cell in needed if cell not in values}
     missing = "cores" if lacking - runs.possible else "not_run" if lacking - runs.stored else "no_figure"
@@ -223,7 +226,7 @@ def _block(
 
 
 def pairs_as_csv(runs: Mapping[str, Runs]) -> str:
-    """Return the published figures beside ours as CSV."""
+    """Return the published results next to ours as CSV."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(
@@ -243,7 +246,7 @@ def pairs_as_csv(runs: Mapping[str, Runs]) -> str:
 
 
 def circumstances(runs: Mapping[str, Runs], language: str) -> list[str]:
-    """Return a sentence on the versions, machines and dates of our runs; empty without runs."""
+    """Return a sentence about the versions, machines and dates of our runs; empty without runs."""
     rows = [row for item in runs.values() for row in item.rows]
     if not rows:
         return []
@@ -253,7 +256,7 @@ def circumstances(runs: Mapping[str, Runs], language: str) -> list[str]:
 
 
 def command_options(reduced: bool, results: str = "") -> str:
-    """Return options of `leafcut lab run`; `results` is the file of results, or empty for the default."""
+    """Return options for `leafcut lab run`; `results` is the results file, or empty for the default file."""
     return f"{' --reduced' if reduced else ''}{f' --results {shlex.quote(results)}' if results else ''}"
 
 
@@ -277,7 +280,7 @@ def _value(figure: Figure, runs: Runs, cells: Sequence[DesignCell]) -> float | s
 
 
 def _percent(figure: Figure, own: Ours) -> float | None:
-    """Return our difference from a published figure in percent; None without two numbers."""
+    """Return the difference between our result and the published one in percent; None if either is not a number."""
     if isinstance(own.value, str) or isinstance(figure.published, str) or own.value is None or not figure.published:
         return None
     return 100.0 * (own.value / figure.published - 1.0)
@@ -293,7 +296,7 @@ def _change(figure: Figure, own: Ours, texts: Texts) -> str:
 
 
 def _known(table: PublishedTable, pairs: Sequence[FigurePair], runs: Mapping[str, Runs]) -> dict[str, str]:
-    """Return the figures that the sentences of a table may contain, as text."""
+    """Return the values that the sentences of a table may contain, as text by field name."""
     known = {"cells": str(len(pairs)), "compared": str(sum(own.value is not None for _, own in pairs))}
     changes = [change for figure, own in pairs if figure.unit != "%" and (change := _percent(figure, own)) is not None]
     if len(changes) == 1:
@@ -320,9 +323,9 @@ def _known(table: PublishedTable, pairs: Sequence[FigurePair], runs: Mapping[str
 
 
 def _pace(pairs: Sequence[FigurePair], runs: Mapping[str, Runs]) -> dict[str, str]:
-    """Return the time that a published saving implies for all holes and for one, and our time for one hole.
+    """Return the time that a published saving implies for all holes and for one hole, and our time for one hole.
 
-    A saving of d min that is p % is of d / p min.
+    If a saving of d minutes is p %, the total time is d / p minutes.
     """
     by_cell: dict[tuple[str, str], dict[str, FigurePair]] = {}
     for pair in pairs:
@@ -351,7 +354,7 @@ def _trend(prefix: str, gains: Sequence[tuple[float, float]]) -> dict[str, str]:
 
 
 def _size(figure: Figure, runs: Mapping[str, Runs]) -> float:
-    """Return the size of a figure's instance, or 0."""
+    """Return the size of the instance of a published result, or 0."""
     instances = runs[figure.experiment].whole.instances
     return next((item.facts.get("size", 0.0) for item in instances if item.name == figure.instance), 0.0)
 

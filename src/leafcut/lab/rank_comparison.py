@@ -1,4 +1,4 @@
-"""Comparison of the levels of a factor: ranks over all instances, pairwise tests, and savings over a base level."""
+"""Compare the levels of a factor: ranks over all instances, pairwise tests, and savings over a base level."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.lab.statistics import MIN_OF_PAIRS, Pair, compare_ranks, interval
 
 
 def comparison_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Return the ranks of a factor's levels over all instances, and the savings over the base level."""
+    """Report the ranks of a factor's levels over all instances, and the savings over the base level."""
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     by_cell = results.groups(response.name, factor.name)
     complete = {rest: groups for rest, groups in by_cell.items() if len(groups) == len(factor.levels)}
@@ -75,7 +75,9 @@ def comparison_block(results: Results, analysis: Analysis, response: Response) -
 def _difference_table(
     results: Results, analysis: Analysis, response: Response, title: str, sentences: list[str]
 ) -> Table:
-    """Return a table of differences from the base level or a known figure; append the mean savings to `sentences`."""
+    """Return a table of differences from the base level or from a known value; append the mean savings to
+    `sentences`.
+    """
     base_name = analysis.base or analysis.fact
     known = {instance.name: instance.facts.get(analysis.fact, 0.0) for instance in results.description.instances}
     levels = [level.name for level in results.description.factor(analysis.factors[0]).levels]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from leafcut.lab.description import Description
 from leafcut.lab.store import Row
 
-#: Maximum number of instances that get charts of their own.
+#: Maximum number of instances that have their own charts.
 MAX_CHARTS = 8
 
 DesignCell = tuple[str, ...]
@@ -17,7 +17,7 @@ DesignCell = tuple[str, ...]
 
 @dataclass(frozen=True)
 class Table:
-    """A table of a report. The first `texts` columns hold text, the others numbers."""
+    """A table of a report. The first `texts` columns contain text, and the others contain numbers."""
 
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
@@ -37,14 +37,14 @@ class ReportBlock:
 
 @dataclass(frozen=True)
 class Results:
-    """The runs of an experiment, grouped by cell. A cell is an instance with a level of each factor."""
+    """The runs of an experiment, grouped by cell. A cell is an instance combined with one level of each factor."""
 
     description: Description
     rows: tuple[Row, ...]
 
     @classmethod
     def of(cls, description: Description, rows: Iterable[Row]) -> Results:
-        """Keep the rows that match the current description and have figures. Refused programs may have figures."""
+        """Select the rows that match the current description and have results. A refused program may have results."""
         instances = {instance.name for instance in description.instances}
         levels = {factor.name: {level.name for level in factor.levels} for factor in description.factors}
         kept = [
@@ -60,19 +60,19 @@ class Results:
         return tuple(row for row in self.rows if not row.failed)
 
     def missing(self, count: int) -> int:
-        """Return the number of missing runs of a cell that has `count` figures."""
+        """Return the number of missing runs of a cell that has `count` results."""
         return len(self.description.seeds) - count
 
     def figures(self, response: str) -> dict[DesignCell, list[float]]:
-        """Return the figures of a response by cell.
+        """Return the values of a response by cell.
 
-        Cells follow the description; the figures of a cell are sorted by seed.
+        Cells are in the order of the description, and the values of a cell are sorted by seed.
         """
         by_cell: dict[DesignCell, list[float]] = {cell: [] for cell in self.cells()}
         for row in sorted(self.rows, key=lambda run: run.seed):
             value = row.responses.get(response)
             if value is not None and math.isfinite(value):
-                by_cell[self.cell(row)].append(float(f"{value:.12g}"))  # rounds off the order of a sum
+                by_cell[self.cell(row)].append(float(f"{value:.12g}"))  # hides effects of the order of addition
         return {cell: values for cell, values in by_cell.items() if values}
 
     def cells(self) -> Iterator[DesignCell]:
@@ -86,7 +86,7 @@ class Results:
         return (row.instance, *(row.levels[factor.name] for factor in self.description.factors))
 
     def groups(self, response: str, factor: str) -> dict[DesignCell, dict[str, list[float]]]:
-        """Return the figures of a response by level of a factor, for each combination of instance and other factors."""
+        """Return the values of a response by level of a factor, for each combination of instance and other factors."""
         position = 1 + [item.name for item in self.description.factors].index(factor)
         by_rest: dict[DesignCell, dict[str, list[float]]] = {}
         for cell, values in self.figures(response).items():
@@ -95,21 +95,21 @@ class Results:
 
 
 def has_figures(row: Row) -> bool:
-    """Return whether a run has a figure. A refused program may have the figures of its search."""
+    """Return whether a run has any result. A refused program may have the results of its search."""
     return not row.failed or any(value is not None for value in row.responses.values())
 
 
 def variant_name(description: Description, cell: DesignCell) -> str:
-    """Return the name of a cell's variant: its levels without the instance.
+    """Return the name of the variant of a cell, which consists of its levels without the instance.
 
-    Numeric levels follow their factor's title.
+    A numeric level follows the title of its factor.
     """
     levels = zip(description.factors, cell[1:], strict=True)
     return ", ".join(f"{factor.title} {level}" if factor.numeric else level for factor, level in levels) or "runs"
 
 
 def number(value: float) -> str:
-    """Return a number with five significant digits."""
+    """Return a number as text with five significant digits."""
     if not math.isfinite(value):
         return "∞" if value > 0 else "–"
     if value == 0.0:
@@ -126,7 +126,7 @@ def number_or_dash(value: float | None) -> str:
 
 
 def p_words(p: float | None, name: str = "p ") -> str:
-    """Return a p value as text such as ``p = 0.012`` or ``p < 0.001``; `name` is its prefix."""
+    """Return a p value as text such as ``p = 0.012`` or ``p < 0.001``; `name` is the prefix."""
     if p is None:
         return "–"
     if p < 0.001:

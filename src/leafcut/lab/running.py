@@ -1,4 +1,4 @@
-"""`run`: execute the missing runs of an experiment and store each run as soon as it is finished."""
+"""`run`: execute the missing runs of an experiment, and store each run as soon as it is finished."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ from leafcut.read.format import Source
 
 #: Maximum number of stored points per curve.
 MAX_POINTS = 300
-#: Maximum number of stored points per curve of a search inside a process.
+#: Maximum number of stored points per curve of a search that is part of a process.
 _MAX_SEARCH_POINTS = 50
 #: Time limit of a run in a new process, s.
 _LONGEST_PROCESS = 3600.0
@@ -60,7 +60,7 @@ _PACKAGES = ("numpy", "numba")
 class RunTask:
     """A run as plain data that can be sent to another process or machine.
 
-    `input` is a name, or a file that is already read.
+    `input` is a name, or a file that has already been read.
     """
 
     key: str
@@ -75,7 +75,7 @@ class RunTask:
 class Answer:
     """The result of a run task, with the machine and the start time.
 
-    `failed` is the error message. A run that fails after its search keeps the figures of the search.
+    `failed` is the error message. A run that fails after its search still has the results of the search.
     """
 
     responses: Mapping[str, float | None] = field(default_factory=dict)
@@ -87,7 +87,7 @@ class Answer:
     load: float | None = None
 
 
-#: Executes tasks and yields each with its answer when finished, in any order.
+#: Executes tasks and yields each task with its answer when it is finished, in any order.
 Performer = Callable[[Iterable[RunTask]], Iterator[tuple[RunTask, Answer]]]
 
 
@@ -95,8 +95,8 @@ Performer = Callable[[Iterable[RunTask]], Iterator[tuple[RunTask, Answer]]]
 class RunSummary:
     """Summary of a call of `run`.
 
-    `runs` fit this machine and `finished` of them are stored; `done` were executed by this call. `left_out` runs
-    need more threads than this machine has cores.
+    `runs` is the number of runs that this machine can execute, and `finished` of them are stored; `done` were executed
+    by this call. `left_out` runs need more threads than this machine has cores.
     """
 
     runs: int
@@ -118,21 +118,22 @@ def run(
 ) -> RunSummary:
     """Execute the runs of an experiment that are not stored yet, and repeat failed runs.
 
-    The seeds form rounds. The order within a round is random, so that a drift of the machine affects all levels
-    alike. Each run is stored when it is finished. If `cancelled` is set, or after an interrupt, unfinished runs are
-    discarded.
+    Runs are executed in rounds of one seed. The order within a round is random, so that drift of the machine affects
+    all levels equally. Each run is stored when it is finished. If `cancelled` is set, or after an interrupt, unfinished
+    runs are discarded.
 
     Parameters
     ----------
     performer
-        Executes the runs; by default they run in this process, one after the other.
+        Executes the runs; by default, they run in this process, one after the other.
     mixed
         Whether runs of different versions of leafcut may be combined.
 
     Raises
     ------
     OptionError
-        No run fits this machine; or stored results are from another version of leafcut, and `mixed` is not set.
+        This machine can execute none of the runs; or stored results are from another version of leafcut, and `mixed` is
+        not set.
     ReadError, OutputError
         An input cannot be read, or the results cannot be written. Stored runs are kept.
     """
@@ -177,7 +178,7 @@ def run(
 
 
 def in_random_order(plans: Iterable[RunPlan], name: str) -> list[RunPlan]:
-    """Return the runs in rounds of one seed, shuffled within each round. The same name gives the same order."""
+    """Return the runs in rounds of one seed, shuffled within each round; the same name gives the same order."""
     by_seed: dict[int, list[RunPlan]] = {}
     for plan in plans:
         by_seed.setdefault(plan.seed, []).append(plan)
@@ -187,9 +188,9 @@ def in_random_order(plans: Iterable[RunPlan], name: str) -> list[RunPlan]:
 
 
 def rows_of(description: Description, store: Store) -> list[Row]:
-    """Return the stored runs that match the current description of an experiment, in its order.
+    """Return the stored runs that match the current description of an experiment, in the order of the description.
 
-    Runs whose options or inputs have changed since are omitted.
+    Runs whose options or inputs have changed since then are omitted.
 
     Raises
     ------
@@ -208,7 +209,7 @@ def can_run(description: Description, plan: RunPlan) -> bool:
 
 
 def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[str | Source, str]]) -> RunTask:
-    """Return the task of a planned run. `inputs` maps each input to its content and hash."""
+    """Return the task of a planned run; `inputs` maps each input to its content and hash."""
     source, sha = inputs[plan.input]
     responses = {response.name: (response.path, response.scale) for response in description.responses}
     levels = {name: level.name for name, level in plan.levels.items()}
@@ -221,7 +222,7 @@ def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[
 
 
 def execute_run(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
-    """Execute a run; an error is returned in the answer."""
+    """Execute a run; if it fails, the answer contains the error."""
     started, load = datetime.now(UTC).isoformat(timespec="seconds"), _load_average()
     environment = Answer(began=started, load=load, versions=_versions(), machine=_machine())
     study = _study_for(task)
@@ -245,7 +246,7 @@ def executor_performer(executor: WatchedExecutor, ended: threading.Event) -> Per
     Raises
     ------
     OptionError
-        The executor does several runs at once in one process, so that processor times cannot be separated.
+        The executor executes several runs at once in one process, so processor times cannot be separated.
     """
     if executor.together > 1:
         raise OptionError(
@@ -261,7 +262,7 @@ def executor_performer(executor: WatchedExecutor, ended: threading.Event) -> Per
 
 
 def _run_in_process(tasks: Iterable[RunTask], cancel_event: threading.Event) -> Iterator[tuple[RunTask, Answer]]:
-    """Execute tasks one after the other. A cancelled task yields no answer."""
+    """Execute tasks one after the other; a cancelled task yields no answer."""
     for task in tasks:
         answer = execute_run(task, cancel_event)
         if cancel_event.is_set():
@@ -270,7 +271,7 @@ def _run_in_process(tasks: Iterable[RunTask], cancel_event: threading.Event) -> 
 
 
 class SearchStudy(Study):
-    """A study that also records the processor time of the searches, s."""
+    """A study that also records processor times, iteration times, and the best tour that the search itself built."""
 
     def __init__(self) -> None:
         super().__init__(None)
@@ -278,14 +279,13 @@ class SearchStudy(Study):
         self._last = 0.0
         #: Lowest cost among the tours that the last search itself built.
         self._own = math.inf
-        #: Time since the start of the last search and time of its workers after the last iteration, s.
+        #: Time since the start of the last search, and time of its workers, both after the last iteration, s.
         self._before: tuple[float, float] | None = None
-        #: Shortest iteration of the last search, and shortest part of an iteration in which a single worker does
-        #: nothing, s.
+        #: Shortest iteration of the last search, and shortest idle time of a single worker in an iteration, s.
         self._iteration_s = self._rest_s = math.inf
 
     def begin(self) -> None:
-        """Start the record of another search."""
+        """Start recording another search."""
         super().begin()
         self._last, self._own = time.process_time(), math.inf
         self._before, self._iteration_s, self._rest_s = None, math.inf, math.inf
@@ -294,7 +294,7 @@ class SearchStudy(Study):
         self, number: int, seconds: float, shortest: float, costs: Floats | None = None,
         branching: Callable[[], float | None] = lambda: None, working: float = 0.0,
     ) -> None:  # fmt: skip
-        """Record an iteration, its processor time and the time of its workers."""
+        """Record an iteration, its processor time, and the time of its workers."""
         super().note(number, seconds, shortest, costs, branching, working)
         if self._before is not None:
             step, worked = seconds - self._before[0], working - self._before[1]
@@ -307,8 +307,9 @@ class SearchStudy(Study):
         self.processor, self._last = self.processor + now - self._last, now
 
     def figures(self) -> dict[str, float]:
-        """Return the total times of all searches, and the cost and shortest iteration of the last search; empty
-        without an iteration.
+        """Return the total times of all searches, and the cost and shortest iteration of the last search.
+
+        The result is empty without an iteration.
         """
         searches = [rows for k in range(len(self.searches)) if (rows := self.iterations(k))]
         if not searches:
@@ -320,9 +321,9 @@ class SearchStudy(Study):
 
 
 def _study_for(task: RunTask) -> SearchStudy | None:
-    """Return a study if a response or a convergence curve needs one, else None.
+    """Return a study if a response or a convergence curve needs one, otherwise None.
 
-    Observing costs time, for example for a lower bound.
+    Observing a search takes time, for example for a lower bound.
     """
     observed = task.command in (SOLVE, "pocket") or any(f"{SEARCH}." in path for path, _ in task.responses.values())
     return SearchStudy() if observed else None
@@ -339,7 +340,7 @@ def _search_curve(study: Study | None) -> tuple[tuple[int, float, float], ...]:
 def _answer(
     task: RunTask, study: Study | None, cancelled: threading.Event | None
 ) -> tuple[dict[str, Any], tuple[tuple[int, float, float], ...]]:
-    """Run the command; return its ``--json`` answer, and the convergence curve of an observed search."""
+    """Run the command; return its ``--json`` answer, and the convergence curve if the search was observed."""
     from leafcut.report.json_answer import as_json, solved_as_json
 
     if task.command == SOLVE:
@@ -359,7 +360,7 @@ def _warm_up(task: RunTask) -> None:
     variant = (task.command, *(str(task.options.get(name)) for name in ("algorithm", "strategy", "parallel")))
     if variant not in _warm():
         _warm().add(variant)
-        with suppress(LeafcutError):  # the run itself reports it
+        with suppress(LeafcutError):  # the run itself reports the error
             _answer(task, _study_for(task), None)
 
 
@@ -394,7 +395,7 @@ def _in_new_process(task: RunTask) -> dict[str, Any]:
 def _response_values(answer: Mapping[str, Any], task: RunTask) -> dict[str, float | None]:
     """Return the responses of an answer.
 
-    A response is a sum of figures, each the first that exists of several paths.
+    A response is a sum of values. Each value is the first that exists at one of several paths.
     """
     figures: dict[str, float | None] = {}
     for name, (sum_of, scale) in task.responses.items():
@@ -421,14 +422,14 @@ def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
 
 
 def _inputs_with_hashes(description: Description) -> dict[str, tuple[str | Source, str]]:
-    """Return the content of each input and its hash."""
+    """Return the content and the hash of each input."""
     instances = {plan.input: plan.instance.name for plan in description.runs()}
     return {name: _input_and_hash(description.command, name, instance) for name, instance in instances.items()}
 
 
 def _input_and_hash(command: str, name: str, instance: str) -> tuple[str | Source, str]:
-    """Return an input and its hash (of the content, or of the name if there is no file)."""
-    if command == "nest":  # a list of drawings, which the command reads itself
+    """Return an input and its hash, which is that of the content, or of the name if there is no file."""
+    if command == "nest":  # the input is a list of drawings, which the command reads itself
         from leafcut.files.whole_files import check_is_there
 
         check_is_there(f"instance {instance}", Path(name))
@@ -440,7 +441,7 @@ def _input_and_hash(command: str, name: str, instance: str) -> tuple[str | Sourc
 
 
 def _hash_of_file(value: Any) -> Any:
-    """Return the hash of a file's content if the value is an absolute path of a file, else the value."""
+    """Return the hash of a file's content if the value is the absolute path of a file, otherwise the value."""
     if not isinstance(value, str) or not Path(value).is_absolute() or not Path(value).is_file():
         return value
     return hashlib.sha256(Path(value).read_bytes()).hexdigest()
@@ -471,7 +472,7 @@ def _load_average() -> float | None:
 
 
 def _processor() -> float:
-    """Return the processor time of this process and its finished children, s."""
+    """Return the processor time of this process and its finished child processes, s."""
     times = os.times()
     return times.user + times.system + times.children_user + times.children_system
 

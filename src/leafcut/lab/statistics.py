@@ -1,7 +1,7 @@
-"""Statistical tests for experiments: analysis of variance, rank comparisons, trends.
+"""Statistical tests for experiments: analysis of variance, rank comparisons, and trends.
 
-The tests come from scipy, statsmodels and scikit-posthocs. Figures may have any unit. Groups are identified by the
-names of their levels. No test depends on whether smaller figures are better.
+The tests come from scipy, statsmodels and scikit-posthocs. Values may have any unit. Groups are identified by the names
+of their levels. No test depends on whether smaller values are better.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from leafcut.errors import OptionError
 
 Groups = Mapping[str, Sequence[float]]
 
-#: Minimum number of figures per group for a variance, and minimum number of blocks for a rank comparison.
+#: Minimum number of values per group for a variance, and minimum number of blocks for a rank comparison.
 MIN_OF_A_GROUP, MIN_OF_PAIRS = 2, 5
 _RESAMPLES = 5000
-#: Share of the total sum of squares below which an interaction is a rounding error.
+#: Share of the total sum of squares below which an interaction counts as a rounding error.
 _ZERO_SHARE = 1e-12
 
 
@@ -36,7 +36,7 @@ class Pair:
     low, high
         Confidence interval of the difference, at the level of the test; None if not available.
     p
-        Probability of a difference at least as large by chance, corrected if the test has a correction.
+        Probability that a difference at least this large occurs by chance, corrected if the test has a correction.
     effect
         For ranks: matched-pairs rank-biserial correlation, -1 to 1; otherwise None.
     """
@@ -95,7 +95,9 @@ class OneWay:
 
     @property
     def residuals_doubtful(self) -> bool:
-        """Whether a residual check fails at `alpha`; then the tests without these assumptions apply."""
+        """Whether a check of the residuals fails at `alpha`; if so, use the tests that do not make these
+        assumptions.
+        """
         return any(p is not None and p < self.alpha for p in (self.normal_p, self.equal_p))
 
 
@@ -103,7 +105,7 @@ class OneWay:
 class Effect:
     """A row of a two-way analysis of variance: sum of squares, degrees of freedom, F, p, partial η².
 
-    `zero` marks an interaction that is zero by construction and therefore not tested.
+    `zero` marks an interaction that is zero by construction and is therefore not tested.
     """
 
     name: str
@@ -117,12 +119,12 @@ class Effect:
 
 @dataclass(frozen=True)
 class RankComparison:
-    """Rank comparison of treatments over blocks. Every treatment occurs in each block.
+    """Rank comparison of treatments over blocks; every treatment occurs in each block.
 
     Attributes
     ----------
     mean_ranks
-        Treatment → mean rank; rank 1 is the smallest figure.
+        Treatment → mean rank; rank 1 is the smallest value.
     statistic, p, kendall_w
         Friedman's test, and Kendall's coefficient of concordance, 0 to 1; None for two treatments.
     """
@@ -137,7 +139,7 @@ class RankComparison:
 
 @dataclass(frozen=True)
 class Trend:
-    """Trend of a number over another: Kendall's τ-b, Spearman's ρ, Theil–Sen slope with its interval."""
+    """Trend of one variable over another: Kendall's τ-b, Spearman's ρ, and the Theil–Sen slope with its interval."""
 
     n: int
     tau: float
@@ -150,14 +152,14 @@ class Trend:
 
 
 def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
-    """Return the one-way analysis of variance of groups, with pairwise comparisons and residual checks.
+    """Return a one-way analysis of variance of groups, with pairwise comparisons and checks of the residuals.
 
     Source: Montgomery, *Design and Analysis of Experiments*, chapter 3 (F, LSD, Tukey, model adequacy).
 
     Raises
     ------
     OptionError
-        There are fewer than two groups, a group has fewer than two figures, or all figures are equal.
+        There are fewer than two groups, a group has fewer than two values, or all values are equal.
     """
     import pandas
     from scipy import stats
@@ -201,7 +203,7 @@ def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
 def two_way(
     rows: Sequence[tuple[str, str, float]], names: tuple[str, str], blocks: Sequence[str] = ()
 ) -> tuple[Effect, ...]:
-    """Return the two-way analysis of variance with interaction and residual (type II sums of squares).
+    """Return a two-way analysis of variance with interaction and residual (type II sums of squares).
 
     An interaction of zero has no F. It is zero by construction if the simulated time is a sum of two terms, one per
     factor.
@@ -209,7 +211,7 @@ def two_way(
     Parameters
     ----------
     rows
-        (level of the first factor, level of the second, figure). Without repeated cells, the interaction cannot be
+        (level of the first factor, level of the second, value). Without repeated cells, the interaction cannot be
         separated from chance and is omitted.
     blocks
         Block of each row, a third factor without interactions; empty for none.
@@ -217,7 +219,7 @@ def two_way(
     Raises
     ------
     OptionError
-        A factor has only one level, a combination has no figure, or all figures are equal.
+        A factor has only one level, a combination has no value, or all values are equal.
     """
     import pandas
     from statsmodels.formula.api import ols
@@ -256,11 +258,12 @@ def two_way(
 
 
 def compare_ranks(treatments: Groups, alpha: float = 0.05) -> RankComparison:
-    """Return a rank comparison. The figures of all treatments must belong to the same blocks, in the same order.
+    """Return a rank comparison of treatments; the values of all treatments must belong to the same blocks, in the same
+    order.
 
-    Friedman's test compares all treatments. Wilcoxon's signed-rank test with Holm's correction compares pairs
-    (Demšar 2006, section 3.2; García and Herrera 2008). The difference of a pair is the Hodges–Lehmann median, with
-    a bootstrap interval.
+    Friedman's test compares all treatments. Wilcoxon's signed-rank test with Holm's correction compares pairs (Demšar
+    2006, section 3.2; García and Herrera 2008). The difference of a pair is the Hodges–Lehmann median, with a bootstrap
+    interval.
 
     Raises
     ------
@@ -311,7 +314,7 @@ def trend(x: Sequence[float], y: Sequence[float], alpha: float = 0.05) -> Trend:
 def interval(values: Sequence[float], alpha: float = 0.05) -> tuple[float, float]:
     """Return the bootstrap interval of the mean (bias-corrected and accelerated).
 
-    For equal figures its width is zero.
+    If all values are equal, its width is zero.
     """
     from scipy import stats
 
@@ -325,7 +328,7 @@ def interval(values: Sequence[float], alpha: float = 0.05) -> tuple[float, float
 
 
 def pareto_front(points: Sequence[tuple[float, float]]) -> list[int]:
-    """Return the indices of the Pareto-optimal points; both figures are minimised."""
+    """Return the indices of the Pareto-optimal points, where both values are minimised."""
     return [
         k for k, (x, y) in enumerate(points)
         if not any(a <= x and b <= y and (a < x or b < y) for a, b in points)
@@ -357,7 +360,7 @@ def _welch(values: Mapping[str, NDArray[np.float64]]) -> float | None:
 
 
 def _fisher(values: Mapping[str, NDArray[np.float64]], ms: float, freedom: int, t: float) -> tuple[Pair, ...]:
-    """Return the pairwise comparisons by Fisher's LSD: pooled variance `ms`, no correction."""
+    """Return the pairwise comparisons by Fisher's LSD, with the pooled variance `ms` and without correction."""
     from scipy import stats
 
     pairs = []
@@ -388,7 +391,9 @@ def _tukey(values: Mapping[str, NDArray[np.float64]], alpha: float, spread: bool
 
 
 def _letters(values: Mapping[str, NDArray[np.float64]], pairs: Sequence[Pair], alpha: float) -> dict[str, str]:
-    """Return level → letters. Levels that share a letter do not differ; letters start at the smallest mean."""
+    """Return the letters of each level: levels that share a letter do not differ. Letters start at the smallest
+    mean.
+    """
     import pandas
     from scikit_posthocs import compact_letter_display
 
@@ -421,13 +426,13 @@ def _signed_ranks(a: str, b: str, x: NDArray[np.float64], y: NDArray[np.float64]
 
 
 def _hodges_lehmann(differences: NDArray[np.float64]) -> float:
-    """Return the median of the means of all pairs of differences, self-pairs included (Hodges and Lehmann 1963)."""
+    """Return the median of the means of all pairs of differences, including self-pairs (Hodges and Lehmann 1963)."""
     i, j = np.triu_indices(len(differences))
     return float(np.median((differences[i] + differences[j]) / 2.0))
 
 
 def _holm(pairs: Sequence[Pair]) -> tuple[Pair, ...]:
-    """Return the pairs with p corrected by Holm's step-down method (Holm 1979)."""
+    """Return the pairs with p values corrected by Holm's step-down method (Holm 1979)."""
     from dataclasses import replace
 
     from statsmodels.stats.multitest import multipletests

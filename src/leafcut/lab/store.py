@@ -1,4 +1,4 @@
-"""The results file of experiments: an SQLite database with one row per run, safe against interruption."""
+"""The results file of experiments: an SQLite database with one row per run, which is safe against interruption."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from leafcut.message import Message
 
 #: SQLite application id of a results file ("leaf").
 _OWNER = 0x6C656166
-#: Time to wait for another program that writes the file, s.
+#: Maximum time to wait for another program that is writing the file, s.
 _PATIENCE = 10.0
 
 _TABLE = """
@@ -50,11 +50,11 @@ class Row:
     Attributes
     ----------
     responses
-        Name → figure; None if the answer lacks the figure.
+        Name → value; None if the answer does not contain the value.
     curve
         (iteration, seconds, cost) at each improvement of the best tour; empty if the command reports none.
     load
-        Processes that waited for a core when the run started, per core.
+        Number of processes per core that were waiting for a core when the run started.
     """
 
     key: str
@@ -88,8 +88,8 @@ class Store:
     Raises
     ------
     ReadError, DataError
-        The file is not a results file, is damaged, or has a schema that this version cannot read. It stays
-        unchanged.
+        The file is not a results file, is damaged, or has a schema that this version cannot read. The file is not
+        changed.
     OutputError
         The file cannot be written, or another program is writing it. Stored rows are kept.
     """
@@ -174,7 +174,7 @@ class Store:
 
     @contextmanager
     def _refused(self) -> Iterator[None]:
-        """Convert errors of SQLite and of the operating system to one-line errors of leafcut."""
+        """Convert SQLite and operating-system errors to one-line leafcut errors."""
         try:
             yield
         except (sqlite3.Error, OSError, ValueError) as problem:

@@ -1,4 +1,4 @@
-"""An experiment as JSON and CSV, with the spread of its results."""
+"""Results of an experiment as JSON and CSV, and the spread of these results."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ import numpy as np
 from leafcut.lab.experiment import Experiment, Repetition
 from leafcut.model.study import Iteration
 
-#: Distance from the quartiles beyond which a value is an outlier, in interquartile ranges (Tukey 1977).
+#: Distance from the quartiles beyond which a value is an outlier, as a multiple of the interquartile range (Tukey
+#: 1977).
 WHISKER = 1.5
 
 
 def experiment_as_json(experiment: Experiment) -> dict[str, Any]:
-    """Return the results of an experiment as JSON data. Lengths are in the unit of the map's metric."""
+    """Return the results of an experiment as JSON data; lengths are in the unit of the map's metric."""
     part = experiment.part
     return {
         "instance": part.name,
@@ -99,18 +100,18 @@ def _csv(head: Iterable[str], rows: Iterable[Sequence[Any]]) -> str:
 
 @dataclass(frozen=True)
 class Spread:
-    """Statistics of a sample in which smaller is better.
+    """Statistics of a sample in which smaller values are better.
 
     Attributes
     ----------
     deviation
-        Sample standard deviation (n - 1); None for a single number.
+        Sample standard deviation (n - 1); None for a single value.
     lower, median, upper
-        Quartiles, linearly interpolated (NumPy's `linear`, Python's `inclusive`).
+        Quartiles, linearly interpolated (`linear` in NumPy, `inclusive` in Python).
     low, high
-        Smallest and largest number that is not an outlier.
+        Smallest and largest value that is not an outlier.
     outliers
-        Numbers more than `WHISKER` interquartile ranges outside the quartiles.
+        Values more than `WHISKER` interquartile ranges outside the quartiles.
     """
 
     count: int
@@ -127,7 +128,7 @@ class Spread:
 
     @classmethod
     def of(cls, numbers: Iterable[float]) -> Spread:
-        """Return the statistics of one or more numbers."""
+        """Return the statistics of one or more values."""
         values = np.sort(np.fromiter(numbers, dtype=np.float64))
         lower, median, upper = (float(q) for q in np.percentile(values, (25, 50, 75)))
         reach = WHISKER * (upper - lower)

@@ -1,8 +1,8 @@
 """`tune`: tune the parameters of an algorithm on some parts, and evaluate them on other parts of the same kind.
 
-The search is optuna's tree-structured Parzen estimator (Bergstra et al., Algorithms for Hyper-Parameter
-Optimization, NIPS 2011). The same seed and costs give the same trials. After an interruption, the search therefore
-replays the stored runs and continues.
+The search is optuna's tree-structured Parzen estimator (Bergstra et al., Algorithms for Hyper-Parameter Optimization,
+NIPS 2011). The same seed and costs give the same trials, so after an interruption, the search replays the stored runs
+and continues.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ if TYPE_CHECKING:
 
 #: Maximum number of trials, seeds and inputs.
 MAX_TRIALS, MAX_SEEDS, MAX_INPUTS = 10_000, 100, 1000
-#: Minimum number of inputs: two for training, one for evaluation.
+#: Minimum number of inputs: two for training and one for evaluation.
 MIN_INPUTS = 3
 #: Names of the factor and its levels.
 FACTOR, DEFAULTS, TUNED = "parameters", "defaults", "tuned"
-#: First seed of the evaluation runs, beyond all seeds of the search.
+#: First seed of the evaluation runs; it is larger than all seeds of the search.
 _FRESH = 10_001
 
 
@@ -48,7 +48,7 @@ _FRESH = 10_001
 class SearchRange:
     """The search range of a parameter.
 
-    `log`: sample uniformly in the logarithm. `paced`: larger values mean more work per iteration.
+    `log` means that the logarithm is sampled uniformly. `paced` means that larger values cause more work per iteration.
     """
 
     name: str
@@ -71,7 +71,7 @@ _FIREFLIES = (
     SearchRange("attractiveness", 1.0, 80.0, log=True, paced=True),
     SearchRange("absorption", 1e-4, 1.0, log=True),
 )
-#: Search ranges per algorithm: parameters that the authors leave open, around the values that they tested.
+#: Search ranges by algorithm: parameters that the authors do not fix, around the values that they tested.
 RANGES: Mapping[str, tuple[SearchRange, ...]] = {
     **dict.fromkeys(ANT_ALGORITHMS, _ANTS),
     "acs": (*_ANTS, SearchRange("greedy_probability", 0.0, 0.99)),
@@ -81,16 +81,16 @@ RANGES: Mapping[str, tuple[SearchRange, ...]] = {
 
 @dataclass(frozen=True)
 class TuningTask:
-    """The tuning problem.
+    """A tuning problem.
 
     Attributes
     ----------
     options
         Options of every run, including its budget: `iterations` or `time_limit`.
     trials, seeds
-        Number of parameter sets, and of seeds per training input.
+        Number of parameter sets, and number of seeds per training input.
     hold_out
-        Share of the inputs that are kept for evaluation.
+        Share of the inputs that are reserved for evaluation.
     """
 
     algorithm: str
@@ -134,7 +134,9 @@ class TuningTask:
         return responses_of(self.command)[0]
 
     def split(self) -> tuple[list[LabInstance], list[LabInstance]]:
-        """Return the training inputs and the evaluation inputs, drawn with the seed, each in the given order."""
+        """Return the training inputs and the evaluation inputs, which are drawn with the seed and remain in the given
+        order.
+        """
         n_held_out = min(max(round(self.hold_out * len(self.inputs)), 1), len(self.inputs) - 2)
         held_out = set(random.Random(self.seed).sample(range(len(self.inputs)), n_held_out))
         names = _names(self.inputs)
@@ -146,7 +148,7 @@ class TuningTask:
 
 @dataclass(frozen=True)
 class TrialResult:
-    """A parameter set and its mean cost relative to the defaults; None if the set was refused."""
+    """A parameter set, and its mean cost relative to the defaults, or None if the set was refused."""
 
     parameters: Mapping[str, float | int]
     cost: float | None
@@ -154,7 +156,7 @@ class TrialResult:
 
 @dataclass(frozen=True)
 class TuningResult:
-    """Result of a tuning.
+    """The result of tuning.
 
     Attributes
     ----------
@@ -163,7 +165,7 @@ class TuningResult:
     judging, rows
         The experiment on the evaluation inputs, and its runs; no runs if no set was better.
     change
-        Mean relative change of the cost on the evaluation inputs: −0.02 means 2 % less.
+        Mean relative change of the cost on the evaluation inputs; −0.02 means 2 % less.
     """
 
     task: TuningTask
@@ -175,7 +177,7 @@ class TuningResult:
     finished: bool = True
 
     def words(self) -> str:
-        """Return the result of the tuning as one sentence."""
+        """Return the result of tuning as one sentence."""
         trained, unseen = (count_of(len(instances), "input") for instances in self.task.split())
         if self.change is None:
             return f"no set of {count_of(len(self.trials), 'trial')} was better than the defaults on {trained}"
@@ -188,7 +190,7 @@ class TuningResult:
 
 
 def command_of(process: str) -> str:
-    """Return the command for the name of a process, ``solve`` or ``auto``; raise `OptionError` if it is unknown."""
+    """Return the command for a process, ``solve`` or ``auto``; raise `OptionError` if the name is unknown."""
     if process == SOLVE:
         return SOLVE
     registry.check_asked(process)
@@ -204,7 +206,7 @@ def tune(
     cancelled: threading.Event | None = None,
     mixed: bool = False,
 ) -> TuningResult:
-    """Search parameters on some inputs and evaluate the best set on the others. Stored runs are not repeated.
+    """Search for parameters on some inputs, and evaluate the best set on the others. Stored runs are not repeated.
 
     `performer`, `progress`, `cancelled` and `mixed` are as in `lab.running.run`.
 
@@ -225,7 +227,7 @@ def tune(
         return rows_of(description, store)
 
     training, held_out = task.split()
-    # Progress share of a trial; the base runs and the evaluation count as three trials.
+    # Share of the progress per trial; the base runs and the evaluation count as three trials.
     width = 1.0 / (task.trials + 3)
     base = _costs(runs_of(_description(task, training, {DEFAULTS: {}}, 1), 0.0, width), task, strict=True)
     trials: list[TrialResult] = []
@@ -285,7 +287,7 @@ def _sample(trial: Trial, range_: SearchRange) -> float | int:
 def _description(
     task: TuningTask, instances: Sequence[LabInstance], sets: Mapping[str, Mapping[str, float | int]], first: int
 ) -> Description:
-    """Return an experiment on these inputs with a level per parameter set; its seeds count up from `first`."""
+    """Return an experiment on these inputs with one level per parameter set; its seeds count up from `first`."""
     levels = tuple(Level(name, dict(parameters)) for name, parameters in sets.items())
     return Description(
         name=f"tune_{task.algorithm}",
@@ -316,7 +318,7 @@ def _costs(rows: Sequence[Row], task: TuningTask, *, strict: bool = False) -> di
 def _change(rows: Sequence[Row], task: TuningTask) -> float | None:
     """Return the mean relative change of the cost from the defaults to the tuned set.
 
-    Each input counts once, with the mean of its seeds. The result is None without runs of both sets.
+    Each input counts once, with the mean over its seeds. The result is None if either set has no runs.
     """
     sides = [_costs([row for row in rows if row.levels[FACTOR] == name], task) for name in (DEFAULTS, TUNED)]
     common = sides[0].keys() & sides[1].keys()
@@ -326,7 +328,7 @@ def _change(rows: Sequence[Row], task: TuningTask) -> float | None:
 
 
 def search_block(tuned: TuningResult) -> ReportBlock:
-    """Return the report section of the search: the best set, the cost of the trials, and a table of all trials."""
+    """Return the report section about the search: the best set, the cost of the trials, and a table of all trials."""
     from leafcut.lab import charts
 
     task = tuned.task
@@ -364,7 +366,7 @@ def search_block(tuned: TuningResult) -> ReportBlock:
 
 
 def options_text(tuned: TuningResult) -> str:
-    """Return the best set as text of an ``--options`` file, with its measured gain as a comment."""
+    """Return the best set as the text of an ``--options`` file, with its measured gain as a comment."""
     lines = [f"# Parameters of {tuned.task.algorithm}, tuned by leafcut {__version__}: {tuned.words()}.", OPTIONS.line]
     tables: dict[str, list[str]] = {"solve": [f'algorithm = "{tuned.task.algorithm}"']}
     for name, value in tuned.parameters.items():
@@ -381,7 +383,7 @@ def _default_text(name: str) -> str:
 
 
 def _names(inputs: Sequence[str]) -> list[str]:
-    """Return the names of the inputs; equal names are numbered."""
+    """Return the names of the inputs; identical names are numbered."""
     names = [source if ":" in source else Path(source).name for source in inputs]
     return [f"{name} ({k + 1})" if names.count(name) > 1 else name for k, name in enumerate(names)]
 
