@@ -16,7 +16,7 @@ from leafcut.units import parse_angles
 class NestOptions(OptionGroup):
     """Options for placing parts on sheets.
 
-    `SolveOptions` holds the seed, the time limit and the iterations.
+    The seed, the time limit and the iterations are in `SolveOptions`.
     """
 
     section: ClassVar[str] = "nest"
@@ -81,7 +81,7 @@ class NestOptions(OptionGroup):
 
     @property
     def sheets(self) -> tuple[SheetWord, ...]:
-        """The kinds of sheet available.
+        """The available kinds of sheet.
 
         Raises
         ------
@@ -112,5 +112,5 @@ class NestOptions(OptionGroup):
 
     @property
     def angles(self) -> tuple[float, ...] | None:
-        """The allowed rotations of parts, rad; None for any."""
+        """The allowed rotations of parts, rad, or None for any rotation."""
         return parse_angles(self.rotations, "--rotations")

@@ -12,13 +12,13 @@ from leafcut.files.digests import DIGEST_LINE, sign_program
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Layout, Nest, Stock
 
-#: Lock on ezdxf's global metadata option, for one thread at a time.
+#: Lock on the global metadata option of ezdxf, so that one thread at a time changes it.
 _EZDXF_LOCK = threading.Lock()
 #: AutoCAD colour index by layer.
 LAYERS = {"CUT": 7, "CUT_HOLES": 3, "MARK": 5, "SHEET": 8}
-#: Application name of the extended data (XDATA) that holds the name of a part.
+#: Application name of the extended data (XDATA) that contains the name of a part.
 APPLICATION = "LEAFCUT"
-#: Number of decimals of coordinates in mm; rounding to a nanometre hides differences between orders of addition.
+#: Number of decimals of coordinates in mm; rounding to a nanometre hides effects of the order of addition.
 DIGITS = 6
 #: Tolerance for the bulges of two half circles that form a circle.
 ROUND = 1e-9
@@ -27,8 +27,8 @@ ROUND = 1e-9
 def write_layout(nest: Nest, layout: Layout) -> str:
     """Return one sheet of a nest as DXF R2000 in mm.
 
-    Outlines are on layer CUT, with the name of their part as XDATA, holes on CUT_HOLES, marks on MARK, the edge of the
-    sheet on SHEET; arcs stay arcs. The output is deterministic.
+    Outlines are on layer CUT, with the name of their part as XDATA. Holes are on CUT_HOLES, marks on MARK, and the edge
+    of the sheet on SHEET. Arcs stay arcs. The output is deterministic.
     """
     with _without_dates():
         return _drawing_text(_layout_drawing(nest, layout))
@@ -74,7 +74,7 @@ def _draw_stock(space: Any, stock: Stock) -> None:
 
 
 def _escape_ascii(name: str) -> str:
-    """Escape non-ASCII characters as in DXF R2000, such as \\U+00E4."""
+    r"""Escape non-ASCII characters as in DXF R2000, for example \U+00E4."""
     return "".join(c if c.isascii() else f"\\U+{ord(c):04X}" for c in name)
 
 
@@ -99,7 +99,7 @@ def _drawing_text(drawing: Any) -> str:
 
 @contextmanager
 def _without_dates() -> Iterator[None]:
-    """Stop ezdxf from writing dates and random numbers, in one thread at a time because the option is global."""
+    """Prevent ezdxf from writing dates and random numbers; only one thread at a time, because the option is global."""
     import ezdxf
 
     with _EZDXF_LOCK:

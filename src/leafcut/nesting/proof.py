@@ -1,4 +1,4 @@
-"""Check a nest independently of the planner: count the parts, and measure their distances."""
+"""Check a nest independently of the planner: count the parts and measure their distances."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, Placement, Stock
 from leafcut.model.sheet import Sheet
 
-#: Error of the chords that approximate arcs, mm; it is added to the required distance for each outline with arcs.
+#: Error of the chords that approximate arcs, mm; the required distance is increased by it for each outline with arcs.
 CHORD = 0.005
 #: Tolerance for rounding errors of distances, mm.
 ROUNDING = 1e-5
@@ -32,10 +32,10 @@ SAME_ANGLE = 1e-6
 def check_nest(nest: Nest, spacing: float, margin: float, kerf: float = 0.0) -> list[str]:
     """Return the errors of a nest as messages; empty if it can be cut.
 
-    * Sheets of each kind do not exceed the available number.
-    * Every part is placed as often as requested, at an allowed rotation, inside the sheet less its margin.
-    * Parts are at least `spacing` (mm) apart, and as far from the edge of a surrounding hole. With a `kerf` (mm), parts
-      may be one kerf apart if common edges link them.
+    * The number of sheets of each kind does not exceed the available number.
+    * Every part is placed as often as requested, at an allowed rotation, and inside the sheet without its margin.
+    * Parts are at least `spacing` mm apart, and as far from the edge of a surrounding hole. With a `kerf` (mm), parts
+      may be one kerf apart if they share common edges.
     """
     errors = _check_sheets(nest) + _check_counts(nest)
     for number, layout in enumerate(nest.layouts, 1):
@@ -132,7 +132,7 @@ def _check_distances(nest: Nest, layout: Layout, spacing: float, kerf: float) ->
     errors = []
     for i, j in close_pairs:
         distance = regions[i].distance(regions[j])
-        # A part in a hole of another is measured from the edge of the hole.
+        # The distance of a part in a hole of another part is measured from the edge of the hole.
         slack = (round_hole if shells[i].contains(shells[j]) else round_shell)[i]
         slack += (round_hole if shells[j].contains(shells[i]) else round_shell)[j]
         minimum = kerf if groups[i] == groups[j] else spacing + slack
@@ -169,8 +169,8 @@ def check_remnants(
 ) -> list[str]:
     """Return the errors of remnants as messages; empty if the remnants can be used.
 
-    Each remnant has the position of its lower left corner on the sheet, mm. It must lie within the sheet, and at least
-    `spacing` (mm) away from each part.
+    `remnants` contains each remnant with the position of its lower left corner on the sheet, mm. It must lie within the
+    sheet, and be at least `spacing` mm away from each part.
     """
     outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
     sheet = shapely.Polygon(outline, holes).buffer(2.0 * CHORD)

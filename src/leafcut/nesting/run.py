@@ -1,4 +1,4 @@
-"""Nest the parts of drawings: read them, search for nests, check these, and write the sheets as drawings."""
+"""Nest the parts of drawings: read them, search for nests, check the nests, and write the sheets as drawings."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ if TYPE_CHECKING:
 SHEET_STEP = 50.0
 #: Maximum number of unplaced parts named in a message.
 MAX_NAMED = 5
-#: Nests are duplicates if no value of their ranks (mm², cost, mm) differs by more than this.
+#: Maximum difference between the ranking values (mm², cost, mm) of nests that count as duplicates.
 ALIKE = 0.01
 
 #: Default kerf width, mm.
 KERF = 2.0
-#: Minimum width of a remnant to keep, mm.
+#: Minimum width of a remnant that is kept, mm.
 REMNANT_SIZE = 150.0
 
 
@@ -57,7 +57,7 @@ def nest(
 ) -> NestOutcome:
     """Return the nests that passed the check, best first.
 
-    They use `stocks`, or else the sheet sizes of the options; `kerf` is in mm. The same seed gives the same nests,
+    They use `stocks`, or else the sheet sizes of the options. `kerf` is in mm. The same seed gives the same nests,
     unless a time limit ended the search (`Nest.repeatable`). When `cancelled` is set, or on Ctrl-C, the nests completed
     so far are returned.
 
@@ -118,7 +118,7 @@ def _without_duplicates(nests: list[Nest]) -> list[Nest]:
 
 
 def sized_sheets(options: NestOptions) -> list[Stock]:
-    """Return the sheets of the options. Raises OptionError if an option names a drawing instead of a size."""
+    """Return the sheets given in the options. Raises OptionError if an option names a drawing instead of a size."""
     stocks = []
     for sheet in options.sheets:
         if sheet.size is None:
@@ -154,7 +154,7 @@ def nest_drawings(
     progress: OnProgress | None = None,
     cancelled: threading.Event | None = None,
 ) -> tuple[NestOutcome, dict[str, str]]:
-    """Nest the parts of drawings. Return the outcome, and the text of each file to write by its path.
+    """Nest the parts of drawings. Return the outcome, and the text of each file to be written, by its path.
 
     Each different sheet becomes a drawing, which is read back and compared with the plan. Without `output`, no sheet
     files are written. Raises ReadError, OptionError, PlanError or VerifyError.
@@ -184,7 +184,7 @@ def _read_inputs(
 ) -> tuple[Settings, list[NestPart], list[Stock], list[Issue]]:
     """Return the settings with the sheet size, the parts to nest, the kinds of sheet, and the issues.
 
-    Each file is read only once, even if the list names it several times.
+    Each file is read only once, even if it is listed several times.
     """
     from leafcut.read.format import factor_of, load
     from leafcut.read.registry import read_source
@@ -230,7 +230,7 @@ def _prepared_sheet(source: Source, settings: Settings, on_progress: Heartbeat) 
 def _available_sheets(
     settings: Settings, load_cached: Callable[[str], Source], on_progress: Heartbeat
 ) -> tuple[Settings, list[Stock]]:
-    """Return the settings, and the kinds of sheet.
+    """Return the settings and the kinds of sheet.
 
     The default is an unlimited number of sheets of the size of the machine's table.
     """
@@ -260,7 +260,7 @@ def _available_sheets(
 
 
 def _exceeds_table(stock: Stock, machine: Machine) -> str:
-    """Return a message if a sheet is larger than the machine's travel, else ""."""
+    """Return a message if a sheet is larger than the travel of the machine, otherwise ""."""
     reach = [machine.reach(axis) for axis in (0, 1)]
     if all(side <= limit for side, limit in zip((stock.length, stock.width), reach, strict=True)):
         return ""
@@ -287,7 +287,7 @@ def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
 
 
 def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress: Heartbeat) -> Stock:
-    """Return the sheet that a drawing shows: one closed outline with holes, on any layer except layers for marks."""
+    """Return the sheet shown in a drawing: one closed outline with holes, on any layer except layers for marks."""
     from leafcut.options.drawings import MARK_NAMES
     from leafcut.processes.contours import prepare_sheet
     from leafcut.read import read_contours
@@ -352,7 +352,7 @@ def _sheet_texts(variant: Nest, names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _read_back(variant: Nest, layout: Layout, name: str, text: str) -> None:
-    """Raise `VerifyError` if a drawing, read back, differs from the plan."""
+    """Raise `VerifyError` if a drawing that was read back differs from the plan."""
     from leafcut.nesting.proof import check_drawing
     from leafcut.processes.contours import prepare_sheet
     from leafcut.read.dxf_contours import read_dxf_contours
@@ -365,7 +365,8 @@ def _read_back(variant: Nest, layout: Layout, name: str, text: str) -> None:
 
 
 def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -> tuple[list[NestPart], list[Issue]]:
-    """Return the parts of a drawing, each with the given quantity, and issues. `rotations` are the allowed angles, rad.
+    """Return the parts of a drawing, each with the given quantity, and the issues; `rotations` are the allowed angles,
+    rad.
 
     Raises PlanError if the drawing has no closed outline.
     """

@@ -1,4 +1,4 @@
-"""Nesting: its options and its form."""
+"""Nesting as a kind of work: its options and its form."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MAIN = ("sheet", "kerf", "gap", "margin", "rotations")
 
 
 class Nesting(Work):
-    """Parts and quantities, nested on sheets."""
+    """Parts and quantities that are nested on sheets."""
 
     name = command = "nest"
     title = "nesting"
@@ -47,11 +47,11 @@ class Nesting(Work):
     )
 
     def usual(self, settings: Settings) -> Settings:
-        """Return the settings of the cutting process, which will cut the nest."""
+        """Return the settings of the cutting process that will cut the nest."""
         return for_cutting(settings)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the contours unchanged, because the nest determines their position."""
+        """Return the contours unchanged, because the nest determines their positions."""
         from leafcut.read import read_contours
 
         return read_contours(source, settings.read)

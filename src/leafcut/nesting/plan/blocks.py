@@ -1,4 +1,4 @@
-"""Blocks of equal parts one kerf apart, for common-line cutting: rows or grids of rectangles, pairs of other shapes.
+"""Blocks of equal parts one kerf apart, for common-line cutting: rows or grids of rectangles, or pairs of other shapes.
 
 A block is nested as one piece with the full gap around it, so that each cut can start in the surrounding scrap.
 """
@@ -17,17 +17,17 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Placement
 from leafcut.nesting.plan.pieces import CHORD, RECTANGLE, SAME_ANGLE, NestPiece
 
-#: Maximum number of parts in a block: larger blocks have few possible positions, and concentrate heat.
+#: Maximum number of parts in a block; larger blocks have few possible positions, and concentrate heat.
 MAX_MEMBERS = 12
-#: Maximum side of a block of more than two parts, relative to the sheet's side, so that a sheet holds several blocks.
+#: Maximum side of a block of more than two parts, relative to the side of the sheet, so that a sheet holds several.
 LARGEST = 0.5
-#: Minimum length of an edge for a common line, in mm and in kerf widths. Common-line cutting needs at least the minimum
-#: in `processes.sheet.plan.common_edges`.
+#: Minimum length of an edge for a common line, in mm and in kerf widths. Common-line cutting requires at least the
+#: minimum in `processes.sheet.plan.common_edges`.
 SHORTEST, SHORTEST_KERFS = 5.0, 8.0
 #: Tolerance for rounding errors in the distance between outlines, mm.
 ROUNDING = 1e-4
 
-#: Position of a part in a block: rotation about the drawing's origin, rad, then translation in x and y, mm.
+#: Position of a part in a block: rotation about the origin of the drawing, rad, then translation in x and y, mm.
 PartPlace = tuple[float, float, float]
 
 
@@ -36,8 +36,8 @@ def group_in_blocks(
 ) -> tuple[list[NestPiece], list[int]]:
     """Group equal pieces in blocks. Return the blocks and the remaining pieces, and the quantity of each.
 
-    `kind` is ``pairs``, ``rows`` (at most two) or ``grids``. `inner` is the length and width of a sheet without its
-    margins, mm.
+    `kind` is ``pairs``, ``rows`` (at most two rows) or ``grids``. `inner` is the length and width of a sheet without
+    its margins, mm.
     """
     grouped: list[NestPiece] = []
     numbers: list[int] = []
@@ -81,9 +81,10 @@ def _largest_block(
 def _grid_size(
     width: float, height: float, count: int, kerf: float, kind: str, inner: tuple[float, float]
 ) -> tuple[int, int]:
-    """Return columns and rows of the block with the most parts, as square as possible; (1, 1) if no block is possible.
+    """Return the number of columns and rows of the block with the most parts; (1, 1) if no block is possible.
 
-    `width` and `height` are the sides of a part plus one kerf, mm.
+    Among equal numbers of parts, the block is as square as possible. `width` and `height` are the sides of a part plus
+    one kerf, mm.
     """
     min_side = max(SHORTEST, SHORTEST_KERFS * kerf)
     max_members = min(count, 2 if kind == "pairs" else MAX_MEMBERS)
@@ -92,7 +93,7 @@ def _grid_size(
         for rows in range(1, max_members // columns + 1):
             shared = (columns == 1 or height >= min_side) and (rows == 1 or width >= min_side)
             sides = sorted((columns * width, rows * height))
-            # A block of two may be as large as the sheet; larger blocks must be small enough for several on a sheet.
+            # A block of two may be as large as the sheet. Larger blocks must be so small that a sheet holds several.
             limits = sorted(side * (1.0 if columns * rows == 2 else LARGEST) for side in inner)
             if kind == "rows" and min(columns, rows) > 2:
                 continue
@@ -109,7 +110,7 @@ def _pair_block(piece: NestPiece, kerf: float) -> NestPiece | None:
         length = math.dist(s.start, s.end)
         if length < max(SHORTEST, SHORTEST_KERFS * kerf):
             return None
-        # Outlines run counter-clockwise: the scrap is to the right of an edge.
+        # Outlines are counter-clockwise, so the scrap is to the right of an edge.
         normal = ((s.end[1] - s.start[1]) / length, (s.start[0] - s.end[0]) / length)
         x, y = s.start[0] + s.end[0] + kerf * normal[0], s.start[1] + s.end[1] + kerf * normal[1]
         twin = affine_transform(piece.polygon, [-1.0, 0.0, 0.0, -1.0, x, y])
@@ -128,7 +129,7 @@ def _pair_block(piece: NestPiece, kerf: float) -> NestPiece | None:
 def _union_outline(shapes: list[Polygon], piece: NestPiece) -> Polyline:
     """Return the outline of the union of shapes, mm.
 
-    If the piece has arcs, the outline is grown by the chord error, so that no arc is cut off.
+    If the piece has arcs, the outline is enlarged by the chord error, so that no arc is cut off.
     """
     union: Any = shapely.union_all([shape.buffer(0.0) for shape in shapes])
     if piece.slack:
@@ -138,7 +139,7 @@ def _union_outline(shapes: list[Polygon], piece: NestPiece) -> Polyline:
 
 
 def _build_block(piece: NestPiece, path: Polyline, positions: Sequence[PartPlace]) -> NestPiece | None:
-    """Return a block with copies of a piece at the given positions; None if no allowed rotation suits all copies."""
+    """Return a block with copies of a piece at the given positions, or None if no allowed rotation suits all copies."""
     members: list[Placement] = [m for angle, x, y in positions for m in piece.placements(angle, x, y)]
     angles = piece.angles
     if angles is not None:

@@ -16,15 +16,15 @@ from leafcut.nesting.plan.rectangles import PlacedPiece
 #: Minimum distance between two parts, mm.
 TOUCHING = 0.1
 
-#: The kinds of sheet (indices) in the order in which they are filled, each with its maximum number of sheets.
+#: Kinds of sheet (indices) in the order in which they are filled, each with its maximum number of sheets.
 FillPlan = tuple[tuple[int, float], ...]
 
 
 class Packer(Protocol):
     """Packs pieces on sheets of a single kind.
 
-    `offered` is the total area of the pieces to offer for a sheet, relative to the area of the sheet. `repeatable` is
-    false after a time limit has ended the packing of a sheet.
+    `offered` is the total area of the pieces that are offered for a sheet, relative to the area of the sheet.
+    `repeatable` is false once a time limit has ended the packing of a sheet.
     """
 
     offered: float
@@ -34,16 +34,16 @@ class Packer(Protocol):
         """Return whether a piece fits on an empty sheet."""
 
     def weight(self, piece: int) -> float:
-        """Return the area that a piece needs, mm²."""
+        """Return the area that a piece requires, mm²."""
 
     @property
     def sheet_area(self) -> float:
         """Area of a sheet, mm²."""
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return the positions of the offered pieces that fit on one sheet.
+        """Return the positions of those offered pieces that fit on one sheet.
 
-        If `last`, this is the last sheet, and the pieces are packed as far to the left as possible.
+        If `last` is true, this is the last sheet, and the pieces are packed as far to the left as possible.
         """
 
 
@@ -51,7 +51,7 @@ class Packer(Protocol):
 class NestTask:
     """Parts to nest, the pieces that contain them, the quantity of each piece, and the kinds of sheet.
 
-    `kerf` is in mm. `remnants` has the packers for non-rectangular kinds of sheet, by index.
+    `kerf` is in mm. `remnants` contains the packers for non-rectangular kinds of sheet, by index.
     """
 
     parts: tuple[NestPart, ...]
@@ -79,12 +79,14 @@ class NestTask:
 
     @property
     def spacing(self) -> float:
-        """Distance between two parts, mm; at least `TOUCHING`, because touching edges would be read as one edge."""
+        """Distance between two parts, mm. It is at least `TOUCHING`, because touching edges would be read as one
+        edge.
+        """
         return max(self.kerf + self.options.gap, TOUCHING)
 
 
 class Filling:
-    """A growing nest: filled sheets and remaining pieces."""
+    """A growing nest: the sheets filled so far, and the remaining pieces."""
 
     def __init__(self, task: NestTask, packers: Sequence[Packer]) -> None:
         self.task, self.packers = task, packers
@@ -95,14 +97,14 @@ class Filling:
     def fill_sheet(self, stock: int, later: Sequence[int]) -> list[PlacedPiece]:
         """Return the pieces on the next sheet.
 
-        `stock` is the kind of this sheet; `later` are the kinds of the sheets after it.
+        `stock` is the kind of this sheet, and `later` are the kinds of the sheets after it.
         """
         packer = self.packers[stock]
         offered = self._pieces_to_offer(packer, later)
         return packer.fill(offered, last=offered == self.left) or self._single_piece(stock)
 
     def add(self, stock: int, placed: Sequence[PlacedPiece], limit: float) -> int:
-        """Add a sheet as often as the remaining pieces suffice, at most `limit` times.
+        """Add a sheet as often as there are enough pieces, at most `limit` times.
 
         Return the number of sheets added.
         """
@@ -130,7 +132,9 @@ class Filling:
         return Nest(self.task.parts, self.task.stocks, tuple(self.layouts), unplaced, method, seed, repeatable)
 
     def _pieces_to_offer(self, packer: Packer, later: Sequence[int]) -> Counter[int]:
-        """Return slightly more pieces than a sheet can hold; pieces that fit on no later kind of sheet come first."""
+        """Return slightly more pieces than a sheet can hold, starting with pieces that fit on no later kind of
+        sheet.
+        """
         remaining, area = self.left, packer.offered * packer.sheet_area
         only_here: Counter[int] = Counter()
         if later:
@@ -144,7 +148,7 @@ class Filling:
         return offered + (select_by_area(remaining - only_here, packer.weight, area) if area > 0.0 else Counter())
 
     def _single_piece(self, stock: int) -> list[PlacedPiece]:
-        """Return the largest piece that fits, in the corner of the sheet, for a packer that placed no piece."""
+        """Return the largest piece that fits, placed in the corner of the sheet; used if the packer placed no piece."""
         if self.task.stocks[stock].edge:
             return []
         length, width = self.task.inner(stock)
@@ -157,7 +161,7 @@ class Filling:
 
 
 def fill_sheets(task: NestTask, packers: Sequence[Packer], plan: FillPlan, method: str, seed: int) -> Nest:
-    """Fill the sheets of a plan in order until the pieces or the sheets run out. Return the nest."""
+    """Fill the sheets of a plan in order until the pieces or the sheets run out, and return the nest."""
     filling = Filling(task, packers)
     for step, (stock, limit) in enumerate(plan):
         later, count = [k for k, _ in plan[step + 1 :]], 0

@@ -1,6 +1,6 @@
-"""Nest parts on sheets in several variants, small parts also in the holes of large parts.
+"""Nest parts on sheets in several variants, with small parts also in the holes of large parts.
 
-Independent code checks every nest afterwards.
+Independent code checks each nest afterwards.
 """
 
 from __future__ import annotations
@@ -39,24 +39,25 @@ from leafcut.nesting.plan.sheet_choice import (
 from leafcut.nesting.plan.strip import NesterError, StripBudget
 from leafcut.options import SolveOptions
 
-#: Number of steps of the shape nester per strip, by preset. About 200 take a few seconds; further steps take longer.
+#: Number of steps of the shape nester per strip, by preset. About 200 steps take a few seconds; later steps take
+#: longer.
 STEPS = {"fast": 120, "default": 250, "thorough": 1000}
-#: Number of strip widths that may fail before a search ends, by preset; small jobs reach their optimum quickly.
+#: Number of failed strip widths that end a search, by preset; small jobs reach their optimum quickly.
 FAILURES = {"fast": 1, "default": 1, "thorough": 5}
 #: Expected number of strip searches per sheet: first with all pieces offered, then with the pieces that fit.
 STRIPS_PER_SHEET = 2.0
-#: Number of cheaper choices of sheets to try by shapes, after nesting by rectangles: without and with a time limit.
+#: Number of cheaper choices of sheets to try by shapes after nesting by rectangles, without and with a time limit.
 SHAPE_TRIES, TIMED_TRIES = 3, 12
 #: Share of the remaining time for each choice of sheets, and share of the total time reserved for the last search.
 TRY_SHARE, LAST_SEARCH = 0.25, 0.35
-#: Highest utilisation that is assumed for a choice of sheets.
+#: Maximum utilisation that is assumed for a choice of sheets.
 DENSEST = 0.93
 #: Share of the time limit for choosing the sheets by rectangles.
 CHOOSING = 0.2
-#: Number of threads per additional variant under a time limit: one runs this variant, the others run the first variant.
+#: Number of threads per additional variant under a time limit: one runs that variant, the others run the first variant.
 THREADS_PER_VARIANT = 3
 
-#: Maximum number of holes to fill in a part (largest first), and maximum number of kinds of part to try in each hole.
+#: Maximum number of holes to fill in a part, largest first, and maximum number of kinds of part to try in each hole.
 MAX_HOLES = 20
 MAX_TRIED = 40
 
@@ -64,7 +65,7 @@ MAX_TRIED = 40
 def prepare_task(parts: Sequence[NestPart], options: NestOptions, kerf: float, stocks: Sequence[Stock]) -> NestTask:
     """Return the nesting task for the given kinds of sheet.
 
-    Raises PlanError if the list of parts is empty, an outline is invalid, or a part fits no sheet; OptionError if
+    Raises PlanError if the list of parts is empty, an outline is invalid, or a part fits no sheet, and OptionError if
     `options.blocks` is set without a kerf.
     """
     if options.blocks != "none" and kerf <= 0.0:
@@ -101,7 +102,7 @@ def variants(
 ) -> Iterator[Nest | str]:
     """Yield unchecked nests; for a variant that failed, yield a message instead.
 
-    Nests by shapes use consecutive seeds, nests by rectangles use each of the `RULES`.
+    Nests by shapes use consecutive seeds, and nests by rectangles use each of the `RULES`.
     """
     task = _with_remnants(task, search)
     if len(task.stocks) > 1:
@@ -182,7 +183,7 @@ def _packers(task: NestTask, rectangular: Callable[[int], Packer]) -> list[Packe
 
 
 def _with_remnants(task: NestTask, search: SolveOptions) -> NestTask:
-    """Return the task with a packer for each non-rectangular sheet. All variants share these packers."""
+    """Return the task with a packer for each non-rectangular sheet; all variants share these packers."""
     limit = math.inf if search.time_limit is None else search.time_limit
     end = time.monotonic() + limit
     kinds = [k for k, stock in enumerate(task.stocks) if stock.edge]
@@ -202,9 +203,9 @@ def _shape_variants(
 ) -> Iterator[Nest | str]:  # fmt: skip
     """Yield a nest by shapes, or a message, for each seed `search.seed + number`. Several searches run in parallel.
 
-    With a time limit, the first variant gets all the time and at least two thirds of the threads, so that more variants
-    never make it less dense. The others share the remaining threads, if any. Without a limit, each variant gets one
-    thread, so that the number of threads does not change the nests.
+    With a time limit, the first variant gets all the time and at least two thirds of the threads, so that additional
+    variants do not make it less dense. The others share the remaining threads, if any. Without a limit, each variant
+    gets one thread, so that the number of threads does not change the nests.
     """
     n_threads = search.threads or os.cpu_count() or 1
     threads = min(n_threads, len(numbers))
@@ -239,7 +240,7 @@ def _shape_variants(
                 on_progress(Progress(message, number / len(futures)))
                 if outcome := future.result():
                     yield outcome
-        # On Ctrl-C, or if the caller stops iterating, end the searches: the executor would wait for them.
+        # On Ctrl-C, or if the caller stops iterating, end the searches; otherwise the executor would wait for them.
         except BaseException:
             cancelled.set()
             raise
@@ -284,7 +285,7 @@ def _shape_packers(
 
 
 class _Clock:
-    """Divides the time of a variant among its strips. Without a time limit, it limits the steps of each strip."""
+    """Divides the time of a variant among its strips; without a time limit, it limits the steps of each strip."""
 
     def __init__(self, search: SolveOptions, rounds: int, workers: int = 1) -> None:
         self.all = math.inf if search.time_limit is None else search.time_limit / rounds
@@ -308,7 +309,7 @@ class _Clock:
 
     @property
     def share_left(self) -> float:
-        """Remaining share of the time, from 0 to 1; 1 without a time limit."""
+        """Remaining share of the time, from 0 to 1; always 1 without a time limit."""
         return (self.end - time.monotonic()) / self.all if self.limited else 1.0
 
     def budget(self) -> StripBudget:
@@ -320,9 +321,10 @@ class _Clock:
 def fill_holes(
     parts: Sequence[NestPart], pieces: Sequence[NestPiece], spacing: float
 ) -> tuple[list[NestPiece], list[int]]:
-    """Put small parts into the holes of the pieces, smallest pieces first. Return all pieces and their quantities.
+    """Put small parts into the holes of the pieces, smallest pieces first; return all pieces and their quantities.
 
-    The members of all pieces add up to the quantities of `parts`. Parts keep `spacing` (mm) from the edge of the hole.
+    The members of all pieces add up to the quantities of `parts`. Parts are at least `spacing` mm from the edge of the
+    hole.
     """
     filled, counts = list(pieces), [part.quantity for part in parts]
     clear = buffer_distance(spacing)
@@ -371,6 +373,8 @@ def _fill_spaces(
 
 
 def _angles(piece: NestPiece, outer: Sequence[float] | None) -> list[float]:
-    """Return the rotations of a piece in a hole that remain allowed at every rotation (`outer`) of the outer part."""
+    """Return the rotations of a piece in a hole that remain allowed at every rotation (`outer`) of the surrounding
+    part.
+    """
     angles = piece.angles if piece.angles is not None else FREE_ANGLES
     return [angle for angle in angles if angles_within(piece.angles, outer, angle)]

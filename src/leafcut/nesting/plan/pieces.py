@@ -21,20 +21,20 @@ from leafcut.model.nest import NestPart, Placement
 CHORD = 0.01
 #: Largest difference between equal angles, rad.
 SAME_ANGLE = 1e-9
-#: Share of its bounding box that an outline must fill to count as a rectangle.
+#: Share of the bounding box that an outline must fill to count as a rectangle.
 RECTANGLE = 1.0 - 1e-6
-#: Rotations tried to check whether a freely rotatable part fits the sheet.
+#: Number of rotations that are tried to check whether a freely rotatable part fits the sheet.
 FREE_ANGLES = tuple(math.radians(k) for k in range(180))
-#: Rounding tolerance by which a piece may be longer than the sheet, mm.
+#: Rounding tolerance by which a piece may exceed the sheet, mm.
 SIDE_TOLERANCE = 1e-6
-#: Maximum number of parts, and of kinds of part: larger numbers indicate a mistake in a list.
+#: Maximum number of parts, and maximum number of kinds of part; larger numbers indicate a mistake in a list.
 MAX_PARTS = 100_000
 MAX_KINDS = 2_000
 
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """The bounding box of a piece after rotation by `angle`, rad: its lower left corner and its sides, mm."""
+    """The bounding box of a piece after rotation by `angle`, rad: lower left corner and sides, mm."""
 
     angle: float
     x: float
@@ -45,11 +45,11 @@ class Box:
 
 @dataclass(frozen=True, eq=False)
 class NestPiece:
-    """A part with the parts in its holes, or a block of parts; all of them move together.
+    """A part with the parts in its holes, or a block of parts. All of them move together.
 
     `path` is the outline in the coordinates of the drawing. `members` are the placements of the parts relative to it.
-    If the piece is a single part with its holes filled, the first member is the part itself at angle 0 and (0, 0).
-    `angles` are the allowed rotations, rad, or None for any.
+    If the piece is a part with filled holes, the first member is the part itself at angle 0 and (0, 0). `angles` are
+    the allowed rotations, rad, or None for any.
     """
 
     path: Polyline
@@ -58,17 +58,17 @@ class NestPiece:
 
     @cached_property
     def polygon(self) -> Polygon:
-        """The outline as a polygon; chords approximate its arcs."""
+        """The outline as a polygon, with arcs approximated by chords."""
         return polygon_of(self.path)
 
     @cached_property
     def area(self) -> float:
-        """Area of the outline, holes included, mm²."""
+        """Area of the outline including holes, mm²."""
         return abs(self.path.area)
 
     @cached_property
     def slack(self) -> float:
-        """Extra distance for the error of chords that approximate arcs, mm."""
+        """Additional distance for the error of the chords that approximate arcs, mm."""
         return CHORD if self.path.bulges.any() else 0.0
 
     def box(self, angle: float) -> Box:
@@ -78,13 +78,13 @@ class NestPiece:
 
     @cached_property
     def boxes(self) -> tuple[Box, ...]:
-        """Bounding boxes at all allowed rotations; if any rotation is allowed, at a selection of angles."""
+        """Bounding boxes at all allowed rotations; if any rotation is allowed, at selected angles."""
         angles = self.angles if self.angles is not None else (*self._tightest_angles, *FREE_ANGLES)
         return tuple(self.box(angle) for angle in angles)
 
     @cached_property
     def _tightest_angles(self) -> tuple[float, ...]:
-        """The rotation with the smallest bounding box, rad, and the same rotation plus 90°."""
+        """The rotation with the smallest bounding box, rad, and that rotation plus 90°."""
         envelope: Any = oriented_envelope(self.polygon)
         corners = list(envelope.exterior.coords)
         edge = math.atan2(corners[1][1] - corners[0][1], corners[1][0] - corners[0][0])
@@ -109,7 +109,7 @@ class NestPiece:
 
 
 def polygon_of(path: Polyline) -> Polygon:
-    """Return a closed path as a polygon; chords approximate its arcs."""
+    """Return a closed path as a polygon, with arcs approximated by chords."""
     return Polygon(path.flattened(CHORD))
 
 
@@ -142,7 +142,9 @@ def _checked_piece(number: int, part: NestPart) -> NestPiece:
 
 
 def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Sequence[tuple[float, float]]) -> None:
-    """Raise PlanError for the first part that fits on no sheet. `inner` are the sheets' sides without margins, mm."""
+    """Raise PlanError for the first part that fits on no sheet; `inner` contains the sides of the sheets without
+    margins, mm.
+    """
     for part, piece in zip(parts, pieces, strict=True):
         if not any(piece.fits(*size) for size in inner):
             length, width = max(inner, key=math.prod)
@@ -161,10 +163,10 @@ def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Seq
 
 
 def select_by_area(counts: Counter[int], weight: Callable[[int], float], area: float) -> Counter[int]:
-    """Return the quantities of a selection of pieces with a total weight of about `area`, mm²; at least one piece.
+    """Return the quantities of a selection of pieces whose total weight is about `area`, mm²; at least one piece.
 
-    `weight` is the area that a piece needs, mm². Each kind of piece contributes the same share of its quantity; then
-    the largest pieces fill the rest.
+    `weight` returns the area that a piece requires, mm². First, each kind of piece contributes the same share of its
+    quantity; then the largest pieces fill the remaining area.
     """
     total_weight = sum(weight(piece) * count for piece, count in counts.items())
     if total_weight <= area:
@@ -180,10 +182,10 @@ def select_by_area(counts: Counter[int], weight: Callable[[int], float], area: f
 
 
 def angles_within(inner: Iterable[float] | None, outer: Sequence[float] | None, turn: float) -> bool:
-    """Return whether a part in a hole keeps an allowed rotation, however the surrounding part is rotated.
+    """Return whether a part in a hole has an allowed rotation at every rotation of the surrounding part.
 
-    The part is rotated by `turn` relative to the surrounding part. `inner` and `outer` are the allowed rotations of the
-    two parts, rad; None for any.
+    The part is rotated by `turn` relative to the surrounding part. `inner` and `outer` are the allowed rotations of
+    both parts, rad, or None for any.
     """
     if inner is None:
         return True

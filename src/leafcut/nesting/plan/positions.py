@@ -14,19 +14,19 @@ from shapely.geometry.base import BaseGeometry
 
 from leafcut.nesting.plan.pieces import CHORD, NestPiece, polygon_of
 
-#: Rotations tried for a freely rotatable part, rad.
+#: Rotations that are tried for a freely rotatable part, rad.
 FREE_ANGLES = tuple(math.radians(k) for k in range(0, 360, 15))
 #: Factor on the spacing that compensates for the chords at rounded corners.
 ROUND_CORNER = 1.002
 #: Additional clearance, mm, for the chords of arcs on both sides.
 SLACK = 4.0 * CHORD
-#: Grid positions per axis; odd, to include the middle.
+#: Number of grid positions per axis; odd, to include the middle.
 GRID_SIZE = 15
-#: Maximum number of corners of the region, and of the piece, that are matched with each other.
+#: Maximum numbers of corners of the region and of the piece that are matched with each other.
 REGION_CORNERS, PIECE_CORNERS = 300, 16
 #: Number of positions tested at a time.
 _CHUNK = 128
-#: Rounding tolerance for a piece placed against an edge, mm.
+#: Rounding tolerance for a piece that touches an edge, mm.
 _ROUNDING = 1e-6
 
 #: Rotation (rad), translation (mm), and the polygon of the placed piece.
@@ -34,16 +34,16 @@ PiecePosition = tuple[float, float, float, "Polygon"]
 
 
 def buffer_distance(spacing: float) -> float:
-    """Return the buffer distance around a polygon, mm, that ensures `spacing` (mm) in spite of chord errors."""
+    """Return the buffer distance around a polygon that ensures a spacing in spite of chord errors, mm."""
     return ROUND_CORNER * spacing + SLACK
 
 
 def find_position(
     piece: NestPiece, region: BaseGeometry, angles: Iterable[float], *, quick: bool = False
 ) -> PiecePosition | None:
-    """Return the leftmost, then lowest position of a piece within a region; None if the piece does not fit.
+    """Return the leftmost, then lowest, position of a piece within a region; None if the piece does not fit.
 
-    Candidate positions lie on a grid, or match a corner of the piece with a corner of the region. `quick` tries only
+    Candidate positions are on a grid, or match a corner of the piece with a corner of the region. `quick` tries only
     the grid, and stops at the first rotation that fits.
     """
     if region.is_empty:
@@ -71,9 +71,9 @@ def _rank(polygon: Polygon) -> tuple[float, float]:
 def _positions(
     ring: NDArray[np.float64], corners: NDArray[np.float64], region: BaseGeometry, grown: Any
 ) -> Iterator[tuple[float, float, Polygon]]:
-    """Yield the positions at which a rotated piece fits, from left to right and bottom to top, and its moved polygon.
+    """Yield the positions at which a rotated piece fits, and its moved polygon, from left to right and bottom to top.
 
-    `ring` is the outline of the piece, float64[n, 2], mm. `grown` is the region with a rounding tolerance.
+    `ring` is the outline of the piece, float64[n, 2], mm. `grown` is the region enlarged by a rounding tolerance.
     """
     left, low, right, high = region.bounds
     (x0, y0), (x1, y1) = ring.min(axis=0), ring.max(axis=0)

@@ -1,4 +1,4 @@
-"""Pack pieces by their bounding boxes. This is fast, and the best method for rectangles."""
+"""Pack pieces by their bounding boxes; fast, and the best method for rectangles."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from leafcut.nesting.plan.pieces import Box, NestPiece
 from leafcut.nesting.plan.strip import require
 
-#: The packing algorithms of `rectpack` and the sort orders that gave the fullest sheets.
+#: The packing algorithms of `rectpack`, and the sort orders with which sheets became fullest.
 RULES = (
     ("MaxRectsBssf", "SORT_AREA"),
     ("MaxRectsBssf", "SORT_LSIDE"),
@@ -22,15 +22,17 @@ RULES = (
     ("SkylineMwfl", "SORT_LSIDE"),
     ("GuillotineBssfSas", "SORT_LSIDE"),
 )
-#: Number of bisection steps that shorten the used length of the last sheet.
+#: Number of bisection steps to minimise the used length of the last sheet.
 HALVINGS = 10
-#: Micrometres per mm; sides are packed in whole µm, which add up without rounding errors.
+#: Micrometres per mm; sides are in whole µm for packing, so that sums have no rounding errors.
 MICRON = 1000.0
 
 
 @dataclass(frozen=True)
 class PlacedPiece:
-    """A piece (index) on a sheet: rotated by `angle`, rad, about the drawing's origin, then moved by (x, y), mm."""
+    """A piece (index) on a sheet: rotated by `angle`, rad, about the origin of the drawing, then moved by (x, y),
+    mm.
+    """
 
     piece: int
     angle: float
@@ -40,7 +42,9 @@ class PlacedPiece:
 
 @dataclass(frozen=True)
 class Cell:
-    """The space that a piece needs: bounding box, box after rotation by 90° (None if not allowed), and sides in µm."""
+    """The space that a piece requires: bounding box, box after rotation by 90° (None if not allowed), and sides in
+    µm.
+    """
 
     box: Box
     turned: Box | None
@@ -54,7 +58,7 @@ class RectanglePacker:
     `length` and `width` are the sides of the sheet without its margins, mm. `RULES[rule]` names the algorithm.
     """
 
-    #: Area of the pieces offered for a sheet, relative to its area.
+    #: Total area of the pieces offered for a sheet, relative to the area of the sheet.
     offered = 1.3
     repeatable = True
 
@@ -76,7 +80,7 @@ class RectanglePacker:
         return self.pieces[piece].fits(*self.inner)
 
     def weight(self, piece: int) -> float:
-        """Return the area that a piece needs, mm²."""
+        """Return the area that a piece requires, mm²."""
         return self.cells[piece].width * self.cells[piece].height / MICRON**2
 
     @property
@@ -85,9 +89,9 @@ class RectanglePacker:
         return self.length * self.width / MICRON**2
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return the positions of the offered pieces that fit on one sheet.
+        """Return the positions of those offered pieces that fit on one sheet.
 
-        If `last`, this is the last sheet, and the pieces are packed as far to the left as possible.
+        If `last` is true, this is the last sheet, and the pieces are packed as far to the left as possible.
         """
         best = self._pack(offered, self.length)
         if last and len(best) == offered.total():

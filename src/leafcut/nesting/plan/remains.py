@@ -1,4 +1,4 @@
-"""Remnants of a sheet after cutting that are worth keeping as new sheets."""
+"""Remnants of a sheet that are worth keeping as new sheets after cutting."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.nesting.plan.positions import buffer_distance
 
 #: Tolerance for simplifying the edge of a remnant, mm.
 _COARSE = 0.05
-#: Limit of the mitre at corners of grown or shrunk regions, relative to the distance.
+#: Mitre limit at corners of enlarged or shrunk regions, relative to the distance.
 _MITRE = 2.0
 
 
@@ -24,8 +24,8 @@ KeptRemnant = tuple[Stock, tuple[float, float]]
 def remnants_of_layout(nest: Nest, layout: Layout, spacing: float, least: float, name: str) -> list[KeptRemnant]:
     """Return the remnants of a sheet, largest first, each moved to (0, 0).
 
-    Remnants keep `spacing` (mm) from the parts. Strips narrower than `least` mm are cut off, and remnants that contain
-    no disc of that diameter are dropped.
+    Remnants are at least `spacing` mm away from the parts. Strips narrower than `least` mm are cut off, and remnants
+    that contain no disc of that diameter are dropped.
     """
     outline, *holes = (polygon_of(path) for path in nest.stock_of(layout).paths)
     sheet = outline.difference(shapely.union_all(holes)) if holes else outline
@@ -39,7 +39,7 @@ def remnants_of_layout(nest: Nest, layout: Layout, spacing: float, least: float,
 
 
 def _without_strips(region: Any, least: float) -> Any:
-    """Return a region without strips narrower than `least` mm; the result is never larger than the region."""
+    """Remove strips narrower than `least` mm from a region; the result is never larger than the region."""
     inner = region.buffer(-0.5 * least, join_style="mitre", mitre_limit=_MITRE)
     return inner.buffer(0.5 * least, join_style="mitre", mitre_limit=_MITRE).intersection(region)
 

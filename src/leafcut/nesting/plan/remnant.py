@@ -1,4 +1,4 @@
-"""Pack pieces on a non-rectangular sheet, for example a remnant with holes already cut into it."""
+"""Pack pieces on a non-rectangular sheet, such as a remnant from which parts have already been cut."""
 
 from __future__ import annotations
 
@@ -16,24 +16,25 @@ from leafcut.nesting.plan.pieces import CHORD, NestPiece
 from leafcut.nesting.plan.positions import FREE_ANGLES, SLACK, buffer_distance, find_position
 from leafcut.nesting.plan.rectangles import PlacedPiece
 
-#: Limit of the mitre at corners of grown or shrunk regions, relative to the distance.
+#: Mitre limit at corners of enlarged or shrunk regions, relative to the distance.
 _MITRE = 2.0
-#: Minimum area of a free region, mm²; smaller regions are ignored.
+#: Minimum area of a free region that is used, mm².
 _MIN_AREA = 1.0
 
 
 class RemnantPacker:
-    """Places the largest pieces first, each as far to the left as possible.
+    """Packs the largest pieces first, each as far to the left as possible.
 
     Parameters
     ----------
     margin, spacing
         Distance from every edge, and between two pieces, mm.
     seconds, end
-        Time limit per sheet, s, and end of all packing (`time.monotonic`). A sheet keeps the pieces placed until then.
+        Time limit per sheet, s, and end of all packing (`time.monotonic`). Pieces placed until then remain on the
+        sheet.
     """
 
-    #: Area of the pieces offered for a sheet, relative to its area.
+    #: Total area of the pieces offered for a sheet, relative to the area of the sheet.
     offered = 1.3
 
     def __init__(
@@ -57,16 +58,16 @@ class RemnantPacker:
         return self._cached_has_room(piece)
 
     def weight(self, piece: int) -> float:
-        """Return the area that a piece needs, mm²."""
+        """Return the area that a piece requires, mm²."""
         return self.pieces[piece].area
 
     @property
     def sheet_area(self) -> float:
-        """Area of a sheet less its margin, mm²."""
+        """Area of a sheet without its margin, mm²."""
         return float(self.inner.area)
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return the positions of the offered pieces that fit on the sheet; results are cached."""
+        """Return the positions of those offered pieces that fit on the sheet; results are cached."""
         key = tuple(sorted((+offered).items()))
         if key not in self._filled:
             self._filled[key] = self._fill(offered)

@@ -1,4 +1,4 @@
-"""Pack pieces by their true shapes: each sheet is a strip, and the shape nester (sparrow) minimises its used length."""
+"""Pack pieces by their true shapes: each sheet is a strip whose used length the shape nester (sparrow) minimises."""
 
 from __future__ import annotations
 
@@ -17,30 +17,32 @@ from leafcut.nesting.plan.pieces import NestPiece, select_by_area
 from leafcut.nesting.plan.rectangles import PlacedPiece
 from leafcut.nesting.plan.strip import Strip, StripBudget, StripItem, pack_strip, require
 
-#: Allowance for the single precision of the nester: in mm, and relative to the size of the sheet.
+#: Allowance for the single precision of the nester, in mm and relative to the size of the sheet.
 ROUNDING, ROUNDING_SHARE = 0.01, 1e-6
-#: Tolerance for simplifying an outline: relative to its size, with a minimum and a maximum, mm.
+#: Tolerance for simplifying an outline, relative to its size; minimum and maximum tolerance, mm.
 COARSE, FINEST, COARSEST = 0.001, 0.02, 0.5
-#: An outline is not simplified if it has at most this number of points, or would keep more than this share of them.
+#: An outline is not simplified if it has at most this number of points, or if more than this share of them would
+#: remain.
 FEW_POINTS, KEPT = 16, 0.6
-#: Limit of the mitre at corners of grown outlines, relative to the distance.
+#: Mitre limit at corners of enlarged outlines, relative to the distance.
 MITRE = 2.0
-#: Maximum number of pieces per search, for a reasonable time.
+#: Maximum number of pieces per search, so that it takes a reasonable time.
 MAX_PIECES = 250
 #: Shares of the expected capacity to try when a sheet must be packed again with fewer pieces.
 SHARES = (1.02, 1.0, 0.98)
-#: A strip within this factor of the lower bound needs no further search.
+#: Factor on the lower bound within which a strip needs no further search.
 PERFECT = 1.001
 
 
 class ShapePacker:
-    """Packs true shapes, one sheet after another, with the shape nester.
+    """Packs true shapes with the shape nester, one sheet after another.
 
     `length` and `width` are the sides of the sheet without its margins, mm. `budget` returns the budget of the next
     strip. With `shorten=False`, the search on the last sheet ends as soon as all parts are on it.
     """
 
-    #: Area of the pieces offered for a sheet, relative to its area; the excess waits for the next sheet.
+    #: Total area of the pieces offered for a sheet, relative to the area of the sheet. Pieces that do not fit are
+    #: offered for the next sheet.
     offered = 1.1
 
     def __init__(
@@ -71,7 +73,7 @@ class ShapePacker:
         return self.pieces[piece].fits(*self.inner)
 
     def weight(self, piece: int) -> float:
-        """Return the area that a piece needs, mm²: the area of its outline grown by at least half the spacing."""
+        """Return the area that a piece requires, mm²: that of its outline enlarged by at least half the spacing."""
         return self.shape(piece)[2]
 
     @property
@@ -80,17 +82,17 @@ class ShapePacker:
         return self.length * self.width
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return the positions of the offered pieces that fit on one sheet.
+        """Return the positions of those offered pieces that fit on one sheet.
 
-        If `last`, this is the last sheet, and the pieces are packed as far to the left as possible. If the pieces are
-        too many for one search, equal bands across the sheet are packed instead.
+        If `last` is true, this is the last sheet, and the pieces are packed as far to the left as possible. If there
+        are too many pieces for one search, equal bands across the sheet are packed instead.
         """
         offered = Counter({p: n for p, n in offered.items() if self._fits(p)})
         bands = math.ceil(offered.total() / MAX_PIECES)
         if bands == 0:
             return []
         band = +Counter({piece: count // bands for piece, count in offered.items()})
-        if not band:  # many kinds of piece, few of each
+        if not band:  # many kinds of piece, but few pieces of each
             band, bands = _limit_total(offered, MAX_PIECES), 1
         band_pieces, width = self._fill_strip(band, self.length / bands, last)
         pitch = width if last else self.length / bands
@@ -130,13 +132,13 @@ class ShapePacker:
         return Strip(strip.width, placed, strip.steps, strip.ended)
 
     def _fits(self, piece: int) -> bool:
-        """Return whether a grown outline fits the strip. `Filling` itself places a piece as large as the sheet."""
+        """Return whether the enlarged outline fits the strip. `Filling` itself places a piece as large as the sheet."""
         return self.extent(piece)[0] < self.length
 
     def _extent(self, piece: int) -> tuple[float, float]:
-        """Return length and width of a grown outline at the rotation that needs the shortest strip, mm.
+        """Return the length and width of an enlarged outline, mm, at the rotation that needs the shortest strip.
 
-        Both are infinite if the outline is too wide at all allowed rotations.
+        Both are infinite if the outline is too wide at every allowed rotation.
         """
         points = np.array(self.shape(piece)[0])
         angles = np.array([box.angle for box in self.pieces[piece].boxes])
@@ -150,7 +152,7 @@ class ShapePacker:
         return None if angles is None else [math.degrees(a) for a in angles]
 
     def _placed_pieces(self, strip: Strip, length: float = math.inf) -> list[PlacedPiece]:
-        """Return the positions on the sheet of the pieces whose grown outlines end before `length`, mm."""
+        """Return the positions on the sheet of the pieces whose enlarged outlines end before `length`, mm."""
         placed = []
         for piece, degrees, x, y in strip.items:
             shape, middle, _ = self.shape(piece)
@@ -158,16 +160,17 @@ class ShapePacker:
             cos, sin = math.cos(angle), math.sin(angle)
             if x + max(cos * px - sin * py for px, py in shape) > length:
                 continue
-            # The nester rotates shapes about their own middle.
+            # The nester rotates each shape about its centre.
             dx, dy = x - cos * middle[0] + sin * middle[1], y - sin * middle[0] - cos * middle[1]
             placed.append(PlacedPiece(piece, angle, self.corner + dx, self.corner + dy))
         return placed
 
     def _shape(self, number: int) -> tuple[list[tuple[float, float]], tuple[float, float], float]:
-        """Return the points of a grown outline relative to the centre of its box, this centre, and the grown area.
+        """Return the points of an enlarged outline relative to the centre of its box, this centre, and the enlarged
+        area.
 
-        The outline is grown by at least half the spacing, and by the tolerance if it is simplified. Outlines that
-        simplification would hardly reduce stay exact, so that parts whose sides add up to the width of the sheet fit
+        The outline is enlarged by at least half the spacing, plus the tolerance if it is simplified. Outlines for which
+        simplification would save little remain exact, so that parts whose sides add up to the width of the sheet fit
         next to each other.
         """
         piece = self.pieces[number]
@@ -192,9 +195,9 @@ def _shift(placed: PlacedPiece, x: float) -> PlacedPiece:
 
 
 def _limit_total(counts: Counter[int], limit: int) -> Counter[int]:
-    """Return about `limit` pieces in total, the same share of each kind.
+    """Return about `limit` pieces in total, with the same share of each kind.
 
-    If the number of kinds exceeds the limit, only the first `limit` kinds remain.
+    If there are more kinds than the limit, only the first `limit` kinds remain.
     """
     if counts.total() <= limit:
         return counts

@@ -1,7 +1,7 @@
 """Choose the cheapest combination of several kinds of sheet.
 
-A greedy choice (most parts per cost, free remnants first) sets an upper limit of the cost. Then cheaper combinations
-are tried; the cheapest combination that holds all parts wins.
+A greedy choice (most parts per cost, free remnants first) gives an upper limit for the cost. Then cheaper combinations
+are tried. The cheapest combination that holds all parts is used.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from leafcut.model.nest import Nest, sheet_costs
 from leafcut.nesting.plan.fill import Filling, FillPlan, NestTask, Packer, fill_sheets
 
-#: Budget for trying combinations of sheets: total number of pieces to place, minimum and maximum number of trials.
+#: Budget for trying combinations of sheets: total number of pieces to place, and minimum and maximum number of trials.
 TRIES, MIN_TRIES, MAX_TRIES = 5_000, 4, 60
 #: Maximum number of steps in the enumeration of combinations.
 MAX_CHOICES = 50_000
@@ -27,16 +27,16 @@ def single_kind_plan(task: NestTask, kind: int = 0) -> FillPlan:
 
 
 def plan_of_nest(nest: Nest) -> FillPlan:
-    """Return the filling plan that repeats the sheets of a nest in the same order."""
+    """Return a filling plan that repeats the sheets of a nest in the same order."""
     return tuple((layout.stock, layout.count) for layout in nest.layouts)
 
 
 def cheapest_nest(task: NestTask, packers: Sequence[Packer], method: str, seed: int, late: Callable[[], bool]) -> Nest:
-    """Return the cheapest nest on any combination of sheets. The trials end when `late` returns true."""
+    """Return the cheapest nest on any combination of sheets. Trials end when `late` returns true."""
     if len(packers) == 1:
         return fill_sheets(task, packers, single_kind_plan(task), method, seed)
     best = _greedy(task, packers).nest(method, seed)
-    # A mix of kinds must never cost more than the best single kind, however little time there is.
+    # A mix of kinds must never cost more than the best single kind, even if there is little time.
     alone = (fill_sheets(task, packers, single_kind_plan(task, kind), method, seed) for kind in range(len(packers)))
     best = min([best, *alone], key=_rank)
     if any(best.unplaced):
@@ -55,10 +55,10 @@ def cheapest_of_plans(
     attempt: Callable[[FillPlan], Nest],
     late: Callable[[], bool],
 ) -> Nest:
-    """Return the nest on the cheapest of the plans that holds all parts, or `best` if none holds them.
+    """Return the nest for the cheapest plan that holds all parts, or `best` if no plan holds them.
 
-    `plans` are sorted by cost. More than `tries` plans are searched by bisection, because more expensive plans usually
-    hold more parts.
+    `plans` are sorted by cost. If there are more than `tries` plans, they are searched by bisection, because more
+    expensive plans usually hold more parts.
     """
     low, high = 0, len(plans)
     for tries_left in range(tries, 0, -1):
@@ -75,9 +75,9 @@ def cheapest_by_density(
     task: NestTask, packers: Sequence[Packer], plans: Sequence[FillPlan], density: float, tries: int,
     attempt: Callable[[FillPlan], Nest], late: Callable[[], bool],
 ) -> Nest | None:  # fmt: skip
-    """Return the nest on the cheapest plan that holds all parts, or None. `plans` are sorted by cost.
+    """Return the nest for the cheapest plan that holds all parts, or None. `plans` are sorted by cost.
 
-    The first attempts choose plans with a utilisation of at most `density`; each attempt updates this value.
+    The first attempts choose plans with a utilisation of at most `density`. Each attempt updates this value.
     """
     need = _needs(task, packers)[0][1]
     densities = [need / sum(packers[k].sheet_area * count for k, count in plan) for plan in plans]
@@ -104,7 +104,7 @@ def _rank(nest: Nest) -> tuple[float, ...]:
 
 
 def _greedy(task: NestTask, packers: Sequence[Packer]) -> Filling:
-    """Choose sheets by the most parts per cost; the last sheet is the cheapest that holds the remaining parts."""
+    """Choose sheets with the most parts per cost; the last sheet is the cheapest that holds all remaining parts."""
     filling = Filling(task, packers)
     costs, sheets_left = sheet_costs(task.stocks), task.available_sheets
     while filling.left.total() and filling.n_sheets < task.max_sheets:
@@ -128,7 +128,7 @@ def _greedy(task: NestTask, packers: Sequence[Packer]) -> Filling:
 
 
 def _all_sheets(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]:
-    """Yield plans that use all available sheets; if their total is limited, the largest kinds are preferred."""
+    """Yield plans that use all available sheets; if the total number is limited, the largest kinds are preferred."""
     remaining, counts = task.max_sheets, [0.0] * len(packers)
     for k in sorted(range(len(packers)), key=lambda k: (-packers[k].sheet_area, k)):
         counts[k] = min(task.available_sheets[k], remaining)
@@ -137,7 +137,7 @@ def _all_sheets(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]
 
 
 def cheaper_plans(task: NestTask, packers: Sequence[Packer], reference: Nest, densest: float = 1.0) -> list[FillPlan]:
-    """Return the filling plans that are cheaper than a complete nest and have enough area, the cheapest first.
+    """Return the filling plans that are cheaper than a complete nest and have enough area, cheapest first.
 
     The parts use at most the share `densest` of the area. If the reference nest is incomplete, the list is empty.
     """
@@ -159,7 +159,7 @@ def _free_count(counts: Sequence[int], costs: Sequence[float]) -> int:
 def _filling_orders(packers: Sequence[Packer], counts: Sequence[float], costs: Sequence[float]) -> Iterator[FillPlan]:
     """Yield the filling orders to try: largest sheets first, then smallest first.
 
-    Sheets without cost come first in both.
+    In both orders, sheets without cost come first.
     """
     kinds = sorted((k for k, n in enumerate(counts) if n), key=lambda k: (-packers[k].sheet_area, k))
     unpaid = tuple((k, counts[k]) for k in kinds if costs[k] <= 0.0)
@@ -173,12 +173,14 @@ def _cost(counts: Sequence[float], costs: Sequence[float]) -> float:
     return sum(number * cost for number, cost in zip(counts, costs, strict=True))
 
 
-#: A set of kinds of sheet, and the total area of the pieces that fit on no other kind, mm².
+#: A set of kinds of sheet, and the total area of the pieces that fit only on these kinds, mm².
 _Need = tuple[frozenset[int], float]
 
 
 def _needs(task: NestTask, packers: Sequence[Packer]) -> list[_Need]:
-    """Return sets of kinds of sheet, each with the total area of the pieces that fit on no other kind, mm²."""
+    """Return sets of kinds of sheet, each with the total area of the pieces that fit only on the kinds in the set,
+    mm².
+    """
     areas: dict[frozenset[int], float] = {frozenset(range(len(packers))): 0.0}
     for piece, count in enumerate(task.counts):
         kinds = frozenset(k for k, packer in enumerate(packers) if packer.holds(piece))
@@ -189,9 +191,9 @@ def _needs(task: NestTask, packers: Sequence[Packer]) -> list[_Need]:
 
 @dataclass(frozen=True)
 class _SheetCounts:
-    """Enumerates the numbers of sheets of each kind with enough area and a cost of less than `below`.
+    """Enumerates the numbers of sheets of each kind that have enough area and cost less than `below`.
 
-    Each sequence has a value for each kind of sheet.
+    Each sequence contains one value for each kind of sheet.
     """
 
     costs: Sequence[float]
@@ -203,7 +205,7 @@ class _SheetCounts:
 
     def counts_below(self) -> list[tuple[int, ...]]:
         rates = [cost / max(area, SAME) for cost, area in zip(self.costs, self.areas, strict=True)]
-        # Cheapest area first: the area still needed costs at least as much with every later kind.
+        # Kinds are sorted by cost per area, so the area still needed costs at least as much with every later kind.
         order = sorted(range(len(rates)), key=lambda k: (rates[k], k))
         total_need = max(need for _, need in self.needs)
         choices: list[tuple[int, ...]] = []
@@ -224,7 +226,7 @@ class _SheetCounts:
         return choices
 
     def _max_count(self, k: int, cost: float, taken: int, total_need: float) -> int:
-        # Free sheets have no cost bound; twice the number needed by area is enough.
+        # The cost does not limit the number of free sheets; twice the number required by area is enough.
         affordable = (
             (self.below - cost) / self.costs[k]
             if self.costs[k]

@@ -1,7 +1,8 @@
-"""Script that runs the shape nester in a subprocess, with the task on standard input and the answer on standard output.
+"""Script that runs the shape nester in a subprocess.
 
-Thus a panic of the nester's Rust code does not end leafcut, and a limit in steps makes a search repeatable. The script
-does not import leafcut, so that it starts quickly.
+It reads the task from standard input and writes the answer to standard output. In a subprocess, a panic in the Rust
+code of the nester does not end leafcut, and a limit on steps makes a search repeatable. The script does not import
+leafcut, so that it starts quickly.
 """
 
 from __future__ import annotations
@@ -18,15 +19,15 @@ import spyrrow
 
 #: Interval at which the steps of the search are checked, s.
 POLL = 0.005
-#: Time limit for the nester, s. It is never reached, because this script ends the search.
+#: Time limit of the nester, s. It is never reached, because this script ends the search earlier.
 NEVER = 1_000_000
-#: Kinds of step (`spyrrow.ReportType`) without a solution, because parts still overlap. After a step of the first kind,
-#: the nester gives up the strip width.
+#: Kinds of step (`spyrrow.ReportType`) that give no solution, because parts still overlap. After a step of the first
+#: kind, the nester abandons the strip width.
 GIVEN_UP, OVERLAPPING = 1, 2
 
 
 class StripSearch:
-    """The progress of a search: number of steps and failures, the shortest strip, and the reason for the end."""
+    """The progress of a search: number of steps and failures, shortest strip, and reason for the end."""
 
     def __init__(self, task: dict[str, Any]) -> None:
         self.task = task
@@ -36,7 +37,7 @@ class StripSearch:
         self.reason = ""
 
     def take(self, kind: int, solution: Any) -> bool:
-        """Record a step. Return whether the search should stop."""
+        """Record a step, and return whether the search should stop."""
         self.steps += 1
         self.failures += kind == GIVEN_UP
         if kind not in (GIVEN_UP, OVERLAPPING) and (self.best is None or solution.width < self.best.width):
@@ -48,19 +49,21 @@ class StripSearch:
         return bool(self.reason)
 
     def late(self) -> bool:
-        """Return whether the search should stop because its time is over and a solution exists."""
+        """Return whether the search should stop because its time is over and it has a solution."""
         if self.best is not None and time.monotonic() - self.began >= self.task["seconds"]:
             self.reason = "clock"
         return bool(self.reason)
 
     def answer(self) -> dict[str, Any]:
-        """Return the strip length, mm, the placements (index, degrees, x, y), and the reason why the search ended."""
+        """Return the strip length, mm, the placements (index, degrees, x, y), and the reason for the end of the
+        search.
+        """
         items = [(int(i.id), i.rotation, *i.translation) for i in self.best.placed_items]
         return {"width": self.best.width, "items": items, "steps": self.steps, "ended": self.reason}
 
 
 def phases(seconds: float) -> tuple[int, int]:
-    """Return the time limits for the nester's exploration and compression, s, in total at least `seconds`.
+    """Return time limits for the exploration and the compression of the nester, s; their sum is at least `seconds`.
 
     The nester ignores fractions of a second, so this script ends the search itself.
     """
@@ -73,8 +76,9 @@ def phases(seconds: float) -> tuple[int, int]:
 def solve(task: dict[str, Any]) -> dict[str, Any]:
     """Pack the items of a task into the shortest strip, and return the answer.
 
-    Keys of the task: ``height`` of the strip, ``items`` (``shape``, ``demand``, ``angles``), ``seed``, ``workers``
-    (threads), and the limits of the search: ``steps``, ``failures``, ``seconds``, and ``enough``, a sufficient length.
+    The task has the keys ``height`` (of the strip), ``items`` (``shape``, ``demand``, ``angles``), ``seed``,
+    ``workers`` (threads), and limits of the search: ``steps``, ``failures``, ``seconds``, and ``enough``, a sufficient
+    length.
     """
     items = [
         spyrrow.Item(str(number), [tuple(p) for p in item["shape"]], item["demand"], item["angles"])
@@ -95,7 +99,7 @@ def solve(task: dict[str, Any]) -> dict[str, Any]:
     worker = threading.Thread(target=instance.solve, args=(config, queue), daemon=True)
     worker.start()
     while True:
-        working = worker.is_alive()  # before draining the queue, so that later solutions count in the next round
+        working = worker.is_alive()  # check before emptying the queue, so that later solutions count in the next round
         for kind, solution in queue.drain():
             if search.take(int(kind), solution):
                 return search.answer()
@@ -110,7 +114,7 @@ def solve(task: dict[str, Any]) -> dict[str, Any]:
 
 
 def _exit_with_parent() -> None:
-    """End the process when standard input closes: the parent has ended or no longer needs an answer."""
+    """End the process when standard input closes, because the parent has ended or no longer needs an answer."""
     sys.stdin.buffer.read()
     os._exit(1)
 

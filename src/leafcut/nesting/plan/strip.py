@@ -1,4 +1,4 @@
-"""Pack pieces on a strip with the shape nester, in a subprocess (`sparrow_process`) that can always be ended."""
+"""Pack pieces on a strip with the shape nester, in a subprocess (`sparrow_process`) that can be ended at any time."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ SCRIPT = Path(__file__).with_name("sparrow_process.py")
 POLL = 0.1
 #: Value for "no limit" in a task.
 UNLIMITED = 1e9
-#: Time beyond the limit after which the nester counts as hung, s.
+#: Time after the limit at which the nester is considered hung, s.
 PATIENCE = 600.0
 
 
 class NesterError(PlanError):
-    """The nester returned no result. This variant is lost; the others continue."""
+    """The nester returned no result. Only this variant is lost; the others continue."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class StripItem:
 
 @dataclass(frozen=True)
 class StripBudget:
-    """Limits of the search for a strip: number of steps, number of failed widths (`failures`), and time, s.
+    """Limits of the search for a strip: number of steps, number of failed strip widths (`failures`), and time, s.
 
     `workers` is the number of threads, which affects the result.
     """
@@ -57,7 +57,9 @@ class StripBudget:
 
 @dataclass(frozen=True)
 class Strip:
-    """A packed strip: length, mm, items as (index, degrees, x, y), number of steps, and reason for the end."""
+    """A packed strip: length, mm, items as (index, degrees, x, y), number of steps, and reason for the end of the
+    search.
+    """
 
     width: float
     items: tuple[tuple[int, float, float, float], ...]
@@ -74,11 +76,11 @@ def pack_strip(
     enough: float = 0.0,
     cancelled: threading.Event | None = None,
 ) -> Strip:
-    """Return all items in the shortest strip that the search finds. The strip starts at (0, 0) and extends along x.
+    """Pack all items into the shortest strip that the search finds. The strip starts at (0, 0) and extends along x.
 
-    An item is rotated about its origin, then moved. The same seed and number of steps give the same strip; with a time
-    limit, results may differ. The nester (sparrow, by spyrrow) computes in single precision: allow 0.01 mm. The search
-    ends as soon as the length is at most `enough` mm.
+    Each item is rotated about its origin, then moved. The same seed and number of steps give the same strip; with a
+    time limit, results may differ. The nester (sparrow, through spyrrow) computes in single precision, so allow for
+    errors of 0.01 mm. The search ends as soon as the length is at most `enough` mm.
 
     Raises NesterError if the nester failed or `cancelled` was set, and PlanError if the nester is not installed.
     """
@@ -110,7 +112,7 @@ def _run_nester(task: dict[str, Any], patience: float, cancelled: threading.Even
     command = [sys.executable, "-P", str(SCRIPT)]
     environment = {**os.environ, "RAYON_NUM_THREADS": str(task["workers"]), "RUST_BACKTRACE": "0"}
     deadline = time.monotonic() + patience
-    # Files, not pipes: a pipe that is not read during the search could fill up and block it.
+    # Use files instead of pipes: a pipe that is not read during the search could fill up and block the nester.
     with (
         tempfile.TemporaryFile() as output,
         tempfile.TemporaryFile() as errors,
@@ -122,7 +124,7 @@ def _run_nester(task: dict[str, Any], patience: float, cancelled: threading.Even
                 with suppress(subprocess.TimeoutExpired):
                     process.wait(POLL)
         finally:
-            process.kill()  # also after Ctrl-C; no effect if the process has ended
+            process.kill()  # also after Ctrl-C; has no effect if the process has ended
         process.wait()
         if cancelled.is_set():
             raise NesterError("stopped")
@@ -136,7 +138,7 @@ def _send_task(process: subprocess.Popen[bytes], task: dict[str, Any]) -> None:
     try:
         process.stdin.write(json.dumps(task).encode() + b"\n")
         process.stdin.flush()
-    except OSError:  # the process has already ended; its standard error has the reason
+    except OSError:  # the process has already ended; its standard error contains the reason
         with suppress(OSError):
             process.stdin.close()
 
