@@ -1,6 +1,6 @@
-"""Build a sheet from the strokes of a drawing: join, clean and check outlines, assign holes and marks to parts.
+"""Build a sheet from the strokes of a drawing: join, clean and check outlines, and assign holes and marks to parts.
 
-Unsafe outlines are refused with their positions; repairs are reported.
+Unsafe outlines are refused with their positions. Repairs are reported.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from leafcut.model.sheet import Sheet
 from leafcut.options import ReadOptions, SheetOptions
 from leafcut.processes.layers import kinds_of
 
-#: Size of a closed outline in both directions below which it is likely a drawing error, mm.
+#: Size in both directions below which a closed outline is probably a drawing error, mm.
 TINY = 0.5
-#: Largest distance between the centres of the circles of a bore, mm: coordinates are rounded, and arcs may be chords.
+#: Maximum distance between the centres of the circles of a bore, mm; coordinates are rounded, and arcs may be chords.
 SAME_CENTRE = 0.05
-#: Maximum diameter of a stepped bore with three or more circles, mm (the head of an M20 screw). Wider circles are rings
-#: nested in each other.
+#: Maximum diameter of a stepped bore with three or more circles, mm (the head of an M20 screw). Larger circles are
+#: nested rings.
 WIDEST_STEPPED = 40.0
 #: Maximum number of layers listed if the drawing has no cuts.
 MOST_LAYERS = 5
 #: Maximum relative difference of a round hole between 4π·area and the squared perimeter, and between width and height.
 #: Polygons with 24 or more sides count as circles.
 ROUND = 0.01
-#: Tolerance of diameter limits, mm, because inches are rounded: a limit of 6.35 includes a 1/4 in hole.
+#: Tolerance for diameter limits, mm, because inches are rounded: a limit of 6.35 includes a 1/4 in hole.
 _SLACK = 1e-6
 
 
@@ -48,7 +48,7 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
 
     `concentric` selects the circles of a bore to cut (`ReadOptions.concentric`): ``smallest``, ``largest`` or ``all``.
     Raises PlanError if the sheet has no cuts or marks, if an outline is open (unless `options.open_paths` allows it) or
-    crosses itself, or if parts overlap, fall apart where their outlines touch, or lie beyond the edge of the sheet.
+    crosses itself, or if parts overlap, fall apart where their outlines touch, or are beyond the edge of the sheet.
     """
     options = options or SheetOptions()
     issues = list(part.issues)
@@ -115,7 +115,7 @@ def _strokes_by_kind(contours: Sequence[Contour], kinds: list[str], issues: list
 
 
 def _join_strokes(strokes: list[Contour], kind: str, options: SheetOptions, issues: list[Issue]) -> list[Contour]:
-    """Return the strokes of a kind joined to contours.
+    """Join the strokes of a kind into contours.
 
     Each contour has the layer, handle and order of its first stroke.
     """
@@ -152,7 +152,7 @@ def _join_strokes(strokes: list[Contour], kind: str, options: SheetOptions, issu
 
 
 def _sheet_edge(sheets: list[Contour]) -> tuple[Polyline | None, tuple[Polyline, ...], float]:
-    """Return the edge of the sheet (None if no layer has it), its holes, and its price."""
+    """Return the edge of the sheet (None if no layer contains it), its holes, and its price."""
     if not sheets:
         return None, (), 0.0
     closed = [m for m in sheets if m.path.closed]
@@ -174,7 +174,7 @@ def _sheet_edge(sheets: list[Contour]) -> tuple[Polyline | None, tuple[Polyline,
 
 
 def _price_in_name(name: str) -> float:
-    """Return the price in the name of a sheet such as ``3000x1500@180``; 0 if the name contains no price."""
+    """Return the price in the name of a sheet such as ``3000x1500@180``, or 0 if the name contains no price."""
     _, found, text = name.rpartition("@")
     try:
         price = float(text) if found else 0.0
@@ -184,11 +184,11 @@ def _price_in_name(name: str) -> float:
 
 
 def _sheet_edge_by_layer_name(maybe: list[Contour], cuts: list[Contour], marks: list[Contour]) -> Contour | None:
-    """Return the edge of the sheet from a layer with the name of a sheet; None if the outlines there are parts.
+    """Return the edge of the sheet from a layer whose name suggests a sheet; None if the outlines there are parts.
 
-    The edge encloses or crosses all other contours; a part that crosses the edge lies half off the sheet. An outline
-    without contours inside is a part. An outline with some contours inside and others outside is ambiguous, and raises
-    PlanError: a wrong guess would cut each part on the wrong side of its line.
+    The edge encloses or crosses all other contours; a part that crosses the edge is partly off the sheet. An outline
+    without contours inside is a part. An outline with some contours inside and others outside is ambiguous and raises
+    PlanError, because a wrong guess would cut each part on the wrong side of its line.
     """
     closed = [m for m in maybe if m.path.closed]
     others = [*cuts, *marks]
@@ -229,7 +229,7 @@ def _sheet_edge_by_layer_name(maybe: list[Contour], cuts: list[Contour], marks: 
 def _sort_open_paths(
     opened: list[Contour], options: SheetOptions, issues: list[Issue]
 ) -> tuple[list[Contour], list[Contour]]:
-    """Return the open paths to cut, and the open paths to mark, as the option `open_paths` requires."""
+    """Return the open paths to cut and the open paths to mark, according to the option `open_paths`."""
     if not opened:
         return [], []
     paths = [m.path for m in opened]
@@ -340,10 +340,11 @@ def _check_whole(closed: list[Contour], shapes: NDArray[Any], kept: list[int], t
 def _select_bore_circles(
     closed: list[Contour], shapes: NDArray[Any], concentric: str, issues: list[Issue]
 ) -> list[int]:
-    """Return the indices of the outlines to cut: of each bore, only its smallest or largest circle (`concentric`).
+    """Return the indices of the outlines to cut; of each bore, only the smallest or largest circle (`concentric`) is
+    cut.
 
-    Countersinks, counterbores and threads are drawn as a circle around the hole; cutting all circles would leave a hole
-    that is too wide. Omitted circles are reported (L302).
+    Countersinks, counterbores and threads are drawn as a circle around the hole. If all circles were cut, the hole
+    would be too wide. Omitted circles are reported (L302).
     """
     every = list(range(len(closed)))
     if concentric == "all":
@@ -391,7 +392,7 @@ def _bore_circles(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]
         bore = [hole]
         while len(within := inside.get(bore[-1], [])) == 1 and concentric(bore[-1], within[0]):
             bore.append(within[0])
-        # One ring around a bore is a washer; several are nested rings.
+        # A single ring around a bore is a washer; several rings are nested rings.
         outer = parent[hole]
         washer = concentric(hole, outer)
         nested = washer and depth[outer] > 0 and concentric(outer, parent[outer])
@@ -402,7 +403,7 @@ def _bore_circles(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]
 
 
 def _nested_contours(closed: list[Contour], shapes: NDArray[Any], loose: list[Contour]) -> tuple[Contour, ...]:
-    """Return all contours in the order of the drawing, with depth, parent and part number."""
+    """Return all contours in drawing order, with depth, parent and part number."""
     depth, parent = nesting_depths(shapes)
     middles: Any = shapely.points(np.array([m.path.point_at(0.5 * m.path.length) for m in loose]).reshape(-1, 2))
     _, holder = enclosing_polygons(middles, shapes)
@@ -436,7 +437,7 @@ def _part_numbers(closed: list[Contour], depths: list[int], parents: list[int], 
 
 
 def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: Sequence[Polyline]) -> None:
-    """Raise PlanError for contours beyond the edge of the sheet, or in a hole of the sheet."""
+    """Raise PlanError for contours beyond the edge of the sheet or in a hole of the sheet."""
     if outline is None:
         return
     edge, *inner = polygons([outline, *holes])
@@ -458,10 +459,10 @@ def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: 
 
 
 def _refuse_frames(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> None:
-    """Raise PlanError for an outline around parts on a layer with the name of a drawing frame.
+    """Raise PlanError for an outline around parts on a layer whose name suggests a drawing frame.
 
-    A frame that is cut as a part would turn the parts inside into holes. Layers that `options` select for cutting are
-    accepted. An outline around a single outline may be a part with a window, so it only causes a warning (L422).
+    If a frame were cut as a part, the parts inside would become holes. Layers that `options` select for cutting are
+    accepted. An outline around a single outline may be a part with a window, so it causes only a warning (L422).
     """
     chosen = layer_matcher(options.cut_layers)
     inside: dict[int, list[int]] = {}
@@ -502,7 +503,8 @@ def _warn_of_frame(contours: Sequence[Contour], outline: Polyline | None, issues
     alone = all(c.layer != layer for c in rest)
     if 2 * beyond >= len(rest) or abs(path.area - (x1 - x0) * (y1 - y0)) > 1e-6 * path.area:
         return
-    # A part may have a window with a smaller part in it; several such outlines are parts with holes.
+    # A part may have a window with a smaller part inside. If there are several such outlines, they are parts with
+    # holes.
     if alone or len({c.parent for c in rest if c.depth == 2}) > (1 if beyond else 0):
         what = Message("everything") if not beyond else Message("all but {}", count_of(beyond, "contour"))
         message = Message(
@@ -537,10 +539,10 @@ def _places_text(places: Sequence[Any]) -> str:
 
 
 def without_excluded_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
-    """Return a sheet without the round holes that the diameter limits exclude; their number is reported (L205).
+    """Remove the round holes that the diameter limits exclude from a sheet; their number is reported (L205).
 
     Slots, windows, outlines of parts and marks of any size remain. Raises PlanError if an excluded hole contains
-    contours, which would then lie in the metal of the part.
+    contours, which would then be in the metal of the part.
     """
     low = options.min_diameter if options.min_diameter is not None else 0.0
     high = options.max_diameter if options.max_diameter is not None else math.inf

@@ -1,1 +1,1 @@
-"""Sheets: the contours of a drawing become a cutting program for plasma, laser, flame or water."""
+"""Sheet cutting: convert the contours of a drawing to a cutting program for plasma, laser, oxyfuel or water jet."""

@@ -9,13 +9,13 @@ from leafcut.model.cutting import CutMeasures, CutPlan
 
 @dataclass(frozen=True)
 class SheetDetail:
-    """The cuts of a sheet in the given order, in the nearest-neighbour order (or None), and in the written order."""
+    """The cuts of a sheet in the given order, in nearest-neighbour order (or None), and in the order of the program."""
 
     plans: tuple[CutPlan, CutPlan | None, CutPlan]
 
     @property
     def plan(self) -> CutPlan:
-        """The cuts in the written order."""
+        """The cuts in the order of the program."""
         return self.plans[-1]
 
     @property

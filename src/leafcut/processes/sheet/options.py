@@ -1,4 +1,4 @@
-"""Options of cutting sheets."""
+"""Options for cutting sheets."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from leafcut.options.option_spec import OptionGroup, option, when_given, when_on
 
 @dataclass(frozen=True)
 class CutOptions(OptionGroup):
-    """Options for cutting a nested sheet by plasma, laser, flame or water.
+    """Options for cutting a nested sheet by plasma, laser, oxyfuel or water jet.
 
-    `JobOptions` has the sheet's thickness, the safe height, clamps, and start and end points. `CutDataOptions` has the
-    cutting data.
+    `JobOptions` contains the thickness of the sheet, the safe height, clamps, and start and end points.
+    `CutDataOptions` contains the cutting data.
     """
 
     section: ClassVar[str] = "cut"

@@ -1,4 +1,4 @@
-"""Passes that adapt an order of cuts to effects between cuts, which the search treats as independent.
+"""Passes that adjust an order of cuts to effects between cuts, which the search treats as independent.
 
 `PASSES` lists the passes in sequence. Each pass does a bounded amount of work, stops at the time limit of the job, and
 returns a valid order (`CutSequence`).
@@ -35,10 +35,10 @@ if TYPE_CHECKING:
     from leafcut.processes.sheet.plan.detached_parts import DetachableParts
     from leafcut.processes.sheet.plan.starts import CutStart
 
-#: Maximum number of further searches for an order without meeting leads, and maximum number of cuts for such a search.
+#: Maximum number of further searches for an order in which no leads meet, and maximum number of cuts for such a search.
 MAX_SEARCHES, MAX_CUTS_OF_SEARCH = 2, 1000
 
-#: Share of the remaining time for a search; the rest is for moving the starts.
+#: Share of the remaining time for a search; the remainder is for moving starts.
 SEARCH_SHARE = 0.9
 
 #: Maximum number of orders whose motion is cached.
@@ -49,12 +49,12 @@ MAX_CACHED_MOTIONS = 4
 class SheetWork:
     """Data of a sheet that do not depend on the order of its cuts.
 
-    `drawn` is the sheet before holes and notches were divided, for the judge. `cutting` includes chains, and `nearest`
-    does not; `given` (the order of the drawing or of the plan file) has only the chains of the plan file. `planned` is
-    the plan file, if all its choices fit. If `order_fixed`, neither the given nor the nearest-neighbour order may
-    replace the order of the search, because of heat, or of bands with a plan file. `parts` are the parts that the head
-    may hit if it stays down between cuts; None if the head retracts. `motions` caches the motion of recent orders, and
-    `detached` the result of `detached_nearest`.
+    `drawn` is the sheet before holes and notches were divided, for verification. `cutting` includes chains, and
+    `nearest` does not. `given` is the order of the drawing or of the plan file; it has only the chains of the plan
+    file. `planned` is the plan file, if all its choices fit. If `order_fixed`, neither the given nor the
+    nearest-neighbour order may replace the order of the search, because of heat, or because of bands with a plan file.
+    `parts` are the parts that the head may hit if it stays down between cuts; None if the head retracts. `motions`
+    caches the motion of recent orders, and `detached` caches the result of `detached_nearest`.
     """
 
     drawn: Sheet
@@ -75,7 +75,7 @@ class SheetWork:
 
 
 def slide(plan: Plan, order: Order) -> Order:
-    """Slide the starts along their contours to shorten travel."""
+    """Move the starts along their contours to shorten travel."""
     cuts = cuts_in_order(plan, order)
     plan.job.report("refining the starts")
     share = 0.5 if plan.job.settings.of(CutOptions).heat_distance > 0.0 else 1.0
@@ -84,7 +84,9 @@ def slide(plan: Plan, order: Order) -> Order:
 
 
 def keep_off_heat(plan: Plan, order: Order) -> Order:
-    """Change the start or the position of cuts that would start in hot metal, close to the previous start."""
+    """Change the start or the position in the order of cuts that would start in hot metal, close to the previous
+    start.
+    """
     cuts, options = cuts_in_order(plan, order), plan.job.settings.of(CutOptions)
     if options.heat_distance <= 0.0:
         return order
@@ -96,12 +98,12 @@ def keep_off_heat(plan: Plan, order: Order) -> Order:
 
 
 def pierce_in_metal(plan: Plan, order: Order) -> Order:
-    """Move starts whose pierce lies in the kerf of an earlier cut."""
+    """Move starts whose pierce is in the kerf of an earlier cut."""
     return _with_cuts(order, clear_pierces(cuts_in_order(plan, order), plan.work.head))
 
 
 def keep_leads_apart(plan: Plan, order: Order) -> Order:
-    """Move starts whose leads meet, or search again without such starts. Return the faster order."""
+    """Move starts whose leads meet, or search again without such starts; return the faster order."""
     before, best = cuts_in_order(plan, order).starts, _move_leads_apart(plan, order)
     met = any(a is not b for a, b in zip(before, best.choices[0].starts, strict=True))
     best = keep_nearest(plan, best)
@@ -130,7 +132,7 @@ def _move_leads_apart(plan: Plan, order: Order) -> Order:
 
 
 def detach_later(plan: Plan, order: Order) -> Order:
-    """Cut outlines after the travel moves over their parts, for a head that stays down."""
+    """Cut outlines only after the travel moves over their parts, for a head that stays down."""
     work, cuts = plan.work, cuts_in_order(plan, order)
     if work.parts is None or work.order_fixed or work.planned is not None:
         return order
@@ -143,14 +145,14 @@ def detach_later(plan: Plan, order: Order) -> Order:
     pairs = [(place_of[a], place_of[b]) for a, b in cuts.cutting.pairs if place_of[a] != place_of[b]]
     with plan.job.deadline.part(1.0).running(plan.job.cancelled) as late:
         place = cut_outlines_later(work.parts, cut_plan.cuts, pairs, work.head.cost, late)
-    # All starts of the sheet may be used, even if a second search had fewer.
+    # Use all starts of the sheet, even if a second search used fewer.
     moved = CutSequence(work.cutting, tuple(cuts.starts[k] for k in place))
     other = _move_leads_apart(plan, pierce_in_metal(plan, _with_cuts(order, moved)))
     return min(order, other, key=lambda either: _rank(plan, either))
 
 
 def detached_nearest(plan: Plan) -> Order:
-    """Return the nearest-neighbour order after `detach_later`, which runs once for it."""
+    """Return the nearest-neighbour order after `detach_later`. It is computed only once."""
     known: list[Order] = plan.work.detached
     if not known:
         known.append(detach_later(plan, Order((plan.work.nearest,))))
@@ -169,15 +171,16 @@ def keep_nearest(plan: Plan, order: Order) -> Order:
 
 
 def _may_be_nearest(plan: Plan) -> bool:
-    """Return whether the nearest-neighbour order, which has no chains, may replace the order of the search."""
+    """Return whether the nearest-neighbour order may replace the order of the search; it has no chains."""
     work, searches = plan.work, plan.job.settings.solve.algorithm == "auto"
     return searches and work.planned is None and work.nearest.cutting is work.cutting
 
 
 def keep_given(plan: Plan, order: Order) -> Order:
-    """Return the order, or a faster one that crosses or nears no more detached parts.
+    """Return the order, or a faster one in which no more moves cross or approach detached parts.
 
-    The others are the order of the drawing or of the plan file, and the nearest-neighbour order after `detach_later`.
+    The alternatives are the order of the drawing or of the plan file, and the nearest-neighbour order after
+    `detach_later`.
     """
     work = plan.work
     if work.order_fixed:
@@ -193,7 +196,7 @@ def keep_given(plan: Plan, order: Order) -> Order:
 
 
 def _rank(plan: Plan, order: Order) -> tuple[int, int, float]:
-    """Return the numbers of moves across detached parts and of moves close to them, and the cost."""
+    """Return the number of moves across detached parts, the number of moves close to them, and the cost."""
     candidate = cached_motion(plan, order)
     cuts = candidate.detail[0]
     return cuts.crossings or 0, cuts.close, candidate.cost(plan.job.settings.solve.objective)
@@ -213,7 +216,7 @@ PASSES: tuple[Pass, ...] = (
 
 
 def stages_of(job: Job, cutting: Cutting, head: HeadTravel, known: Sequence[CutStart]) -> tuple[Stage, ...]:
-    """Return a stage for each band of the sweep; each stage starts where the previous band ends.
+    """Return one stage for each band of the sweep; each stage starts where the previous band ends.
 
     `known` is an order of all cuts, from which each stage takes its given order.
     """
@@ -237,7 +240,7 @@ def cuts_in_order(plan: Plan, order: Order) -> CutSequence:
 
 
 def sequence_of(job: Job, cutting: Cutting, choices: Sequence[Sequence[int]]) -> CutSequence:
-    """Return the cuts of a search result. `choices` has the chosen starts of each band, in order."""
+    """Return the cuts of a search result; `choices` contains the chosen starts of each band, in order."""
     groups = bands(cutting, job.settings.of(CutOptions))
     starts = [
         own[int(node)]
@@ -253,7 +256,7 @@ def _with_cuts(order: Order, cuts: CutSequence) -> Order:
 
 
 def cached_motion(plan: Plan, order: Order) -> Candidate:
-    """Return the motion of an order, cached. Its detail is a pair of the `CutPlan` and the `HeadRoutes`.
+    """Return the motion of an order from a cache. Its detail is a pair of the `CutPlan` and the `HeadRoutes`.
 
     The routes are None for a head that retracts.
     """
@@ -299,7 +302,7 @@ def order_issues(plan: Plan, best: Candidate) -> list[Issue]:
         from leafcut.processes.sheet.plan.heat import heat_issue
 
         issues.append(heat_issue(cuts_in_order(plan, best.order).starts, apart))
-    # Probing before a cut beyond the sheet would touch a slat, or nothing.
+    # If the torch probed beyond the sheet, it would touch a slat, or nothing.
     torch, beyond = plan.dialect.torch, [c.path.start for c in cut_plan.cuts if c.kind == "cut" and not c.pierce]
     if torch is not None and torch.heights == "controller" and beyond:
         many = "1 cut starts" if len(beyond) == 1 else f"{len(beyond)} cuts start"

@@ -1,4 +1,4 @@
-"""Write cutting programs for a torch or a beam, with the commands in table ``[torch]`` of the dialect."""
+"""Write cutting programs for a torch or a beam, with the commands in the table ``[torch]`` of the dialect."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from leafcut.options import PostOptions
 from leafcut.post.row_writer import Writer
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Decimals of a percentage: 0.1 % of a feed is negligible.
+#: Number of decimals of a percentage; 0.1 % of a feed is negligible.
 _PERCENT_DECIMALS = 1
 _SAME_FEED = 1e-3
 
@@ -23,11 +23,11 @@ _SAME_FEED = 1e-3
 def write_cut_program(
     plan: CutPlan, path: Toolpath, dialect: Dialect, options: PostOptions, header: Sequence[str] = ()
 ) -> str:
-    """Return the program of a cut sheet.
+    """Return the program that cuts a sheet.
 
     The program passes the cutting data of the plan to the controller, and omits actions that the controller performs
     itself (`gcode.torch`). In a dialect without a table for torches, M3 and M5 switch the torch like a spindle. Raises
-    PostError if the controller lacks a command that the toolpath needs.
+    PostError if the controller does not have a command that the toolpath needs.
     """
     lines = header if options.header else ()
     marks = bool(((path.kind == Kind.SPINDLE) & (path.ref != 0)).any())
@@ -67,7 +67,7 @@ class _TorchWriter(Writer):
         self.compensating = False
         self.percent = 100.0
         self.compensated = _first_compensated(self.path)
-        # If the controller moves Z, the program may travel from its first block on.
+        # If the controller moves Z, the program may travel from its first block.
         self.safe = not dialect.has_z_words
 
     def _writers(self) -> dict[Kind, Callable[[Motion], None]]:
@@ -88,7 +88,7 @@ class _TorchWriter(Writer):
     def _write_header(self, header: Sequence[str]) -> None:
         super()._write_header(header)
         if {610, 640} <= self.dialect.g_codes and not (self.path.kind == Kind.BLENDING).any():
-            self.out.write("G61")  # an earlier program may have left the rounding of corners on
+            self.out.write("G61")  # an earlier program may have left corner rounding active
         if (self.path.kind == Kind.TOOL).any():
             self.out.comment(
                 f"marks: the scribe is tool {self.torch.mark_tool}; its X and Y offset from the torch, tool 0, must be "
@@ -132,7 +132,7 @@ class _TorchWriter(Writer):
         super()._arc(row)
 
     def _set_feed_share(self, row: Motion) -> None:
-        """Write the feed of a row as a percentage of the chart's feed (M67), if it changes."""
+        """Write the feed of a row as a percentage of the feed in the chart (M67), if it changes."""
         if self.torch.feed_output is None or self.lit is None:
             return
         percent = self._feed_share(row)
@@ -144,7 +144,7 @@ class _TorchWriter(Writer):
         self.percent = percent
 
     def _feed_share(self, row: Motion) -> float:
-        """Return the feed of a row relative to the chart's feed, percent; 100 if the F word gives the feed."""
+        """Return the feed of a row as a percentage of the feed in the chart; 100 if the F word gives the feed."""
         percent = round(100.0 * row.value / self.plan.data.feed, _PERCENT_DECIMALS)
         assert self.lit is not None
         marks = self.lit.ref != 0
@@ -187,7 +187,7 @@ class _TorchWriter(Writer):
         self.out.write(f"T{row.ref}", "M6")
 
     def _activate_offset(self, row: Motion) -> None:
-        """Write the tool offset, and force both X and Y in the next move."""
+        """Write the tool offset, and make the next move contain both X and Y."""
         self.out.write("G43", f"H{row.ref}")
         self.out.forget(["motion", *"XY"])
         for axis in range(2):
@@ -243,7 +243,7 @@ class _TorchWriter(Writer):
 
 
 def _first_compensated(path: Toolpath) -> Iterator[Motion]:
-    """Yield the first cutting move after each activation of the controller's compensation."""
+    """Yield the first cutting move after each activation of cutter compensation by the controller."""
     waiting, on = False, False
     for row in path:
         if row.kind is Kind.RADIUS:

@@ -1,4 +1,4 @@
-"""The process of sheet cutting: options, planning, files, and form."""
+"""The sheet cutting process: options, planning, files, and form."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ _MAIN = (
 )  # fmt: skip
 _CUT = ("chains", "common_lines", "chart", "nozzle", "cut_speed")
 _JOB = ("thickness", "material", "clearance_height", "keep_out", "end_point", "plan")
-#: Suitability of a drawing with a layer that has the name of a sheet.
+#: Suitability of a drawing in which the name of a layer suggests a sheet.
 _BY_NAME = 0.95
 _PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
 
 
 class SheetCutting(Process):
-    """Cuts the contours of a drawing from sheet by plasma, laser, flame or water."""
+    """Cuts the contours of a drawing from sheet by plasma, laser, oxyfuel or water jet."""
 
     name = "cut"
     title = "cutting a sheet"
@@ -91,7 +91,9 @@ class SheetCutting(Process):
         return for_cutting(settings)
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Return the suitability of cutting: high if layers have the name of a sheet, else by the share of outlines."""
+        """Return the suitability of cutting: high if the name of a layer suggests a sheet, otherwise by the share of
+        outlines.
+        """
         from leafcut.processes.suitability import COUNTED, Suitability
 
         works = drawing.worked_mask, drawing.part.diameters > 0.0
@@ -111,19 +113,19 @@ class SheetCutting(Process):
 
     @property
     def passes(self) -> Sequence[Pass]:
-        """The passes that adapt the order of the search (`passes.PASSES`)."""
+        """The passes that adjust the order of the search (`passes.PASSES`)."""
         from leafcut.processes.sheet.passes import PASSES
 
         return PASSES
 
     def given(self, plan: Plan) -> Candidate:
-        """Return the motion in the order of the drawing, or of the plan file."""
+        """Return the motion in the order of the drawing or of the plan file."""
         from leafcut.model.plan import Order
 
         return self.generate(plan, Order((plan.work.given,)))
 
     def nearest(self, plan: Plan) -> Candidate:
-        """Return the motion in the nearest-neighbour order, with the same care for detached parts."""
+        """Return the motion in nearest-neighbour order, in which detached parts are avoided in the same way."""
         from leafcut.processes.sheet.passes import detached_nearest
 
         return self.generate(plan, detached_nearest(plan))
@@ -160,7 +162,7 @@ class SheetCutting(Process):
         return written, problems
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return the result of each search, for all cuts or for the cuts of each band."""
+        """Return the result of each search, which orders all cuts or the cuts of one band."""
         from leafcut.model.outcome import OperationOutcome
         from leafcut.model.tool import Tool, ToolKind
 
@@ -181,7 +183,7 @@ class SheetCutting(Process):
         return SheetDetail((given.detail[0], None if nearest is None else nearest.detail[0], best.detail[0]))
 
     def other_outputs(self, settings: Settings) -> list[Path]:
-        """Return the path of the plan file to write, if the user requested one."""
+        """Return the path of the plan file to be written, if the user requested one."""
         plan = settings.of(CutOptions).save_plan
         return [plan] if plan else []
 
@@ -201,7 +203,7 @@ class SheetCutting(Process):
         return SheetReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the contours of the drawing, moved to the program zero."""
+        """Return the contours of the drawing, moved to the program origin."""
         from leafcut.processes.placing import place_part
         from leafcut.read import read_contours
 

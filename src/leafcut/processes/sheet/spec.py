@@ -63,15 +63,16 @@ if TYPE_CHECKING:
     from leafcut.processes.sheet.plan.starts import CutStart
     from leafcut.read.format import Source
 
-#: Share of the remaining time for the search for chains; the order of all cuts gets the rest.
+#: Share of the remaining time for the search for chains; the remainder is for the order of all cuts.
 CHAIN_SHARE = 0.4
 #: Tolerance within which the torch rounds corners to keep its speed, mm (G64 P).
 PATH_TOLERANCE = 0.1
-#: Largest difference between equal thicknesses, mm, because inches are rounded.
+#: Maximum difference between equal thicknesses, mm, because inches are rounded.
 _SAME_THICKNESS = 0.001
-#: Tolerance of the height of a solid, mm, because drawings round gauges and inches.
+#: Tolerance for the height of a solid, mm, because drawings round gauges and inches.
 _HEIGHT_TOLERANCE = 0.1
-#: Largest difference of a common substitute: in mm, and relative to the thickness (3 mm or 11 gauge for 1/8 in).
+#: Maximum difference between a thickness and a common substitute (3 mm or 11 gauge for 1/8 in), in mm and relative to
+#: the thickness.
 _SUBSTITUTE, _SUBSTITUTE_SHARE = 0.5, 0.1
 #: Maximum thickness that a beam safely pierces in motion, mm. Estimate: up to this thickness, the pierce delay is a few
 #: tenths of a second.
@@ -79,7 +80,7 @@ _MAX_MOVING_PIERCE = 3.0
 
 
 def plan_sheet(job: Job, source: Source) -> Plan:
-    """Return the plan of a sheet: its cuts with all their possible starts, and chains of cuts that save time."""
+    """Return the plan of a sheet: its cuts with all possible starts, and chains of cuts that save time."""
     settings = job.settings
     options = settings.of(CutOptions)
     job.report("reading")
@@ -92,7 +93,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     if words.torch is not None and not words.torch.waits and not words.moves_z:
         if options.pierce_delay:
             raise OptionError("{} has no pierce delay; leave out --pierce-delay", words.name)
-        data = replace(data, pierce_delay=0.0)  # a beam that is off at standstill can only pierce in motion
+        data = replace(data, pierce_delay=0.0)  # a beam that is off at standstill can pierce only in motion
     torch = _torch_setup(job, words, data, probe)
     planned = settings.job.plan is not None
     rules = resolve_rules(data, options, switches=torch.switches, max_feed=job.machine.max_feed, planned=planned)
@@ -156,7 +157,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
         search_share=SEARCH_SHARE,
         unforced=False,
     )
-    # The area needed by leads does not depend on the order, so it is checked before the searches.
+    # The area that leads require does not depend on the order, so it is checked before the searches.
     refuse_too_large(check_envelope(cached_motion(plan, Order((given,))).path, job.machine), part, settings)
     nearest = nearest_order(job, stages_of(job, cutting, head, known))
     joined = _with_best_chains(job, cutting, file, head.overhead)
@@ -193,10 +194,11 @@ def _torch_setup(job: Job, words: Dialect, data: CutData, probe: Probe | None) -
 def _given_order(
     cutting: Cutting, file: PlanFile | None, options: CutOptions, head: HeadTravel
 ) -> tuple[list[CutStart], CutSequence, bool]:
-    """Return the given order of the cuts, the sequence for comparison, and whether it follows the whole plan file.
+    """Return the given order of the cuts, the sequence for comparison, and whether that sequence follows the whole plan
+    file.
 
     The given order comes from the plan file or from the drawing. The sequence for comparison has all choices of the
-    plan file if they fit, and otherwise the given order.
+    plan file if they fit, and is the given order otherwise.
     """
     order = drawing_order(cutting)
     if file is not None:
@@ -219,7 +221,7 @@ def _given_order(
 
 
 def _with_best_chains(job: Job, cutting: Cutting, file: PlanFile | None, overhead: float) -> Cutting:
-    """Return the cutting with the chains of the plan file and, if requested, with further chains that save time.
+    """Add the chains of the plan file to the cutting and, if requested, other chains that save time.
 
     Raises PlanError if a chain of the plan file does not fit.
     """
@@ -267,7 +269,9 @@ def _obstacles(job: Job, moves_z: bool) -> Obstacles | None:
 
 
 def _bounding_move(sheet: Sheet) -> Toolpath:
-    """Return a move between opposite corners of the contours' bounding box, for the check of the machine's travel."""
+    """Return a move between opposite corners of the contours' bounding box, for checking it against the machine's
+    travel.
+    """
     builder = ToolpathBuilder()
     x0, y0, x1, y1 = _bounding_box(sheet)
     builder.rapid(x0, y0)
@@ -352,7 +356,7 @@ def _cut_data(run: Job) -> tuple[CutData, list[Issue]]:
 
 
 def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue]]:
-    """Return the process in the cut chart, with a warning if its power differs from the machine's power.
+    """Return the process in the cut chart, with a warning if its power differs from the power of the machine.
 
     Raises OptionError if the machine cuts by another method.
     """
@@ -409,7 +413,7 @@ def _check_dialect(words: Dialect, process: str) -> None:
 
 
 def probe_for(machine: Machine, words: Dialect) -> Probe | None:
-    """Return the probe for touching off before each pierce; None if the machine or its programs have none."""
+    """Return the probe for touching off before each pierce, or None if the machine or its programs have no probe."""
     return machine.probe if words.torch is not None and words.torch.probe else None
 
 
@@ -447,7 +451,9 @@ def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
 
 
 def _register_issues(words: Dialect, data: CutData, options: CutOptions) -> list[Issue]:
-    """Return a warning if the controller takes the kerf from a register, because the program does not set it."""
+    """Return a warning if the controller takes the kerf from a register, because the program does not set the
+    register.
+    """
     from leafcut.gcode.torch import KERF_REGISTER
 
     if options.compensation != "controller" or words.torch is None or words.torch.compensation != "G41":
@@ -473,7 +479,7 @@ def _probe_issues(probe: Probe | None) -> list[Issue]:
 
 
 def _lowering_time(machine: Machine, torch: TorchSetup) -> float:
-    """Return the time to lower the head, touch off and retract at each cut, s."""
+    """Return the time to lower the head, touch off and retract for each cut, s."""
     from leafcut.timing.profile import trapezoid_time
 
     data, probe, clearance = torch.data, torch.probe, torch.clearance

@@ -1,11 +1,12 @@
-"""Chains: several closed cuts with one pierce. Between cuts, the torch stays on along straight bridges in the scrap.
+"""Chains: several closed cuts with one pierce. Between the cuts, the torch stays on along straight bridges in the
+scrap.
 
 A bridge can connect two contours that border on the same scrap: two outlines directly on the sheet or in the same hole,
 or an outline and the hole around it, which comes last and detaches the scrap. A bridge touches no part, no clamp, and
 no kerf of a third contour.
 
-The search for chains is a routing problem: clusters are contours, nodes are positions on them, and a move costs either
-a bridge, or the time to retract, travel and pierce again. The positions are then chosen again for the best order. If
+The search for chains is a routing problem. Clusters are contours, nodes are positions on them, and a move costs either
+a bridge, or the time to retract, travel and pierce again. For the best order, the positions are then chosen again. If
 two bridges cross, the bridge that saves more time is kept.
 """
 
@@ -38,24 +39,25 @@ from leafcut.processes.sheet.plan.starts import (
     starts_with_leads,
 )
 
-#: Number of samples along a contour, and number of nearest contours to try for bridges.
+#: Number of samples along a contour, and number of nearest contours to which bridges are tried.
 SAMPLES, NEIGHBOURS = 160, 8
 #: Maximum number of positions per contour and in total, and distance below which two positions are merged, mm.
 PLACES, MOST_PLACES, SAME_PLACE = 16, 3000, 1.0
-#: Distance from its contour within which a bridge must leave the kerf, in kerf widths.
+#: Distance from the contour within which a bridge must leave the kerf, in kerf widths.
 LEAVES_WITHIN = 3.0
-#: Minimum angle between two bridges at the same point of a contour, rad; otherwise the sliver between them would melt.
+#: Minimum angle between two bridges at the same point of a contour, rad; at smaller angles, the sliver between them
+#: melts.
 LEAST_ANGLE = math.radians(40.0)
-#: Maximum number of contours in a chain, and in a block that one search handles.
+#: Maximum number of contours in a chain, and in a block that is searched at once.
 MOST_CONTOURS, BLOCK = 12, 400
-#: Distance along a contour within which two positions are equal, mm.
+#: Distance along a contour within which two positions count as equal, mm.
 SAME = 0.01
 #: Maximum number of starts of a chain.
 MOST_STARTS = 4
 #: Number of new start positions to try for a contour whose leads would hit a bridge.
 NEW_PLACES = 16
 
-#: A chain as steps, one per contour: each bridge ends at the entry of a step, and the next starts at its exit.
+#: A chain as steps, one per contour. Each bridge ends at the entry of a step, and the next bridge starts at its exit.
 Chain = tuple[CutStart, ...]
 Bridge = tuple[Point, Point]
 
@@ -64,10 +66,10 @@ Bridge = tuple[Point, Point]
 class Bridges:
     """Positions on contours, and the bridges between them, as columns.
 
-    For each position: `contour`, int64[n], is the index of its contour, `at`, float64[n], its distance along the
+    For each position, `contour`, int64[n], is the index of its contour, and `at`, float64[n], is its distance along the
     contour, mm. `arrive` and `leave`, float64[n, 2], mm, are the end of the arriving bridge and the start of the next.
 
-    For each bridge: `begin` and `end`, int64[m], are its positions, and `length` is in mm. `saving` maps a pair of
+    For each bridge, `begin` and `end`, int64[m], are its positions, and `length` is in mm. `saving` maps a pair of
     positions to the time saved by a bridge, s; it contains only bridges that save time.
     """
 
@@ -91,8 +93,8 @@ class Bridges:
 def chain_blocks(cutting: Cutting, bands: Sequence[Sequence[int]], taken: Sequence[Chain] = ()) -> list[list[int]]:
     """Return the contours that may form chains, in blocks of neighbours small enough for one search.
 
-    All closed contours qualify, except small holes, contours of the existing chains `taken`, and contours fixed by a
-    plan file. Each block lies within one of `bands` (`cutting.bands`).
+    All closed contours qualify, except small holes, contours in the existing chains `taken`, and contours fixed by a
+    plan file. Each block is inside one of the `bands` (`cutting.bands`).
     """
     held = {k for pair in cutting.order for k in pair} | set(cutting.fixed)
     held |= {step.contour for chain in taken for step in chain}
@@ -110,13 +112,13 @@ def chain_problem(
 ) -> tuple[RoutingProblem, Bridges] | None:
     """Return the routing problem for the chains of a block, and its bridges; None if no bridge saves time.
 
-    `members` is a block of `chain_blocks`. `overhead` is the time to lower and raise the head at each cut, s; `rapid`
+    `members` is a block from `chain_blocks`. `overhead` is the time to lower and raise the head at each cut, s; `rapid`
     is the velocity of rapids, mm/s.
     """
     rules, feed = cutting.rules, cutting.rules.data.feed
     # Time of a pierce and its leads, without travel.
     single = rules.data.pierce_delay + overhead + (rules.lead_in.length + rules.lead_out.length) / feed
-    # A bridge of length d costs d / feed; a separate pierce also needs a rapid of about d.
+    # A bridge of length d costs d / feed; a separate pierce also requires a rapid of about d.
     reach = single / max(1.0 / feed - 1.0 / rapid, 1e-9)
     found = find_bridges(cutting.contours, members, cutting.scrap, reach)
     saving = {
@@ -137,9 +139,9 @@ def chain_problem(
 
 
 def chains_of(cutting: Cutting, bridges: Bridges, nodes: Sequence[int], before: Sequence[Chain] = ()) -> list[Chain]:
-    """Return the chains of a solution of `chain_problem`, whose positions are `nodes` in order.
+    """Return the chains of a solution of `chain_problem`; `nodes` contains its positions in order.
 
-    Bridges that conflict with better bridges or with the chains `before` are omitted.
+    Bridges that conflict with better bridges, or with the chains `before`, are omitted.
     """
     nodes = _best_positions(bridges, [int(bridges.contour[n]) for n in nodes])
     taken = [(a, b) for a, b in itertools.pairwise(nodes) if (a, b) in bridges.saving]
@@ -158,7 +160,7 @@ def chains_of(cutting: Cutting, bridges: Bridges, nodes: Sequence[int], before: 
 def chain_step(cutting: Cutting, contour: int, at: float, clockwise: bool | None = None) -> CutStart:
     """Return the step of a chain at a position on a contour, mm along its path.
 
-    Unless `clockwise` is given, the step runs in the direction of the rules.
+    Unless `clockwise` is given, the direction of the step follows the rules.
     """
     c = cutting.contours[contour]
     way = c.directions[0] if clockwise is None else clockwise
@@ -166,7 +168,7 @@ def chain_step(cutting: Cutting, contour: int, at: float, clockwise: bool | None
 
 
 def _best_positions(bridges: Bridges, order: Sequence[int]) -> list[int]:
-    """Return one position for each contour in `order` so that the bridges save the most time (dynamic programming).
+    """Choose one position for each contour in `order` so that the bridges save the most time (dynamic programming).
 
     The angle between two bridges at a position is at least `LEAST_ANGLE`.
     """
@@ -174,7 +176,7 @@ def _best_positions(bridges: Bridges, order: Sequence[int]) -> list[int]:
     for a, b in bridges.saving:
         out.setdefault(a, []).append(b)
     at = {k: np.flatnonzero(bridges.contour == k).tolist() for k in order}
-    State = tuple[int, int]  # position, and position at the other end of its bridge; -1 for no bridge
+    State = tuple[int, int]  # position, and position at the other end of its bridge, or -1 for no bridge
     best: dict[State, float] = {(p, -1): 0.0 for p in at[order[0]]}
     came: list[dict[State, State]] = []
     for k in order[1:]:
@@ -198,7 +200,7 @@ def _best_positions(bridges: Bridges, order: Sequence[int]) -> list[int]:
 
 
 def _bridges_spread(bridges: Bridges, before: int, place: int, after: int) -> bool:
-    """Return whether the bridges to and from a position form an angle of at least `LEAST_ANGLE`."""
+    """Return whether the angle between the bridges to and from a position is at least `LEAST_ANGLE`."""
     came = _unit_vector(bridges.arrive[place].tolist(), bridges.leave[before].tolist())
     goes = _unit_vector(bridges.leave[place].tolist(), bridges.arrive[after].tolist())
     return _angle(came, goes) >= LEAST_ANGLE
@@ -223,7 +225,7 @@ def _angle(a: Point, b: Point) -> float:
 
 
 def _connected_runs(nodes: Sequence[int], kept: set[tuple[int, int]]) -> Iterable[list[int]]:
-    """Yield the runs of positions that bridges connect."""
+    """Yield the runs of positions connected by bridges."""
     run = [nodes[0]]
     for a, b in itertools.pairwise(nodes):
         if (a, b) not in kept:
@@ -234,7 +236,7 @@ def _connected_runs(nodes: Sequence[int], kept: set[tuple[int, int]]) -> Iterabl
 
 
 def _split_long_run(run: list[int]) -> Iterable[list[int]]:
-    """Split a run into parts of about equal length, with at most `MOST_CONTOURS` contours each."""
+    """Split a run into pieces of about equal length, with at most `MOST_CONTOURS` contours each."""
     parts = math.ceil(len(run) / MOST_CONTOURS)
     for k in range(parts):
         yield run[len(run) * k // parts : len(run) * (k + 1) // parts]
@@ -257,7 +259,7 @@ def scrap_of(contour: CutContour) -> int:
 def exit_position(contour: CutContour, at: float, clockwise: bool) -> float:
     """Return the position at which a chain leaves a contour, mm along its path.
 
-    This is the start, or a joint before the start.
+    This is the start, or a position before the start if a micro-joint remains.
     """
     return at + (contour.closing_joint if clockwise else -contour.closing_joint)
 
@@ -288,7 +290,7 @@ def find_bridges(contours: list[CutContour], members: Sequence[int], scrap: Scra
 
 
 def _fit_between(lines: NDArray[np.float64], one: CutContour, other: CutContour, scrap: Scrap) -> Mask:
-    """Return, for each bridge from one contour to another (float64[n, 2, 2]), whether it lies in scrap, bool[n]."""
+    """Return a mask of the bridges from one contour to another, float64[n, 2, 2], that are inside scrap."""
     ok = leaves_kerf_at_once(lines, one.line, scrap.rules.kerf)
     ok &= leaves_kerf_at_once(lines[:, ::-1], other.line, scrap.rules.kerf)
     if ok.any():
@@ -297,16 +299,16 @@ def _fit_between(lines: NDArray[np.float64], one: CutContour, other: CutContour,
 
 
 def leaves_kerf_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> Mask:
-    """Return, for each line (float64[n, 2, 2]), whether it leaves a kerf at once and stays outside, bool[n].
+    """Return a mask of the lines, float64[n, 2, 2], that leave a kerf at once and stay outside.
 
-    `kerf_line` is the centreline of the kerf, `kerf` its width, mm.
+    `kerf_line` is the centreline of the kerf, and `kerf` is its width, mm.
     """
     step = lines[:, 1] - lines[:, 0]
     length = np.hypot(*step.T)
     share = np.minimum(LEAVES_WITHIN * kerf / np.maximum(length, 1e-9), 1.0)
     rest = np.stack([lines[:, 0] + share[:, None] * step, lines[:, 1]], axis=1)
     away: NDArray[np.float64] = shapely.distance(as_lines(rest), kerf_line)
-    # GEOS treats a line of length zero as empty, and an empty line is near nothing.
+    # GEOS treats a line of length zero as empty, and nothing is near an empty line.
     short = share >= 1.0
     away[short] = shapely.distance(shapely.points(lines[short, 1]), kerf_line)
     stays: Mask = away >= kerf - ROUNDING
@@ -314,7 +316,9 @@ def leaves_kerf_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float)
 
 
 def _neighbours(contours: list[CutContour], members: Sequence[int], reach: float) -> list[tuple[int, int]]:
-    """Return pairs of neighbouring contours that border on the same scrap, in both orders, but never from a hole."""
+    """Return pairs of neighbouring contours that border on the same scrap, in both orders, but never starting with a
+    hole.
+    """
     lines = np.array([contours[k].line for k in members], dtype=object)
     if not len(lines):
         return []
@@ -348,7 +352,7 @@ def _candidate_positions(contours: list[CutContour], pairs: Sequence[tuple[int, 
         away = np.array([shapely.distance(points, contours[o].line) for o in others])
         for i, j in itertools.combinations_with_replacement(range(len(others)), 2):
             for best, total in _positions_between(away[i], away[j], reach):
-                # A position between two neighbours counts twice as much as a position near one.
+                # A position between two neighbours has twice the weight of a position near one.
                 _add_position(wanted[k], float(at[best]), total * (0.5 if i != j else 0.25))
                 for o in {others[i], others[j]}:
                     share = float(shapely.line_locate_point(contours[o].line, points[best], normalized=True))
@@ -374,7 +378,7 @@ def _positions_between(one: NDArray[np.float64], other: NDArray[np.float64], rea
     total, farther = one + other, np.maximum(one, other)
     if not (farther < reach).any():
         return set()
-    # Among equal sums, take the position half-way, because bridges to both neighbours can start there.
+    # If sums are equal, take the position halfway, because bridges to both neighbours can start there.
     best = int(np.lexsort((farther, np.round(np.where(farther < reach, total, np.inf), 1)))[0])
     return {(k, float(total[k])) for k in (best, int(np.argmin(farther)))}
 
@@ -427,7 +431,7 @@ def _close_pairs(places: Bridges, pairs: Sequence[tuple[int, int]], reach: float
 
 
 def planned_chains(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> list[Chain]:
-    """Return the chains that a plan file fixes; if `everything`, all its chains.
+    """Return the chains that a plan file fixes, or all its chains if `everything`.
 
     Raises PlanError if a bridge does not fit.
     """
@@ -468,7 +472,7 @@ def _planned_step(cutting: Cutting, position: dict[int, int], choice: CutChoice)
 
 
 def with_chains(cutting: Cutting, chains: Sequence[Chain]) -> Cutting:
-    """Return the cutting with the chains as starts of their first contours; the leads of other cuts avoid the bridges.
+    """Add the chains as starts of their first contours; the leads of other cuts avoid the bridges.
 
     A bridge that leaves no space for the lead of another cut is removed.
     """
@@ -499,9 +503,9 @@ def _scrap_with_bridges(cutting: Cutting, chains: Sequence[Chain]) -> Scrap:
 
 
 def _reversed_chain(cutting: Cutting, chain: Chain) -> Chain:
-    """Return a chain reversed.
+    """Return a chain in reverse direction.
 
-    It stays unchanged if it ends with a hole, or if the entry and the exit of a step differ.
+    It is unchanged if it ends with a hole, or if the entry and the exit of a step differ.
     """
     if cutting.contours[chain[-1].contour].hole or any(step.entry != step.exit for step in chain):
         return chain
@@ -511,7 +515,7 @@ def _reversed_chain(cutting: Cutting, chain: Chain) -> Chain:
 def _add_single_starts(
     cutting: Cutting, scrap: Scrap, members: set[int], starts: dict[int, list[CutStart]]
 ) -> int | None:
-    """Add the starts of contours outside chains to `starts`. Return the first contour without a start, or None."""
+    """Add the starts of contours outside chains to `starts`; return the first contour without a start, or None."""
     for k in range(len(cutting.contours)):
         if k not in members:
             starts[k] = _starts_clear_of_bridges(cutting, k, scrap)
@@ -521,7 +525,7 @@ def _add_single_starts(
 
 
 def _starts_clear_of_bridges(cutting: Cutting, number: int, scrap: Scrap) -> list[CutStart]:
-    """Return the starts of a contour outside chains whose leads do not touch any bridge."""
+    """Return the starts of a contour outside chains whose leads touch no bridge."""
     contour, own = cutting.contours[number], cutting.starts_of([number])
     if contour.kind != "cut":
         return own
@@ -534,7 +538,7 @@ def _starts_clear_of_bridges(cutting: Cutting, number: int, scrap: Scrap) -> lis
 
 
 def _without_nearest(cutting: Cutting, chains: Sequence[Chain], stuck: int) -> list[Chain]:
-    """Return the chains without the bridge nearest to the contour `stuck`."""
+    """Return the chains without the bridge that is nearest to the contour `stuck`."""
     line = cutting.contours[stuck].line
     at = [(n, i) for n, chain in enumerate(chains) for i in range(len(chain) - 1)]
     away = [shapely.distance(line, shapely.LineString([chains[n][i].exit, chains[n][i + 1].entry])) for n, i in at]
@@ -544,7 +548,7 @@ def _without_nearest(cutting: Cutting, chains: Sequence[Chain], stuck: int) -> l
 
 
 def chain_starts(cutting: Cutting, chain: Chain, scrap: Scrap) -> list[CutStart]:
-    """Return the starts of a chain whose lead-ins do not touch its bridges. The list may be empty."""
+    """Return the starts of a chain whose lead-ins do not touch its bridges; the list may be empty."""
     contours, kerf = cutting.contours, cutting.rules.kerf
     bridges = [shapely.LineString([a.exit, b.entry]) for a, b in itertools.pairwise(chain)]
     head, last = chain[0], _last_step(contours[chain[-1].contour], chain[-1], scrap, bridges[-1])
@@ -588,7 +592,10 @@ def _last_step(contour: CutContour, step: CutStart, scrap: Scrap, bridge: Any) -
 
 
 def lead_leaves_bridge(lead: Points, bridge: Any, kerf: float) -> bool:
-    """Return whether a lead, float64[k, 2] from its contour outwards, leaves the kerf of a bridge and stays outside."""
+    """Return whether a lead leaves the kerf of a bridge and stays outside.
+
+    `lead` is float64[k, 2], from the contour outwards.
+    """
     line = shapely.LineString(lead)
     count = max(math.ceil(line.length / max(0.25 * kerf, 0.01)), 2)
     points = shapely.line_interpolate_point(line, np.linspace(0.0, line.length, count + 1))

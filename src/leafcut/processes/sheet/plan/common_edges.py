@@ -21,17 +21,17 @@ from leafcut.processes.sheet.plan.contours import CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.starts import CutStart
 
-#: Tolerance of the distance between edges one kerf apart, mm; half of it falls on each part.
+#: Tolerance for the distance between edges one kerf apart, mm; half of it applies to each part.
 GAP = 0.02
 #: Minimum overlap of facing edges for a common line, in kerf widths and in mm.
 LEAST_KERFS, LEAST = 4.0, 2.0
-#: Largest distance between coincident edges, mm; different chords of the same arc are closer than this.
+#: Maximum distance between coincident edges, mm; different chords of the same arc are closer than this.
 SAME_EDGE = 0.01
-#: Distance from the ends of a curved edge within which further points are rounding errors, mm.
+#: Distance from the ends of a curved edge within which other points count as rounding errors, mm.
 LEAST_STEP = 0.02
-#: Minimum length of coincidence, mm; edges that coincide over a shorter length merely cross or touch.
+#: Minimum length over which edges coincide, mm; below it, they only cross or touch.
 CROSSING = 0.2
-#: Share of its length above which a contour counts as cut twice if another cut follows it.
+#: Share of the length of a contour above which it counts as cut twice if another cut follows it.
 MOST = 0.5
 
 
@@ -39,9 +39,9 @@ MOST = 0.5
 class EdgeGap:
     """The gap between the edges of two contours (`parts`, indices in ascending order).
 
-    `begin` and `end` are the ends of its centreline, mm; between them the edges face each other. `width` is in mm, and
-    `normal` is the unit vector across the gap. Coincident curved edges have `width` 0 and no `normal`; `between` has
-    the further points of their centreline.
+    `begin` and `end` are the ends of its centreline, mm; between them, the edges face each other. `width` is in mm, and
+    `normal` is the unit vector across the gap. Coincident curved edges have `width` 0 and no `normal`; `between`
+    contains the other points of their centreline.
     """
 
     parts: tuple[int, int]
@@ -65,7 +65,7 @@ class EdgeGap:
 def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[EdgeGap]:
     """Return the gaps between straight edges of outlines that are one compensated kerf apart.
 
-    Both outlines lie directly on the sheet, or in the same hole. Without compensation, coincident curved edges are
+    Both outlines are directly on the sheet, or in the same hole. Without compensation, coincident curved edges are
     included: arcs of the same circle, and polylines with the same corners.
     """
     owner, ends = [], []
@@ -95,7 +95,7 @@ def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[EdgeGa
 
 
 def _with_curved_edges(straight: list[EdgeGap], contours: Sequence[CutContour]) -> list[EdgeGap]:
-    """Return the given gaps of straight edges, and a gap for each coincident edge that they do not cover."""
+    """Return the given gaps between straight edges, and a gap for each coincident edge that they do not cover."""
     own = [k for k, c in enumerate(contours) if c.has_leads and not c.hole]
     lines: Any = np.array([contours[k].line for k in own], dtype=object)
     found = list(straight)
@@ -120,7 +120,7 @@ def _with_curved_edges(straight: list[EdgeGap], contours: Sequence[CutContour]) 
 
 
 def _between_corners(piece: Any, corners: Any) -> tuple[Point, ...]:
-    """Return the points of a shared edge, from its first to its last drawn corner.
+    """Return the points of a shared edge, from its first to its last corner in the drawing.
 
     Beyond these corners the outlines diverge, although they may stay within `SAME_EDGE` for a short length.
     """
@@ -141,10 +141,11 @@ def least_length(rules: CutRules) -> float:
 
 
 def _edge_gap(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: float, least: float) -> EdgeGap | None:
-    """Return the gap between two edges, float64[2, 2] each; None if they do not face each other at distance `gap`, mm.
+    """Return the gap between two edges, float64[2, 2] each; None if they do not face each other at the distance `gap`,
+    mm.
 
-    `least` is the minimum overlap, mm. Outlines run counter-clockwise: the scrap is to the right of an edge, and facing
-    edges run in opposite directions.
+    `least` is the minimum overlap, mm. Outlines are counter-clockwise, so the scrap is to the right of an edge, and
+    facing edges have opposite directions.
     """
     length = float(np.hypot(*(one[1] - one[0])))
     along = (one[1] - one[0]) / length
@@ -202,10 +203,10 @@ def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue
 def pierced_first(
     contours: Sequence[CutContour], starts: Sequence[CutStart], pairs: Iterable[tuple[int, int]], rules: CutRules
 ) -> list[tuple[int, int]]:
-    """Return precedence pairs (before, after) for contours whose pierces all lie on other contours.
+    """Return precedence pairs (before, after) for contours whose possible pierces are all on other contours.
 
-    Such a contour must be cut before these other contours, while there is still metal to pierce. `pairs` is the
-    existing precedence.
+    Such a contour must be cut before those contours, while there is still metal to pierce. `pairs` is the existing
+    precedence.
     """
     burnt: Any = np.array([c.line if c.kind == "cut" else shapely.LineString() for c in contours], dtype=object)
     pierced = [s for s in starts if s.pierce and contours[s.contour].kind == "cut"]
@@ -231,7 +232,7 @@ def pierced_first(
 
 
 def has_order(pairs: Iterable[tuple[int, int]]) -> bool:
-    """Return whether the precedence pairs (before, after) are free of cycles."""
+    """Return whether the precedence pairs (before, after) have no cycle."""
     sorter: TopologicalSorter[int] = TopologicalSorter()
     for before, after in pairs:
         sorter.add(after, before)

@@ -38,19 +38,20 @@ from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads import FLATNESS, LEAST_KERFS, LEAST_LEAD, lead_shape, placed_leads
 from leafcut.processes.sheet.plan.scrap import PART_SHRINKAGE, Scrap
 
-#: Largest distance between ends or paths that meet, mm.
+#: Maximum distance between ends or paths that meet, mm.
 MEET = 0.01
-#: Largest distance between coincident lines, mm: slightly above the tolerance of the proof.
+#: Maximum distance between coincident lines, mm: slightly above the tolerance of verification.
 BESIDE = 0.04
-#: Maximum extension of a common line to another kerf, in half kerf widths; it suffices for a corner of 20 degrees.
+#: Maximum extension of a common line to another kerf, in half kerf widths; enough for a corner of 20 degrees.
 REACH = 6.0
-#: Methods whose cuts may cross kerfs, because a beam or a water jet does not go out without metal.
+#: Methods whose cuts may cross kerfs, because a beam or a water jet does not need metal to stay on.
 CROSSABLE = (CutMethod.LASER, CutMethod.WATERJET)
-#: Minimum length of an uncut stretch of a path that is no rounding error, mm, and minimum turn of a drawn corner, rad.
+#: Minimum length of an uncut section of a path that is not a rounding error, mm, and minimum turn at a corner of the
+#: drawing, rad.
 SHORT, SHARP = 0.1, math.radians(3.0)
-#: Distance beyond the end of an edge within which metal indicates a bend, in half kerf widths (1.41 at a right angle).
+#: Distance beyond the end of an edge within which metal indicates a bend, in half kerf widths (1.41 for a right angle).
 BEND = 1.3
-#: Largest angle between collinear lines, rad.
+#: Maximum angle between collinear lines, rad.
 STRAIGHT = 1e-3
 #: Maximum radius of fitted arcs, mm; arcs with a larger radius become lines.
 ROUNDEST = 1e5
@@ -86,7 +87,7 @@ def with_common_lines(
 
 
 def scrap_with_lead_ins(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
-    """Return the scrap with the lead-ins of common lines as obstacles for other leads."""
+    """Return the scrap in which the lead-ins of common lines are obstacles for other leads."""
     leads = []
     for c in contours:
         for at, backward, lead in ((0.0, False, c.inlets[0]), (c.path.length, True, c.inlets[1])):
@@ -98,7 +99,7 @@ def scrap_with_lead_ins(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
 def _common_cut_groups(contours: list[CutContour], slots: Sequence[EdgeGap], scrap: Scrap) -> list[CommonCutGroup]:
     """Return the groups of parts with common lines, in the order of their first outlines.
 
-    A group has all connected parts if all lines between them can be cut. Otherwise parts are joined pair by pair,
+    A group contains all connected parts if all lines between them can be cut. Otherwise parts are joined pair by pair,
     longest common edges first, as long as all lines can be cut.
     """
     grouper = Grouper(contours, slots, scrap)
@@ -180,7 +181,7 @@ def _line_contour(contours: list[CutContour], group: CommonCutGroup, number: int
 def _group_precedence(
     others: Sequence[CutContour], around: CutContour, group: CommonCutGroup, at: int
 ) -> Iterable[tuple[int, int]]:
-    """Yield precedence pairs (before, after): inner contours and marks, the lines in order, the outer cut."""
+    """Yield precedence pairs (before, after): inner contours and marks, then the lines in order, then the outer cut."""
     count = len(group.lines)
     inside, numbers = set(around.covers), group.parts
     for k, c in enumerate(others):
@@ -191,7 +192,7 @@ def _group_precedence(
 
 
 def _no_line_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
-    """Return a note with the reason why there are no common lines, if they were requested."""
+    """Return a note that explains why there are no common lines, if they were requested."""
     if not rules.common_lines:
         return []
     if slots:
@@ -244,10 +245,10 @@ def _line_issues(slots: Sequence[EdgeGap], groups: Sequence[CommonCutGroup], rul
 
 @dataclass(frozen=True)
 class CommonLine:
-    """A common line through `points`, mm; both ends lie on the centrelines of other kerfs.
+    """A common line through `points`, mm; both ends are on the centrelines of other kerfs.
 
-    `shared` is the length between two parts, mm. `inlets` has the lead-in at each end; None if the line cannot start
-    there. `parts` are indices of contours.
+    `shared` is the length between two parts, mm. `inlets` contains the lead-in at each end, or None if the line cannot
+    start there. `parts` are indices of contours.
     """
 
     points: tuple[Point, ...]
@@ -265,9 +266,9 @@ class CommonLine:
 class CommonCutGroup:
     """A group of parts with common lines.
 
-    `members` are the indices of the outlines, and `parts` the numbers of the parts. `shape` is the outline of the parts
-    including the gaps between them, and `path` the torch path around it. `order` has precedence pairs (before, after)
-    of `lines`.
+    `members` are the indices of the outlines, and `parts` are the numbers of the parts. `shape` is the outline of the
+    parts including the gaps between them, and `path` is the torch path around it. `order` contains precedence pairs
+    (before, after) of `lines`.
     """
 
     members: frozenset[int]
@@ -325,14 +326,14 @@ class Grouper:
     # -- the path around ---------------------------------------------------------------------------------------------
 
     def _outer_shape(self, members: frozenset[int], inside: Sequence[int]) -> Polyline | None:
-        """Return the outline of the parts including the gaps between them; None if the parts enclose scrap."""
+        """Return the outline of the parts including the gaps between them, or None if the parts enclose scrap."""
         whole: Any = shapely.union_all(
             [*(self.metal[k] for k in sorted(members)), *(self.gap_areas[n] for n in inside)]
         )
         if whole.geom_type != "Polygon":
             return None
         for hole in whole.interiors:
-            # Where four corners meet, a square as wide as the kerf remains, which the lines cut away.
+            # Where four corners meet, a square as wide as the kerf remains; the lines cut it away.
             if not shapely.Polygon(hole).buffer(-(self.rules.half + ROUNDING)).is_empty:
                 return None
         ring: Any = shapely.Polygon(whole.exterior).simplify(0.1 * MEET)
@@ -364,9 +365,9 @@ class Grouper:
         return True
 
     def _shortened_at_bends(self, slot: EdgeGap) -> EdgeGap:
-        """Return a gap that is half a kerf shorter at each end where both edges bend.
+        """Shorten a gap by half a kerf at each end where both edges bend.
 
-        The path around the group then meets the torch paths of both parts.
+        Then the path around the group meets the torch paths of both parts.
         """
         half = self.rules.half
         along = (np.array(slot.end) - np.array(slot.begin)) / slot.length
@@ -394,7 +395,7 @@ class Grouper:
                     yield int(i), int(j)
 
     def _continuous_gaps(self, inside: Sequence[int]) -> list[list[int]]:
-        """Return the gaps with the indices `inside`, grouped into continuous lines."""
+        """Group the gaps with the indices `inside` into continuous lines."""
         own = set(inside)
         lists = {n: [n] for n in inside}
         for i, j in self.follows:
@@ -415,7 +416,7 @@ class Grouper:
         )
 
     def _extended_to_kerfs(self, lines: list[tuple[Point, ...]], around: Any) -> list[tuple[Point, ...]] | None:
-        """Return the lines extended at both ends to the centreline of the next kerf; None if an end meets no kerf."""
+        """Extend the lines at both ends to the centreline of the next kerf; return None if an end meets no kerf."""
         drawn = [shapely.LineString(line) for line in lines]
         found = []
         for number, line in enumerate(lines):
@@ -440,7 +441,7 @@ class Grouper:
         return x, y
 
     def _inner_corner(self, origin: Point, end: Point, others: Sequence[tuple[Point, ...]]) -> Point | None:
-        """Return the point in an inner corner of a part at which the extensions of two lines meet, or None."""
+        """Return the point at an inner corner of a part where the extensions of two lines meet, or None."""
         reach = REACH * self.rules.half + MEET
         u, v = end[0] - origin[0], end[1] - origin[1]
         for line in others:
@@ -457,7 +458,7 @@ class Grouper:
         return None
 
     def _with_joined_lines(self, lines: list[CommonLine], members: frozenset[int], around: Any) -> list[CommonLine]:
-        """Return the lines, with each line that has no lead-in appended to a line with a common end.
+        """Append each line that has no lead-in to a line with a common end.
 
         No third line may end there, because the joined line would cross its kerf.
         """
@@ -485,7 +486,7 @@ class Grouper:
         line = shapely.LineString(points)
         near = [n for n in inside if shapely.dwithin(line, self.middles[n], GAP)]
         along = {n: self.middles[n].intersection(line.buffer(2.0 * GAP, cap_style="flat")).length for n in near}
-        # A gap across the line overlaps it only by the width of a kerf.
+        # A gap that crosses the line overlaps it only by the width of a kerf.
         shared = {n: length for n, length in along.items() if length > 0.1 * self.rules.kerf + 8.0 * GAP}
         parts = tuple(sorted({k for n in shared for k in self.slots[n].parts}))
         return CommonLine(points, math.fsum(shared.values()), parts, self._inlets(points, members, around))
@@ -497,12 +498,12 @@ class Grouper:
         return first, self._inlet(points[-1], points[-2], members, around, True)
 
     def _inlet(self, here: Point, to: Point, members: frozenset[int], around: Any, backward: bool) -> Lead | None:
-        """Return the lead-in of a line at one of its ends; None if the line cannot start there."""
+        """Return the lead-in of a line at one of its ends, or None if the line cannot start there."""
         if shapely.distance(around, shapely.Point(here)) > 2.0 * MEET:
             return None
         wanted = self.rules.lead_in
         if wanted.style == "none":
-            # If a part next to the group is cut earlier, its kerf leaves no metal to pierce.
+            # If a part next to the group is cut earlier, its kerf leaves no metal for the pierce.
             owners = [self.contours[k] for k in members]
             return Lead() if self.scrap.allows([shapely.Point(here)], *owners, leaves_sheet=True)[0] else None
         travel = (np.array([to]) - np.array([here])) / math.dist(here, to)
@@ -516,7 +517,7 @@ class Grouper:
         return None
 
     def _has_room(self, lead: np.ndarray, members: frozenset[int], around: Any, splash: float) -> bool:
-        """Return whether a straight lead-in, float64[2, 2], lies in the scrap outside the group.
+        """Return whether a straight lead-in, float64[2, 2], is inside the scrap around the group.
 
         `splash` is the radius around the pierce that must contain no part, mm.
         """
@@ -527,17 +528,17 @@ class Grouper:
         count = max(math.ceil(math.dist(*lead) / (0.25 * kerf)), 2)
         shares = np.linspace(0.0, 1.0, count + 1)[:, None]
         places = lead[1] + shares * (lead[0] - lead[1])
-        # `Scrap` shrinks the parts slightly, so that a lead along a part could come too close.
+        # `Scrap` shrinks the parts slightly, so a lead along a part could be too close to it.
         if not self.scrap.is_clear(places, self.rules.half + ROUNDING + PART_SHRINKAGE - 1.5 * MEET).all():
             return False
         apart = shapely.distance(shapely.points(places), around)
-        # Outwards from the path around the group, the distance grows until the kerfs are apart.
+        # From the path around the group outwards, the distance increases until the kerfs are separate.
         leaves = np.all((np.diff(apart) > 0.0) | (apart[1:] >= kerf)) and apart[-1] >= 0.5 * kerf
         return bool(leaves) and bool(self.scrap.is_clear(lead[:1], splash)[0])
 
 
 def _is_corner_arc(piece: Any, contour: CutContour, half: float) -> bool:
-    """Return whether a stretch of a path is the arc around a sharp corner of the drawing."""
+    """Return whether a section of a path is the arc around a sharp corner of the drawing."""
     drawn = contour.source.path
     corners: Any = shapely.points(drawn.vertices[np.abs(corner_turns(drawn)) > SHARP, :2])
     points: Any = shapely.points(shapely.get_coordinates(piece))
@@ -545,7 +546,7 @@ def _is_corner_arc(piece: Any, contour: CutContour, half: float) -> bool:
 
 
 def _straightened(path: Polyline) -> Polyline:
-    """Return a path with lines instead of nearly straight arcs, because no controller accepts their large radius."""
+    """Replace nearly straight arcs by lines, because no controller accepts their large radius."""
     rows = path.vertices.copy()
     chords = np.hypot(*(np.roll(rows, -1, axis=0) - rows)[:, :2].T)
     bulge = np.abs(rows[:, 2])
@@ -554,7 +555,7 @@ def _straightened(path: Polyline) -> Polyline:
 
 
 def _gap_area(slot: EdgeGap) -> Any:
-    """Return the area of the gap between two edges as a shapely polygon that slightly overlaps both parts."""
+    """Return the gap between two edges as a shapely polygon that slightly overlaps both parts."""
     reach = 0.5 * slot.width + 0.5 * GAP
     if slot.between:
         return shapely.LineString(slot.points).buffer(reach, cap_style="flat")
@@ -564,7 +565,7 @@ def _gap_area(slot: EdgeGap) -> Any:
 
 
 def _split_at_crossings(lines: Sequence[tuple[Point, ...]], half: float) -> list[tuple[Point, ...]]:
-    """Return the lines split so that none cross; shorter lines are split at longer lines."""
+    """Split the lines so that none of them cross; shorter lines are split at longer lines."""
     placed: list[tuple[Point, ...]] = []
     for line in sorted(lines, key=lambda line: (-round(shapely.LineString(line).length, 3), line)):
         whole = shapely.LineString(line)
@@ -580,10 +581,10 @@ def _split_at_crossings(lines: Sequence[tuple[Point, ...]], half: float) -> list
 
 
 def _line_precedence(lines: Sequence[CommonLine], half: float) -> tuple[tuple[int, int], ...] | None:
-    """Return precedence pairs (before, after) of lines; None if they contradict each other.
+    """Return precedence pairs (before, after) of lines, or None if they contradict each other.
 
-    A line that ends at another line comes after it. A line comes before other lines if it can only be pierced in their
-    kerf: for example, without a lead-in, where two lines meet in a corner.
+    A line that ends at another line comes after that line. A line comes before other lines if it can only be pierced in
+    their kerf, for example where it has no lead-in and two lines meet in a corner.
     """
     needed = set[tuple[int, int]]()
     drawn = [shapely.LineString(x.points) for x in lines]
@@ -602,7 +603,7 @@ def _line_precedence(lines: Sequence[CommonLine], half: float) -> tuple[tuple[in
 
 
 def _have_common_stretch(lines: Sequence[Any], least: float) -> bool:
-    """Return whether two lines coincide over more than `least` mm, as where a curved edge runs into another edge."""
+    """Return whether two lines coincide over more than `least` mm, as where one edge curves into another."""
     beside = [line.buffer(BESIDE) for line in lines]
     return any(lines[a].intersection(beside[b]).length > least for a, b in itertools.permutations(range(len(lines)), 2))
 

@@ -23,19 +23,20 @@ from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.plan.cut_rules import NARROWEST_HOLE, CutRules
 from leafcut.processes.sheet.plan.leads import FLATNESS, NO_LEAD, lead_path, lead_shape, placed_leads
 
-#: Text for several contours: its template, whose first gap is for their number, and the values of the other gaps.
+#: Text about several contours: its template, whose first placeholder is their number, and the values of the other
+#: placeholders.
 _Several = tuple[str, ...]
-#: Tolerance of offset paths, mm.
+#: Tolerance for offset paths, mm.
 OFFSET_TOLERANCE = 0.01
-#: Tolerance of distances, mm.
+#: Tolerance for distances, mm.
 ROUNDING = 0.03
-#: Minimum uncut area that is no rounding error, mm².
+#: Minimum uncut area that is not a rounding error, mm².
 SMALL = 0.01
-#: Minimum turn of a drawn corner, rad.
+#: Minimum turn at a corner of the drawing, rad.
 CORNER = math.radians(30.0)
 #: Minimum distance between a start and a corner loop, mm.
 BESIDE_LOOP = 1.0
-#: Distance before and after a point at which directions are averaged, mm; at a corner, the result is the bisector.
+#: Distance before and after a point over which directions are averaged, mm; at a corner, the result is the bisector.
 AROUND = 0.01
 
 
@@ -56,23 +57,25 @@ class CutContour:
     diameter
         Diameter of the circle of equal area, mm; 0 for an open contour.
     rules
-        Rules of the sheet, adapted to compensation by the program where the controller cannot compensate.
+        Rules of the sheet; if the controller cannot compensate the kerf of this contour, they are adapted to
+        compensation
+        by the program.
     corners
-        Positions of the drawn corners along the path, mm.
+        Positions of the corners in the drawing along the path, mm.
     loops
         Corner loops as (from, to) along the path, mm.
     covers
-        With common lines, indices of the outlines that this contour cuts, completely or in part; else empty.
+        With common lines, indices of the outlines that this contour cuts, completely or in part; otherwise empty.
     group
         Number of the group of parts with common lines, from 1; 0 for none.
     common
-        For a common line, the length shared by two parts, mm; else 0.
+        For a common line, the length shared by two parts, mm; otherwise 0.
     inlets
         For an open cut, the lead-in at each end; None if the cut cannot start there.
     pinched
         For an outline, the rings of the kerf's centreline in notches whose mouths are too narrow for the kerf.
     notch_of
-        For a contour in a notch that the kerf closes, the index of the notched outline; else -1.
+        For a contour in a notch that the kerf closes, the index of the notched outline; otherwise -1.
     """
 
     index: int
@@ -103,7 +106,7 @@ class CutContour:
 
     @property
     def has_leads(self) -> bool:
-        """Whether the contour is closed and cut, so that one of its sides is scrap."""
+        """Whether the contour is closed and is cut, so that one of its sides is scrap."""
         return self.path.closed and self.kind == "cut"
 
     @property
@@ -123,7 +126,9 @@ class CutContour:
 
     @property
     def closing_joint(self) -> float:
-        """Length that stays uncut for a joint at the end of the path, mm, including half a kerf on each side."""
+        """Length that remains uncut for a micro-joint at the end of the path, mm, including half a kerf on each
+        side.
+        """
         if not self.joints or self.rules.kind == CutMethod.LASER:
             return 0.0
         return min(self.rules.joint_width + self.rules.kerf, 0.25 * self.path.length)
@@ -137,7 +142,7 @@ class CutContour:
 
     @property
     def lead_out(self) -> Lead:
-        """The requested lead-out; none if the rules exclude a lead-out for this contour."""
+        """The requested lead-out, or none if the rules exclude a lead-out for this contour."""
         ends_on_contour = self.rules.torch_off_in_overcut and self.overcut > 0.0
         ends_at_joint = self.joints and self.rules.kind != CutMethod.LASER
         if ends_on_contour or ends_at_joint or self.is_small or (self.hole and not self.rules.hole_lead_out):
@@ -146,12 +151,12 @@ class CutContour:
 
     @property
     def directions(self) -> tuple[bool, ...]:
-        """The allowed directions of the cut; true means clockwise."""
+        """The allowed cutting directions; true means clockwise."""
         wanted = self.rules.direction_of(self.hole)
         return {"clockwise": (True,), "counter-clockwise": (False,), "free": (False, True)}[wanted]
 
     def name(self) -> str:
-        """Return a name for messages, with the part and the position."""
+        """Return a name with the part and the position, for messages."""
         x, y = self.source.path.start
         if self.common:
             return f"common line of part {self.source.part} from ({x:.4g}, {y:.4g})"
@@ -162,7 +167,7 @@ class CutContour:
     # -- places along the path ---------------------------------------------------------------------------------------
 
     def is_scrap_left(self, clockwise: bool) -> bool:
-        """Return whether the scrap is to the left of travel."""
+        """Return whether the scrap is to the left of the direction of travel."""
         return self.hole != clockwise
 
     def travel_at(self, at: float, clockwise: bool) -> Point:
@@ -181,14 +186,14 @@ class CutContour:
         return at - past if clockwise else at + past
 
     def is_smooth(self, at: float) -> bool:
-        """Return whether a position is away from corners, as a start with compensation by the controller requires."""
+        """Return whether a position is away from corners, as required to start with compensation by the controller."""
         return all(apart_along(at, corner, self.path.length) > 2.0 * self.rules.kerf for corner in self.corners)
 
     def in_loop(self, at: float) -> bool:
-        """Return whether a position lies in a corner loop, or so close that the closing joint would lie in the loop.
+        """Return whether a position is in a corner loop, or so close that the closing joint would be in the loop.
 
-        A joint must lie on the edge of the part. If the joint lay in a loop, the arc of the corner would remain uncut
-        too.
+        A joint must be on the edge of the part. If the joint were in a loop, the arc around the corner would also
+        remain uncut.
         """
         length, room = self.path.length, BESIDE_LOOP + self.closing_joint
         return any((at - begin + room) % length <= end - begin + 2.0 * room for begin, end in self.loops)
@@ -204,7 +209,7 @@ class CutContour:
         return points
 
     def lead_at(self, lead: Lead, at: float, clockwise: bool, *, out: bool = False) -> Polyline | None:
-        """Return the path of a lead at a position; None if the lead has no length."""
+        """Return the path of a lead at a position, or None if the lead has no length."""
         left = self.is_scrap_left(clockwise)
         return lead_path(lead, self.path.point_at(at), self.travel_at(at, clockwise), left, out)
 
@@ -215,7 +220,7 @@ def apart_along(a: float, b: float, length: float) -> float:
 
 
 def flat_line(path: Polyline) -> Any:
-    """Return a path as a shapely line of chords that is prepared for distances."""
+    """Return a path as a shapely line of chords that is prepared for distance queries."""
     points = path.flattened(FLATNESS)
     if len(points) < 2:
         points = np.repeat(points, 2, axis=0)
@@ -235,7 +240,7 @@ def names_of(contours: Sequence[CutContour]) -> str:
 def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], list[Issue]]:
     """Return the contours that can be cut, in the order of the sheet, and issues about areas that remain uncut.
 
-    Holes too small for the kerf or the pierce, and notches with mouths narrower than the kerf, are not cut.
+    Holes too small for the kerf or the pierce are not cut, and neither are notches with mouths narrower than the kerf.
     """
     kept: list[CutContour] = []
     remarks: list[tuple[_Several, Issue]] = []
@@ -258,7 +263,7 @@ def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], l
 
 
 def _prepare_contour(index: int, source: Contour, rules: CutRules) -> CutContour | None:
-    """Return a contour with its torch path; None if it is too narrow for the kerf."""
+    """Return a contour with its torch path, or None if it is too narrow for the kerf."""
     drawn = source.path
     if source.kind != "cut" or not drawn.closed:
         return CutContour(index, source, drawn, flat_line(drawn), False, 0.0, rules)
@@ -279,9 +284,9 @@ def _prepare_contour(index: int, source: Contour, rules: CutRules) -> CutContour
 
 
 def with_notches(contours: list[CutContour], rules: CutRules) -> list[CutContour]:
-    """Return the contours with `notch_of` set for contours in a closed notch.
+    """Set `notch_of` of each contour in a closed notch, and return all contours.
 
-    The kerf on both sides closes a mouth that is narrower than two kerfs.
+    If the mouth of a notch is narrower than two kerfs, the kerfs on both sides close it.
     """
     reach = 0.5 * rules.kerf + ROUNDING
     tree: Any = shapely.STRtree(np.array([c.line for c in contours], dtype=object))
@@ -309,7 +314,7 @@ def _holds_pierce(path: Polyline, line: Any, rules: CutRules) -> bool:
 
 
 def corners_along(drawn: Polyline, path: Polyline, line: Any) -> tuple[float, ...]:
-    """Return the positions of the drawn corners, mm along the torch path."""
+    """Return the positions of the corners in the drawing, mm along the torch path."""
     turns = corner_turns(drawn)
     places = drawn.vertices[np.abs(turns) > CORNER, :2]
     share = shapely.line_locate_point(line, shapely.points(places), normalized=True)
@@ -317,7 +322,7 @@ def corners_along(drawn: Polyline, path: Polyline, line: Any) -> tuple[float, ..
 
 
 def corner_turns(path: Polyline) -> Points:
-    """Return the change of direction at the start of each segment of a closed path, rad, positive to the left."""
+    """Return the change of direction at the start of each segment of a closed path, rad; positive to the left."""
     turns = np.zeros(path.n_segments)
     ends = [_tangents(path, i) for i in range(path.n_segments)]
     for i, (begin, _) in enumerate(ends):
@@ -328,7 +333,9 @@ def corner_turns(path: Polyline) -> Points:
 
 
 def _tangents(path: Polyline, index: int) -> tuple[Point, Point]:
-    """Return the unit vectors of travel at both ends of a segment: its chord rotated by half the angle of the arc."""
+    """Return the unit vectors of travel at both ends of a segment, which are its chord rotated by half the angle of the
+    arc.
+    """
     s = path.segment(index)
     angle = math.atan2(s.end[1] - s.start[1], s.end[0] - s.start[0])
     half = 2.0 * math.atan(s.bulge)
@@ -346,7 +353,7 @@ def _contour_issue(
 
 
 def _group_remarks(remarks: list[tuple[_Several, Issue]]) -> list[Issue]:
-    """Return the issues of all remarks; equal remarks about several contours become one issue."""
+    """Return the issues of all remarks; identical remarks about several contours become one issue."""
     groups: dict[tuple[str, _Several], list[Issue]] = {}
     for several, issue in remarks:
         groups.setdefault((issue.code, several), []).append(issue)
@@ -394,7 +401,7 @@ def _contour_place(index: int, source: Contour, x: float, y: float) -> str:
 
 
 def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[_Several, Issue]]:
-    """Return the remarks about uncut notches of an outline. The areas `chambers` are cut as holes, and not reported."""
+    """Return the remarks about uncut notches of an outline, except the areas `chambers`, which are cut as holes."""
     source, rules = contour.source, contour.rules
     drawn = shapely.Polygon(source.path.flattened(FLATNESS))
     closed = shapely.Polygon(contour.line.coords).buffer(-rules.half)

@@ -1,4 +1,4 @@
-"""Loops at sharp outer corners, which keep the torch at full speed.
+"""Loops at sharp outer corners, through which the torch keeps its full speed.
 
 The torch cuts straight past the corner, turns through the scrap, and crosses its own kerf onto the next edge. Without a
 loop, it would slow down at the corner.
@@ -19,7 +19,7 @@ from leafcut.processes.sheet.plan.contours import CutContour, corner_turns, corn
 from leafcut.processes.sheet.plan.cut_rules import LOOP_ANGLE
 from leafcut.processes.sheet.plan.scrap import Scrap
 
-#: Tolerance of the radius of an arc around a corner, relative to half a kerf.
+#: Tolerance for the radius of an arc around a corner, relative to half a kerf.
 SAME_RADIUS = 0.02
 
 
@@ -28,7 +28,7 @@ _Loop = tuple[bool, Points]
 
 
 def with_loops(contours: list[CutContour], scrap: Scrap) -> list[CutContour]:
-    """Return the contours with loops at the sharp corners of outlines where a loop fits."""
+    """Add loops at the sharp corners of outlines, where a loop fits."""
     rules = scrap.rules
     outlines = [(k, c) for k, c in enumerate(contours) if c.has_leads and not c.hole]
     loops = [(k, at, loop) for k, c in outlines for at, loop in _possible_loops(c)]
@@ -53,7 +53,9 @@ def with_loops(contours: list[CutContour], scrap: Scrap) -> list[CutContour]:
 
 
 def _possible_loops(contour: CutContour) -> Iterator[tuple[int, _Loop]]:
-    """Yield the possible loops of an outline, at corners or at arcs around drawn corners, each with its segment."""
+    """Yield the possible loops of an outline, at corners or at arcs around corners of the drawing, each with its
+    segment.
+    """
     path, half, length = contour.path, contour.rules.half, contour.rules.loop_length
     for at, turn in enumerate(corner_turns(path).tolist()):
         if half == 0.0 and math.pi - LOOP_ANGLE < turn < math.pi - 0.01:
@@ -74,7 +76,7 @@ def _possible_loops(contour: CutContour) -> Iterator[tuple[int, _Loop]]:
 def _loop_vertices(ends: tuple[Point, Point], before: Point, after: Point, half: float, length: float) -> Points:
     """Return the vertices of a loop, float64[4, 3]: straight past the corner, around, and back to the next edge.
 
-    `ends` are the points of the path where the loop starts and ends, `before` and `after` the directions there. The
+    `ends` are the points of the path where the loop starts and ends; `before` and `after` are the directions there. The
     loop turns `length` mm past the intersection of both lines. `half` is half a kerf, mm.
     """
     start, end = ends

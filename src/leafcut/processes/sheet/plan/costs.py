@@ -1,4 +1,4 @@
-"""Cycle time, cost and consumption of each part, of the sheet and of the batch."""
+"""Cycle time, cost and consumption of each part, the sheet and the batch."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ def measure_cuts(
 ) -> CutMeasures:
     """Return times, lengths, costs and consumption of the cuts of a plan.
 
-    `seconds` has the times of each cut, s: cutting, piercing, and rapids including the retract. `whole` is the time of
-    the program, s; moves before the first and after the last cut count as rapids of the sheet. `corners` has the
-    corners of the travel move before each cut, by the index of the cut. `shop_rate` is the cost of machine and operator
-    per hour.
+    `seconds` contains the times of each cut, s: cutting, piercing, and rapids including the retract. `whole` is the
+    time of the program, s; moves before the first and after the last cut count as rapids of the sheet. `corners`
+    contains the corners of the travel move before each cut, by the index of the cut. `shop_rate` is the cost of machine
+    and operator per hour.
     """
     sheet, cuts, data = plan.sheet, plan.cuts, plan.data
     each = [_times_of_cut(sheet, cuts, k, parts, corners.get(k, ())) for k, parts in enumerate(seconds)]
@@ -49,7 +49,7 @@ def measure_cuts(
     parts = []
     for number in sorted(shares):
         own, area = _sum_times(shares[number]), areas.get(number, 0.0)
-        # The price of the sheet is shared among its parts by area.
+        # The price of the sheet is divided among its parts by area.
         metal = sheet.price * area / used if number in cut_parts and used else 0.0
         used_up = consumption_of(own, data, one)
         parts.append(
@@ -78,14 +78,14 @@ def _times_of_cut(
     cut = cuts[k]
     places = [cuts[k - 1].path.end, *corners, cut.path.start] if k else []
     way = sum(math.dist(a, b) for a, b in pairwise(places))
-    # The edges along a common line count with the cut around its parts.
+    # The edges along a common line count as part of the cut around its parts.
     return CutTimes(*seconds, cut.path.length, way, _perimeter(sheet, cut), cut.common, int(cut.pierce))
 
 
 def _perimeter(sheet: Sheet, cut: Cut, part: int | None = None) -> float:
-    """Return the drawn length of the contours of a cut, mm, optionally for one `part` only.
+    """Return the length in the drawing of the contours of a cut, mm; optionally only those of one `part`.
 
-    Chambers of notches are not added, because they are part of an outline.
+    Chambers of notches are not included, because they belong to an outline.
     """
     contours = () if cut.common else (sheet.contours[i] for i in cut.contours)
     return sum(c.path.length for c in contours if not c.chamber and part in (None, c.part))
@@ -132,9 +132,9 @@ def cost_of(times: CutTimes, options: CutOptions, shop_rate: float) -> float:
 def consumption_of(times: CutTimes, data: CutData, sheet: CutTimes) -> Consumption:
     """Return the consumption during the given times; amounts for which the chart has no data remain unknown.
 
-    Gas, power and abrasive are used while the torch is on: cutting and piercing. If the chart has no power, it is the
-    power of the arc: current times voltage. Nozzles and electrodes wear by cutting time or by pierces, whichever limits
-    their life on the whole `sheet`, so that the shares of all parts add up.
+    Gas, power and abrasive are consumed while the torch is on, for cutting and piercing. If the chart does not give the
+    power, it is the power of the arc: current times voltage. Nozzles and electrodes wear by cutting time or by pierces,
+    whichever limits their life on the whole `sheet`, so that the shares of all parts add up.
     """
     rates, burning = data.rates, times.cut_s + times.pierce_s
 

@@ -1,8 +1,8 @@
-"""The path of a cut from its chosen start (lead-in, contours, bridges, overcut, lead-out) and its speeds.
+"""The path of a cut from its chosen start (lead-in, contours, bridges, overcut, lead-out), and its speeds.
 
-For a controller with kerf compensation (G41, G42), the program contains the drawn contour, and lead arcs whose radius
-is larger by half a kerf. Compensation starts on the straight run-in: LinuxCNC moves along the tangent to the circle of
-radius half a kerf around the end of the run-in, so the torch must start on that tangent.
+For a controller with kerf compensation (G41, G42), the program contains the contour as drawn, and lead arcs whose
+radius is larger by half a kerf. Compensation starts on the straight run-in: LinuxCNC moves along the tangent to the
+circle of radius half a kerf around the end of the run-in, so the torch must start on that tangent.
 """
 
 from __future__ import annotations
@@ -27,21 +27,22 @@ from leafcut.processes.sheet.plan.leads import FLATNESS
 from leafcut.processes.sheet.plan.scrap import Scrap
 from leafcut.processes.sheet.plan.starts import FEWEST_PLACES, CutStart, starts_of
 
-#: Largest distance between coincident points, mm.
+#: Maximum distance between coincident points, mm.
 SAME_PLACE = 1e-6
-#: Minimum length of segments at a concave corner, in kerf widths; with shorter ones, the offset path crosses itself.
+#: Minimum length of segments at a concave corner, in kerf widths; with shorter segments, the offset path crosses
+#: itself.
 SHORTEST_KERFS = 2.0
 #: Minimum radius of concave arcs, in half kerf widths; a controller cannot compensate tighter arcs.
 TIGHTEST = 1.05
 
-#: A stretch of a path: distances of its two ends from the start of the path, mm.
+#: A section of a path: distances of both ends from the start of the path, mm.
 Span = tuple[float, float]
 #: Names of the choices that a plan file fixes, by index of the contour.
 Fixed = Mapping[int, tuple[str, ...]]
 
 
 def make_cut(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> Cut:
-    """Return the cut of a single contour that starts as chosen."""
+    """Return the cut of a single contour with the chosen start."""
     contour = contours[start.contour]
     rules, choice = contour.rules, choice_of(contour, start, fixed.get(start.contour, ()))
     if rules.compensation == "controller" and contour.has_leads:
@@ -89,7 +90,7 @@ def make_cut(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> C
 def make_chain(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> Cut:
     """Return the cut of a chain: several contours with one pierce, connected by bridges through the scrap.
 
-    Only the last contour has an overcut. The other contours end where they close, or a joint earlier.
+    Only the last contour has an overcut. The other contours end where they close, or earlier by a micro-joint.
     """
     steps = [start, *start.then]
     first, last = contours[start.contour], contours[steps[-1].contour]
@@ -138,7 +139,7 @@ def make_chain(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) ->
 
 
 def chain_length(contours: Sequence[CutContour], start: CutStart) -> float:
-    """Return the length of the path of a chain, mm, including joints."""
+    """Return the length of the path of a chain, mm, including micro-joints."""
     steps = [start, *start.then]
     places = [contours[s.contour].path.point_at(s.at) for s in steps]
     bridges = sum(math.dist(a, b) for a, b in itertools.pairwise(places))
@@ -148,7 +149,9 @@ def chain_length(contours: Sequence[CutContour], start: CutStart) -> float:
 
 
 def body_of(contour: CutContour, start: CutStart, *, overcut: bool = True) -> tuple[Polyline, float]:
-    """Return the path of a contour from its start, and its overlap past the start, mm; negative for a joint."""
+    """Return the path of a contour from its start, and its overlap beyond the start, mm, which is negative for a
+    micro-joint.
+    """
     path = contour.path
     if not path.closed:
         return (path.reversed() if start.clockwise else path), 0.0
@@ -163,7 +166,7 @@ def _path_from(path: Polyline, at: float, length: float, clockwise: bool) -> Pol
 
 
 def without_tiny_segments(piece: Polyline) -> Polyline:
-    """Return an open path without the tiny segments that rounding errors cause."""
+    """Remove tiny segments that rounding errors cause from an open path."""
     rows = piece.vertices
     step = np.hypot(*np.diff(rows[:, :2], axis=0).T)
     keep = np.append(step > SAME_PLACE, True)
@@ -171,7 +174,7 @@ def without_tiny_segments(piece: Polyline) -> Polyline:
 
 
 def choice_of(contour: CutContour, start: CutStart, fixed: tuple[str, ...] = ()) -> CutChoice:
-    """Return the entry of a plan file for a start."""
+    """Return the entry in a plan file for a start."""
     x, y = contour.path.point_at(start.at)
     words = ("clockwise", "counter-clockwise") if contour.path.closed else ("backward", "forward")
     return CutChoice(
@@ -189,7 +192,7 @@ def _distance_along_cut(contour: CutContour, start: CutStart, at: float) -> floa
 
 
 def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
-    """Return the corner loops of a cut as stretches of its path; the contour starts `begin` mm along this path."""
+    """Return the corner loops of a cut as sections of its path; the contour starts `begin` mm along this path."""
     spans = []
     for low, high in contour.loops:
         first = _distance_along_cut(contour, start, high if start.clockwise else low)
@@ -198,10 +201,10 @@ def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, 
 
 
 def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
-    """Return the micro-joints of a laser cut as stretches of its path, evenly spaced.
+    """Return the micro-joints of a laser cut as sections of its path, evenly spaced.
 
-    The beam is off for the length of a joint plus a kerf. Joints keep away from corners, where they are hard to break
-    and grind off, and from the start and end of the cut, where the kerf would sever them.
+    The beam is off for the length of a joint plus a kerf. Joints are placed away from corners, where they are hard to
+    break and grind off, and away from the start and end of the cut, where the kerf would sever them.
     """
     rules = contour.rules
     wanted = contour.joints if rules.kind == CutMethod.LASER else 0
@@ -229,10 +232,11 @@ def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span,
 
 
 def compensate_where_needed(contours: list[CutContour], scrap: Scrap) -> tuple[list[CutContour], list[Issue]]:
-    """Return the contours, adapted to compensation by the program where the controller cannot compensate, and a note.
+    """Adapt contours for which the controller cannot compensate the kerf to compensation by the program; also return a
+    note.
 
-    The controller cannot compensate where run-in and arc do not fit, as in small holes, and where a concave arc is
-    tighter, or a notch narrower, than the kerf.
+    The controller cannot compensate where run-in and arc do not fit, as in small holes, and where the radius of a
+    concave arc is too small, or a notch is narrower than the kerf.
     """
     made = [
         replace(c, rules=c.rules.compensated_by_program())
@@ -270,7 +274,7 @@ def _controller_can_compensate(number: int, contour: CutContour, scrap: Scrap) -
 
 
 def _drawn_path(contour: CutContour) -> Polyline:
-    """Return the drawn path, counter-clockwise."""
+    """Return the path as drawn, counter-clockwise."""
     path = contour.source.path
     return path if path.area >= 0.0 else path.reversed()
 
@@ -278,7 +282,7 @@ def _drawn_path(contour: CutContour) -> Polyline:
 def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, float]:
     """Return the programmed path for a controller that compensates the kerf, and the length of its lead-in, mm.
 
-    Raises PlanError if the compensation cannot start there.
+    Raises PlanError if compensation cannot start there.
     """
     half, here, travel = (
         contour.rules.half,
@@ -305,7 +309,7 @@ def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, flo
 
 
 def _widened_lead(lead: Polyline, center: Point, radius: float, on: Point) -> Polyline:
-    """Return a lead with the same centre and first point, but another radius, for a controller with compensation."""
+    """Return a lead with the same centre and first point but another radius, for a controller with compensation."""
     x, y = lead.vertices[1, :2].tolist()
     scale = radius / math.hypot(x - center[0], y - center[1])
     corner = (center[0] + scale * (x - center[0]), center[1] + scale * (y - center[1]))

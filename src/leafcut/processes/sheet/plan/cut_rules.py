@@ -1,4 +1,4 @@
-"""The cutting rules of a sheet, from its options with defaults by cutting process."""
+"""The cutting rules of a sheet, resolved from its options with defaults by cutting process."""
 
 from __future__ import annotations
 
@@ -10,33 +10,34 @@ from leafcut.model.cutting import CutData, Lead
 from leafcut.model.kinds import CutMethod, method_of
 from leafcut.processes.sheet.options import CutOptions
 
-#: Minimum length of a lead-in, mm. Plasma and oxyfuel: lapas.io, table of lead-ins; other methods: an estimate that
-#: keeps the pierce mark off the part.
+#: Minimum length of a lead-in, mm. Plasma and oxyfuel: lapas.io, table of lead-ins. Other methods: an estimate so that
+#: the pierce mark stays off the part.
 SHORTEST_LEAD_IN: dict[str, float] = {
     CutMethod.PLASMA: 6.0,
     CutMethod.OXYFUEL: 15.0,
     CutMethod.LASER: 2.0,
     CutMethod.WATERJET: 2.0,
 }
-#: Length of a lead-in, in kerf widths (LightBurn forum: 1.5 to 3 for a laser). For the methods `THICK_LEAD_IN`, the
-#: length is the thickness instead (Hypertherm's note).
+#: Length of a lead-in, in kerf widths (LightBurn forum: 1.5 to 3 for a laser). For the methods in `THICK_LEAD_IN`, the
+#: length is the thickness instead (note by Hypertherm).
 KERFS_OF_LEAD_IN = 3.0
 THICK_LEAD_IN = (CutMethod.PLASMA, CutMethod.OXYFUEL)
 #: Minimum length of a lead-out, mm (MultiCAM: 6 to 12 mm for outlines).
 SHORTEST_LEAD_OUT = 6.0
-#: Defaults of LinuxCNC QtPlasmaC for holes: overcut, mm, and diameter below which a hole is cut slower, mm.
+#: Defaults of LinuxCNC QtPlasmaC for holes: overcut, mm, and diameter below which a hole is cut more slowly, mm.
 HOLE_OVERCUT = 4.0
 SMALL_HOLE = 32.0
 #: Speed in small holes, percent of the cutting speed (QtPlasmaC's default).
 SMALL_HOLE_SPEED = 60.0
 #: Angle between a straight lead and the contour, or angle of an arc, rad.
 LEAD_ANGLE = 0.5 * math.pi
-#: Largest angle of a corner that gets a loop, rad.
+#: Maximum angle of a corner that gets a loop, rad.
 LOOP_ANGLE = math.radians(100.0)
-#: Marking speed, mm/s (2500 mm/min): an estimate for scribes, and for lasers at a fifth of their power. Cutting speeds
-#: of the chart are too fast for a scribe on thin sheets, and too slow for a beam on thick sheets.
+#: Marking speed, mm/s (2500 mm/min): an estimate for scribes, and for lasers at a fifth of their power. The cutting
+#: speeds in the chart are too high for a scribe on thin sheets, and too low for a beam on thick sheets.
 MARK_FEED = 2500.0 / 60.0
-#: A plasma hole below this ratio of diameter to thickness becomes conical (plasma primer in the docs of QtPlasmaC).
+#: Minimum ratio of diameter to thickness of a plasma hole; below it, the hole becomes conical (plasma primer in the
+#: documentation of QtPlasmaC).
 NARROWEST_HOLE = 1.5
 
 
@@ -44,10 +45,10 @@ NARROWEST_HOLE = 1.5
 class CutRules:
     """Rules for cutting a sheet: mm, s, mm/s, rad.
 
-    `kind` is a `CutMethod`, `data` a row of the chart. `half` is the distance between path and part: half a kerf, or 0
-    without compensation. `outline_direction` is ``clockwise``, ``counter-clockwise`` or ``free``; holes run in the
-    opposite direction. The leads may be shortened for a contour. If `once`, there is no compensation, and coincident
-    edges are cut once even without the option for common lines.
+    `kind` is a `CutMethod`, and `data` is a row of the chart. `half` is the distance between path and part: half a
+    kerf, or 0 without compensation. `outline_direction` is ``clockwise``, ``counter-clockwise`` or ``free``; holes are
+    cut in the opposite direction. The leads may be shortened for a contour. If `once`, there is no compensation, and
+    coincident edges are cut once even without the option for common lines.
     """
 
     kind: str
@@ -73,13 +74,13 @@ class CutRules:
     once: bool = False
 
     def feed_of(self, kind: str, *, small: bool) -> float:
-        """Return the speed for a contour of the kind ``cut`` or ``mark``, mm/s; lower for a small hole."""
+        """Return the speed for a contour of kind ``cut`` or ``mark``, mm/s; lower for a small hole."""
         if kind == "mark":
             return self.mark_feed
         return self.small_hole_feed if small else self.data.feed
 
     def compensated_by_program(self) -> CutRules:
-        """Return the rules for a contour whose kerf the program compensates instead of the controller."""
+        """Return the rules for a contour whose kerf is compensated by the program instead of the controller."""
         return replace(self, compensation="geometry", lead_in=replace(self.lead_in, run_in=0.0))
 
     @property
@@ -110,8 +111,8 @@ def resolve_rules(
     if length is None:
         length = max(SHORTEST_LEAD_IN.get(kind, 2.0), data.thickness if hot else KERFS_OF_LEAD_IN * data.kerf)
     style = options.lead_in if options.lead_in != "auto" else ("arc" if hot else "line")
-    # G41 and G42 start on a straight run-in, followed by an arc tangent to the contour. Torch and height control are
-    # not switched meanwhile (LinuxCNC: M62 to M68 are invalid under compensation).
+    # G41 and G42 start on a straight run-in, followed by an arc tangent to the contour. During compensation, torch and
+    # height control are not switched (LinuxCNC: M62 to M68 are invalid under compensation).
     by_controller = options.compensation == "controller"
     style = "arc" if by_controller else style
     out = options.lead_out if options.lead_out != "auto" else (style if hot else "none")

@@ -1,4 +1,4 @@
-"""A sheet as a routing problem: cuts are tasks, their starts are choices, inner contours precede outer contours.
+"""A sheet as a routing problem: cuts are tasks, their starts are choices, and inner contours precede outer contours.
 
 A choice affects the travel to and from a cut, but hardly the cutting time.
 """
@@ -34,7 +34,7 @@ from leafcut.timing.travel import travel_cost
 
 @dataclass(frozen=True)
 class HeadTravel:
-    """Travel of the head: cost of rapids, time to lower and raise the head at each cut (s), start and end point."""
+    """Travel of the head: cost of rapids, time to lower and raise the head at each cut, s, and start and end point."""
 
     metric: Metric
     overhead: float = 0.0
@@ -50,7 +50,9 @@ class HeadTravel:
         return order[k - 1].exit if k else self.start, order[k + 1].entry if k + 1 < len(order) else self.end
 
     def detour(self, around: tuple[Point | None, Point | None], start: CutStart) -> float:
-        """Return the cost of the travel moves to and from a cut; `around` are the positions before and after it."""
+        """Return the cost of the travel moves to and from a cut; `around` contains the positions before and after
+        it.
+        """
         before, after = around
         come = 0.0 if before is None else self.cost(before, start.entry)
         return come + (0.0 if after is None else self.cost(start.exit, after))
@@ -60,8 +62,8 @@ class HeadTravel:
 class Cutting:
     """The contours of a sheet, all possible starts of their cuts, and their precedence.
 
-    `starts` are grouped by contour; the starts of a chain belong to its first contour. `order` has additional
-    precedence pairs (before, after) of contours. `fixed` has the names of the choices that a plan file fixes, by
+    `starts` are grouped by contour; the starts of a chain belong to its first contour. `order` contains additional
+    precedence pairs (before, after) of contours. `fixed` contains the names of the choices that a plan file fixes, by
     contour.
     """
 
@@ -77,7 +79,7 @@ class Cutting:
 
     @cached_property
     def heads(self) -> list[int]:
-        """Indices of the contours that start a cut: all except the later contours of chains."""
+        """Indices of the contours that start a cut, which are all except the later contours of chains."""
         return [k for k, own in enumerate(self.by_contour) if own]
 
     @cached_property
@@ -93,7 +95,7 @@ class Cutting:
 
     @cached_property
     def by_contour(self) -> list[list[int]]:
-        """Indices into `starts` of the starts of each contour."""
+        """Indices in `starts` of the starts of each contour."""
         found: list[list[int]] = [[] for _ in self.contours]
         for number, start in enumerate(self.starts):
             found[start.contour].append(number)
@@ -133,7 +135,8 @@ class Cutting:
 class CutSequence:
     """The cuts of a sheet in order, each with its start.
 
-    Raises PlanError if a contour is cut twice or not at all, or a part is detached before a contour inside it is cut.
+    Raises PlanError if a contour is cut twice or not at all, or if a part is detached before a contour inside it is
+    cut.
     """
 
     cutting: Cutting
@@ -189,7 +192,7 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
 
 
 def check_kerfs(contours: list[CutContour], scrap: Scrap) -> None:
-    """Raise PlanError for kerfs that touch another part or a clamp, or whose centreline leaves the sheet."""
+    """Raise PlanError if a kerf touches another part or a clamp, or if its centreline leaves the sheet."""
     cut = [c for c in contours if c.kind == "cut"]
     lines = np.array([c.line for c in cut], dtype=object)
     found = []
@@ -243,7 +246,7 @@ def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutR
 
 
 def process_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tuple[int, int]]:
-    """Yield precedence pairs (before, after): inner before outer contours, marks of a part before its cuts."""
+    """Yield precedence pairs (before, after): inner before outer contours, and the marks of a part before its cuts."""
     position = {i: k for k, c in enumerate(contours) if not c.common for i in c.indices}
     marks: dict[int, list[int]] = {}
     for k, contour in enumerate(contours):
@@ -259,7 +262,7 @@ def process_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tupl
 
 
 def _enclosing_contour(sheet: Sheet, position: Mapping[int, int], contour: CutContour) -> int | None:
-    """Return the innermost contour around another contour, or None. `position` maps an index in the sheet to a contour.
+    """Return the innermost contour around another contour, or None; `position` maps an index in the sheet to a contour.
 
     Holes too narrow to cut are skipped. An outline also encloses the parts in its notches that the kerf closes.
     """
@@ -275,9 +278,9 @@ def _enclosing_contour(sheet: Sheet, position: Mapping[int, int], contour: CutCo
 def build_problem(
     cutting: Cutting, members: Sequence[int], head: HeadTravel, *, first: bool = True, last: bool = True
 ) -> RoutingProblem:
-    """Return the routing problem of the contours `members`; its nodes are their starts (`Cutting.starts_of`).
+    """Return the routing problem of the contours `members`, whose nodes are their starts (`Cutting.starts_of`).
 
-    The members are indices into `Cutting.contours` and become the clusters, in this order. If `first`, the route starts
+    The members are indices of `Cutting.contours`, and become the clusters in this order. If `first`, the route starts
     at the start point of the head; if `last`, it ends at the end point. Raises PlanError if the precedence has a cycle.
     """
     check_order(cutting)
@@ -305,7 +308,7 @@ def check_order(cutting: Cutting) -> None:
 
 
 def _drawing_order(cutting: Cutting) -> list[int]:
-    """Return the first contour of each cut in drawing order, but each after its predecessors."""
+    """Return the first contour of each cut, in drawing order, but after its predecessors."""
     after: dict[int, list[int]] = {}
     missing = [0] * len(cutting.contours)
     for a, b in cutting.head_pairs:
@@ -342,8 +345,8 @@ def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = m
 def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[list[int]]:
     """Return the first contours of all cuts by band, in the direction of the sweep; without a sweep, in a single band.
 
-    All contours of a part are in the band at the centre of its outline. `width` is the width of a band, mm; 0 means a
-    fifth of the sheet, or the width of its largest part if that is larger.
+    All contours of a part are in the band that contains the centre of its outline. `width` is the width of a band, mm;
+    0 means a fifth of the sheet, or the width of its largest part if that is larger.
     """
     if options.sweep == "free":
         return [cutting.heads]
@@ -364,13 +367,13 @@ def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[lis
 
 
 def sorted_by_band(cutting: Cutting, order: Sequence[CutStart], options: CutOptions) -> list[CutStart]:
-    """Return the cuts sorted by band of the sweep, without a change of the order within a band."""
+    """Sort the cuts by band of the sweep; the order within each band does not change."""
     band = {k: number for number, members in enumerate(bands(cutting, options)) for k in members}
     return sorted(order, key=lambda s: band[s.contour])
 
 
 def _outermost_contour(cutting: Cutting, k: int, position: dict[int, int], outlines: dict[int, int]) -> int:
-    """Return the outermost contour around a contour; the contour itself if none surrounds it."""
+    """Return the outermost contour around a contour, or the contour itself if none surrounds it."""
     contour = cutting.contours[k]
     if contour.kind == "mark" and contour.source.part in outlines:
         k = outlines[contour.source.part]

@@ -1,8 +1,8 @@
 """Travel moves with the head down, routed around detached parts, which may tip up.
 
-A part is detached once its outline is cut without micro-joints. Moves keep the radius of the head from detached parts.
-If no such route exists, at least the centre of the head stays clear; otherwise the move crosses the part. Both cases
-are counted. `cut_outlines_later` postpones an outline until after the moves that cross its part.
+A part is detached once its outline is cut without micro-joints. Moves stay away from detached parts by the radius of
+the head. If there is no such route, at least the centre of the head stays clear; otherwise the move crosses the part.
+Both cases are counted. `cut_outlines_later` postpones an outline until after the moves that cross its part.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from leafcut.model.cutting import Cut
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.sheet import Sheet
 
-#: Penalty for a move that crosses a detached part, in seconds or mm, for the comparison of orders.
+#: Penalty for a move that crosses a detached part, in seconds or mm, for comparing orders.
 HIT = 60.0
-#: Penalty for a move on which the rim of the head, but not its centre, passes over a detached part, in seconds or mm.
+#: Penalty for a move in which the rim of the head, but not its centre, passes over a detached part, in seconds or mm.
 CLOSE = 15.0
 #: Maximum number of attempts to postpone an outline.
 MOST_MOVES = 400
@@ -36,10 +36,10 @@ HeadRoute = tuple[tuple[Point, ...], float]
 class HeadRoutes:
     """Routes of the head between the cuts.
 
-    `corners` has the corners of each detour, by the index of the cut that follows; for the detour to the end point, the
-    key is the number of cuts. `crossing` has the indices of the cuts whose travel move still crosses a detached part,
-    `close` the indices of cuts whose travel move passes a part within the `radius` of the head, mm. `moves` is the
-    number of travel moves.
+    `corners` contains the corners of each detour, by the index of the following cut; the key of the detour to the end
+    point is the number of cuts. `crossing` contains the indices of the cuts whose travel move still crosses a detached
+    part. `close` contains the indices of cuts whose travel move passes a part within the `radius` of the head, mm.
+    `moves` is the number of travel moves.
     """
 
     corners: dict[int, list[Point]] = field(default_factory=dict)
@@ -49,7 +49,7 @@ class HeadRoutes:
     radius: float = 0.0
 
     def issue(self, cuts: Sequence[Cut]) -> Issue | None:
-        """Return a warning about moves that cross or approach detached parts, a note about detours, or None."""
+        """Return a warning about moves that cross or approach detached parts, or a note about detours, or None."""
         if not (self.crossing or self.close or self.corners):
             return None
         detours = Message("{} of {} travel moves go around detached parts", len(self.corners), self.moves)
@@ -91,7 +91,7 @@ class DetachableParts:
         self.map = ObstacleMap(outlines, {-1 - z: shapely.box(*zone) for z, zone in enumerate(sheet.zones)})
 
     def detached_by(self, cut: Cut) -> list[int]:
-        """Return the outlines that a cut detaches; common lines, and outlines with micro-joints, are not among them."""
+        """Return the outlines that a cut detaches, which exclude common lines and outlines with micro-joints."""
         if cut.kind != "cut" or cut.joints or cut.common:
             return []
         return [k for k in cut.contours if k in self.map.shapes]
@@ -99,7 +99,8 @@ class DetachableParts:
     def route(self, a: Point, b: Point, detached: set[int]) -> HeadRoute:
         """Return the best route of the head, and its penalty.
 
-        The whole head stays clear of detached parts if possible, else only its centre, else the route crosses parts.
+        If possible, the whole head stays clear of detached parts; otherwise, only its centre; otherwise, the route
+        crosses parts.
         """
         if not self.map.polygons_approached(a, b, self.radius) & detached:
             return (), 0.0
@@ -147,8 +148,8 @@ def cut_outlines_later(
 ) -> list[int]:
     """Return an order of `cuts` (indices) in which outlines follow the moves across their parts, if that costs less.
 
-    `pairs` are precedence pairs (before, after), as indices into `cuts`; `cost` returns the cost of a straight move, in
-    seconds or mm. The search ends when `late` returns true between attempts.
+    `pairs` are precedence pairs (before, after), as indices of `cuts`; `cost` returns the cost of a straight move, in
+    seconds or mm. The search ends when `late` returns true between two attempts.
     """
     detaches = [frozenset(parts.detached_by(cut)) for cut in cuts]
     before: dict[int, set[int]] = {}
@@ -170,7 +171,7 @@ def cut_outlines_later(
     def travel_cost(order: Sequence[int], first: int, last: int, detached: set[int]) -> float:
         """Return the cost of the travel moves to the cuts at positions `first` to `last` of an order.
 
-        `detached` are the parts that are already detached before these moves.
+        `detached` contains the parts that are detached before these moves.
         """
         total = 0.0
         for place in range(first, min(last + 1, len(order))):

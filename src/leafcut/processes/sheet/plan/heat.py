@@ -10,11 +10,11 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTravel
 from leafcut.processes.sheet.plan.starts import CutStart
 
-#: Maximum number of positions by which a cut moves in the order.
+#: Maximum number of positions by which a cut is moved in the order.
 REACH = 40
 #: Maximum number of passes over the starts that are too close.
 PASSES = 4
-#: Penalty for a start that is too close, in seconds or mm: more than the cost of any travel.
+#: Penalty for a start that is too close, in seconds or mm; higher than the cost of any travel.
 PENALTY = 1e6
 
 
@@ -55,9 +55,9 @@ def spread_starts(
     bands: Sequence[Sequence[int]] = (),
     late: Callable[[], bool] = lambda: False,
 ) -> CutSequence:
-    """Return the cuts with fewer starts closer than `apart` mm, after small changes of the order and of the starts.
+    """Reduce the number of starts closer than `apart` mm by small changes of the order and of the starts.
 
-    Precedence, fixed choices and bands (`cutting.bands`) are kept. The search stops when `late` returns true.
+    Precedence, fixed choices and bands (`cutting.bands`) are respected. The search stops when `late` returns true.
     """
     cutting, order = cuts.cutting, list(cuts.starts)
     band = {k: number for number, members in enumerate(bands) for k in members}
@@ -85,7 +85,7 @@ def spread_starts(
 
 
 def _movable_range(order: list[CutStart], j: int, may_swap: Callable[[CutStart, CutStart], bool]) -> tuple[int, int]:
-    """Return the first and last position to which the cut at position `j` may move, at most `REACH` away."""
+    """Return the first and last position to which the cut at position `j` may move, at most `REACH` positions away."""
     low = high = j
     while low > 0 and j - low < REACH and may_swap(order[low - 1], order[j]):
         low -= 1
@@ -97,9 +97,9 @@ def _movable_range(order: list[CutStart], j: int, may_swap: Callable[[CutStart, 
 def _best_change(
     cutting: Cutting, order: list[CutStart], j: int, places: tuple[int, int], apart: float, head: HeadTravel
 ) -> list[CutStart] | None:
-    """Return the cheapest order in which the cut at position `j` has another position or start.
+    """Return the cheapest order in which the cut at position `j` has a different position or start.
 
-    The result is None if no such order is cheaper. `places` are the first and last position allowed for the cut.
+    The result is None if no such order is cheaper. `places` contains the first and last position allowed for the cut.
     """
     own, (low, high) = order[j], places
     starts = cutting.starts_of([own.contour]) if own.pierce else []

@@ -1,6 +1,6 @@
 """Shapes of lead-ins and lead-outs.
 
-The origin is the point where the lead meets its contour; +u is the direction of travel, +v points into the scrap. A
+The origin is the point where the lead meets its contour; +u is the direction of travel, and +v points into the scrap. A
 straight lead of length L and angle a starts at (−L·cos a, L·sin a). An arc of length L and angle a has the radius L/a
 and is tangent to the contour.
 """
@@ -20,9 +20,9 @@ from leafcut.geometry.arrays import Point, Points
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Lead
 
-#: Tolerance of chords that approximate arcs, mm.
+#: Chord error for arcs, mm.
 FLATNESS = 0.005
-#: Minimum length of a lead, in kerf widths and in mm; with a shorter lead, the pierce hole would reach the part.
+#: Minimum length of a lead, in kerf widths and in mm; the pierce hole of a shorter lead would reach the part.
 LEAST_KERFS, LEAST_LEAD = 1.0, 0.2
 NO_LEAD = Lead()
 
@@ -47,8 +47,8 @@ def lead_shape(lead: Lead) -> Points:
 def placed_leads(shape: Points, at: Points, travel: Points, left: bool, out: bool = False) -> NDArray[np.float64]:
     """Return the points of a lead at n positions, float64[n, k, 2], mm; with `out`, as a lead-out.
 
-    `shape` is a result of `lead_shape`. `at` and `travel` are the points where the lead meets the contour, and unit
-    vectors of travel there: float64[n, 2]. `left` is true if the scrap is to the left of travel.
+    `shape` is a result of `lead_shape`. `at` contains the points where the lead meets the contour, and `travel` the
+    unit vectors of travel there, float64[n, 2] each. `left` is true if the scrap is to the left of travel.
     """
     u, v = shape[:, 0], shape[:, 1]
     if out:
@@ -61,7 +61,7 @@ def placed_leads(shape: Points, at: Points, travel: Points, left: bool, out: boo
 
 
 def lead_path(lead: Lead, at: Point, travel: Point, left: bool, out: bool = False) -> Polyline | None:
-    """Return a lead as a path in the direction of travel; None if the lead has no length."""
+    """Return a lead as a path in the direction of travel, or None if the lead has no length."""
     ends = placed_leads(lead_shape(lead), np.array([at]), np.array([travel]), left, out)[0]
     if len(ends) < 2:
         return None
@@ -75,7 +75,7 @@ def lead_path(lead: Lead, at: Point, travel: Point, left: bool, out: bool = Fals
 
 
 def lead_variants(lead: Lead, kerf: float) -> list[Lead]:
-    """Return a lead and its substitutes for narrow scrap, best first: shorter leads, other angles, other styles."""
+    """Return a lead and its alternatives for narrow scrap, best first: shorter leads, other angles, other styles."""
     if lead.style == "none":
         return [lead]
     least = max(LEAST_KERFS * kerf, LEAST_LEAD)

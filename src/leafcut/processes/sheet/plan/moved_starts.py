@@ -1,6 +1,6 @@
-"""Move the starts of cuts in a fixed order, for shorter travel, pierces in solid metal, and leads that do not meet.
+"""Move the starts of cuts in a fixed order: for shorter travel, pierces in solid metal, and leads that do not meet.
 
-The search for the order ignores the kerfs and leads of other cuts when it chooses the start of a cut.
+When the search for the order chooses the start of a cut, it ignores the kerfs and leads of other cuts.
 """
 
 from __future__ import annotations
@@ -21,16 +21,17 @@ from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTrave
 from leafcut.processes.sheet.plan.leads import FLATNESS
 from leafcut.processes.sheet.plan.starts import CutStart, start_at
 
-#: Smallest step along a contour, mm, and first step relative to the length of the contour.
+#: Minimum step along a contour, mm, and first step relative to the length of the contour.
 FINEST, FIRST_SHARE = 0.25, 1.0 / 16.0
 #: Maximum number of rounds over all cuts, and minimum gain of a round relative to all travel.
 ROUNDS, LEAST_GAIN = 12, 1e-5
-#: Smallest gain that is no rounding error, s or mm.
+#: Minimum gain that is not a rounding error, s or mm.
 NO_GAIN = 1e-9
-#: Maximum number of passes over conflicting leads, and over pierces: a moved start may cause a new conflict.
+#: Maximum number of passes over conflicting leads, and over pierces; several are needed, because a moved start may
+#: cause a new conflict.
 LEAD_PASSES, PIERCE_PASSES = 4, 8
-#: Maximum number of conflicting pierces that are compared with the current starts. More pierces are compared with the
-#: starts before the pass, which is faster.
+#: Maximum number of conflicting pierces that are compared with the current starts. If there are more, they are compared
+#: with the starts before the pass, which is faster.
 MOST_IN_TURN = 30
 #: Minimum distance between a pierce and the edge of another kerf, mm.
 ROOM = 0.05
@@ -40,9 +41,9 @@ ROOM = 0.05
 
 
 def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] = lambda: False) -> CutSequence:
-    """Return the cuts with starts moved along the contours until travel gets no shorter, or `late` returns true.
+    """Move starts along the contours until travel becomes no shorter, or `late` returns true.
 
-    Each start moves while the previous and the next cut do not change. Starts fixed by a plan file are kept. Source: A.
+    Each start moves while the previous and the next cut are fixed. Starts fixed by a plan file do not move. Source: A.
     A. Petunin, E. G. Polishchuk and S. S. Ukolov, on the continuous cutting problem (routes of a fixed order).
     """
     order = list(cuts.starts)
@@ -54,7 +55,7 @@ def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] =
                 return cuts.with_starts(order)
             around = head.neighbours(order, k)
             if settled.get(k) == around:
-                continue  # both neighbours are unchanged since the last trial of this start
+                continue  # neither neighbour has changed since the last trial of this start
             order[k], gain = _slide_start(cuts.cutting, here, head, around)
             settled[k] = around
             gained += gain
@@ -66,9 +67,9 @@ def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] =
 def _slide_start(
     cutting: Cutting, start: CutStart, head: HeadTravel, around: tuple[Point | None, Point | None]
 ) -> tuple[CutStart, float]:
-    """Return a start moved to the position with the shortest travel, and the travel saved.
+    """Move a start to the position with the shortest travel, and return it with the travel saved.
 
-    `around` are the positions of the head before and after the cut.
+    `around` contains the positions of the head before and after the cut.
     """
     contour = cutting.contours[start.contour]
     if start.then or not contour.path.closed or not start.pierce or "start" in cutting.fixed.get(start.contour, ()):
@@ -94,10 +95,10 @@ def _slide_start(
 
 
 def clear_pierces(cuts: CutSequence, head: HeadTravel) -> CutSequence:
-    """Return the cuts with new starts where a pierce would be in or next to the kerf of an earlier cut.
+    """Choose new starts where a pierce would be in or next to the kerf of an earlier cut.
 
-    A pierce keeps a full kerf from the centreline of each earlier cut if possible, otherwise half a kerf. The cheapest
-    such start is used. Starts fixed by a plan file are kept.
+    If possible, a pierce is a full kerf away from the centreline of each earlier cut, otherwise half a kerf. The
+    cheapest such start is used. Starts fixed by a plan file do not change.
     """
     burnt = _CutPaths(cuts)
     for _ in range(PIERCE_PASSES):
@@ -123,7 +124,7 @@ class _CutPaths:
 
     def __init__(self, cuts: CutSequence) -> None:
         self.cutting, self.order = cuts.cutting, list(cuts.starts)
-        # Holds the start itself, so that its id is not reused.
+        # The cache also stores the start, so that its id is not reused.
         self._lines: dict[int, tuple[CutStart, Any]] = {}
 
     def line(self, start: CutStart) -> Any:
@@ -147,12 +148,12 @@ class _CutPaths:
 
     @property
     def _reaches(self) -> tuple[float, float]:
-        """Distances of a pierce from a centreline, mm: in its kerf, and within a full kerf."""
+        """Distances within which a pierce is in the kerf of a centreline, and within a full kerf of it, mm."""
         kerf = self.cutting.rules.kerf
         return 0.5 * kerf + ROOM, kerf
 
     def near_earlier_kerfs(self) -> list[int]:
-        """Return the cuts, by position, whose pierce is in the kerf of an earlier cut or close to it."""
+        """Return the cuts, by position, whose pierce is in or close to the kerf of an earlier cut."""
         pierce, kerf = self._tree.query(self._points, predicate="dwithin", distance=max(self._reaches))
         wrong: list[int] = np.unique(pierce[kerf < pierce]).tolist()
         return wrong
@@ -160,9 +161,9 @@ class _CutPaths:
     def conflicts(self, k: int, start: CutStart, line: Any = None) -> tuple[int, int]:
         """Return the number of conflicts of a start of cut `k` with other cuts, for two distances.
 
-        The first number counts pierces in a kerf, the second pierces within a full kerf of a centreline. The pierce of
-        the start conflicts with the kerfs of earlier cuts. Given the `line` of the start's path, the pierces of later
-        cuts in its kerf count too.
+        The first number counts pierces in a kerf, and the second counts pierces within a full kerf of a centreline. The
+        pierce of the start conflicts with the kerfs of earlier cuts. If the `line` of the start's path is given, the
+        pierces of later cuts in its kerf are also counted.
         """
         if not start.pierce or not self._burns(start):
             return 0, 0
@@ -177,7 +178,7 @@ class _CutPaths:
 
 
 def _clear_start(burnt: _CutPaths, k: int, head: HeadTravel) -> CutStart | None:
-    """Return the start of cut `k` with the fewest conflicts, then the lowest cost.
+    """Return the start of cut `k` with the fewest conflicts and, among these, the lowest cost.
 
     The result is None if no start has fewer conflicts than the current start.
     """
@@ -196,7 +197,7 @@ def _clear_start(burnt: _CutPaths, k: int, head: HeadTravel) -> CutStart | None:
 
 
 def leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
-    """Return the cuts with new starts where leads would run into other leads or bridges.
+    """Choose new starts where leads would run into other leads or bridges.
 
     The cheapest start without such a conflict is used.
     """
@@ -215,7 +216,9 @@ def leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
 
 
 def starts_apart(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
-    """Return the cutting with the starts of an order, and other starts whose leads stay clear of the order's leads."""
+    """Return the cutting with the starts of an order, and those other starts whose leads avoid the leads of the
+    order.
+    """
     extras = [_leads_and_bridges(cutting, s) for s in order]
     lines = [line for own in extras for line in own]
     owner = np.array([k for k, own in enumerate(extras) for _ in own], dtype=np.int64)
@@ -246,7 +249,7 @@ def _leads_and_bridges(cutting: Cutting, s: CutStart) -> list[Any]:
 def _conflicting_pairs(extras: Sequence[list[Any]], kerf: float) -> set[tuple[int, int]]:
     """Return the pairs of cuts, by position, whose leads or bridges run into each other's kerf.
 
-    `extras` has the leads and bridges of each cut as shapely lines.
+    `extras` contains the leads and bridges of each cut as shapely lines.
     """
     lines = [line for own in extras for line in own]
     owner = [k for k, own in enumerate(extras) for _ in own]
@@ -259,7 +262,7 @@ def _conflicting_pairs(extras: Sequence[list[Any]], kerf: float) -> set[tuple[in
 def _start_with_clear_leads(
     cutting: Cutting, order: Sequence[CutStart], extras: Sequence[list[Any]], k: int, head: HeadTravel
 ) -> CutStart | None:
-    """Return the cheapest start of cut `k` whose leads do not meet any other leads or bridges.
+    """Return the cheapest start of cut `k` whose leads meet no other leads or bridges.
 
     The result is None if the current start is fixed or already clear, or if no start is clear.
     """
@@ -275,7 +278,7 @@ def _start_with_clear_leads(
         )
 
     if clear(own):
-        return None  # the other cut has moved already
+        return None  # the other cut has already moved
     around = head.neighbours(order, k)
     others = sorted(cutting.starts_of([own.contour]), key=lambda s: head.detour(around, s) + cutting.seconds(s))
     return next((s for s in others if s.pierce == own.pierce and clear(s)), None)

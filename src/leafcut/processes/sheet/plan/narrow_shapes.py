@@ -1,7 +1,7 @@
-"""Shapes that are narrow relative to the kerf: slots cut along their centreline, divided holes, closed notches.
+"""Shapes that are narrow relative to the kerf: slots cut along their centreline, divided holes, and closed notches.
 
-A slot one to two kerfs wide has no space for a pierce away from its edge. A hole that the kerf divides is cut as
-several holes. If the kerf closes the mouth of a notch, its chamber is cut as a hole.
+In a slot one to two kerfs wide, there is no space for a pierce away from its edge. A hole that the kerf divides is cut
+as several holes. If the kerf closes the mouth of a notch, the chamber behind it is cut as a hole.
 """
 
 from __future__ import annotations
@@ -26,18 +26,20 @@ from leafcut.processes.sheet.plan.leads import FLATNESS
 
 #: Minimum ratio of length to width of a slot.
 LONGER = 2.0
-#: Relative tolerance of the area of a slot, compared with a rectangle with square or round ends.
+#: Relative tolerance for the area of a slot, compared with a rectangle with square or round ends.
 ALIKE = 0.01
 #: Mitre limit: maximum length of a sharp corner of a divided hole, in half kerf widths.
 MITRE = 2.0
-#: Tolerance of arcs that are fitted to the chords of a divided hole, mm.
+#: Tolerance for arcs fitted to the chords of a divided hole, mm.
 FITTED = 0.002
 
 
 def with_narrow_shapes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, list[Issue]]:
-    """Return the sheet with narrow slots as centreline cuts, the same with divided holes and chambers, and issues.
+    """Return two sheets and the issues.
 
-    Without compensation, both are the unchanged sheet.
+    In both sheets, narrow slots are centreline cuts. In the second sheet, holes that the kerf divides are also replaced
+    by several holes, and the chambers of closed notches are cut as holes. Without compensation, both sheets are
+    unchanged.
     """
     if rules.half <= 0.0:
         return sheet, sheet, []
@@ -50,10 +52,10 @@ def with_narrow_shapes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, lis
 
 
 def with_slot_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
-    """Return the sheet with narrow slots as open centreline cuts, and a warning about their widths (L627).
+    """Replace narrow slots by open centreline cuts; also return a warning about their widths (L627).
 
-    Cuts end half a kerf before the end of the slot, which gives the drawn length. A slot is a rectangle with square or
-    round ends; it must not contain other contours.
+    A cut ends half a kerf before the end of the slot, so that the slot has the length in the drawing. A slot is a
+    rectangle with square or round ends and contains no other contours.
     """
     holding = {c.parent for c in sheet.contours}
     contours, widths = list(sheet.contours), []
@@ -75,9 +77,11 @@ def with_slot_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
 
 
 def _slot_centreline(slot: Polyline, kerf: float) -> tuple[Polyline, float] | None:
-    """Return the centreline of a slot, less half a kerf at each end, and the slot width, mm; None for other shapes."""
+    """Return the centreline of a slot without half a kerf at each end, and the slot width, mm; None for other
+    shapes.
+    """
     x0, y0, x1, y1 = slot.extents
-    # Most holes are too wide in both directions, which their area already shows.
+    # Most holes are too wide in both directions, as their area already shows.
     if abs(slot.area) > 2.0 * kerf * math.hypot(x1 - x0, y1 - y0):
         return None
     shape = shapely.Polygon(slot.flattened(FLATNESS))
@@ -102,11 +106,11 @@ def _slot_centreline(slot: Polyline, kerf: float) -> tuple[Polyline, float] | No
 
 
 def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue]]:
-    """Return the sheet with several holes in place of each hole that the kerf divides, and issues (L612).
+    """Replace each hole that the kerf divides by several holes; also return the issues (L612).
 
-    The issues report uncut areas. The first new hole keeps the index of the original, and the others are appended, so
-    that no index changes. Contours in a hole belong to the new hole around them. A hole with contours outside the new
-    holes stays unchanged; it is reported, not cut.
+    The issues report uncut areas. The first new hole has the index of the original hole, and the others are appended,
+    so that no index changes. Contours in a hole belong to the new hole around them. A hole that has contours outside
+    the new holes is unchanged; it is reported and not cut.
     """
     contours, added, issues = list(sheet.contours), list[Contour](), []
     for index, one in enumerate(sheet.contours):
@@ -129,10 +133,10 @@ def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue
 
 
 def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
-    """Return the sheet with the chambers of closed notches as holes, because a kerf does not fit through their mouths.
+    """Add the chambers of closed notches as holes, because a kerf does not fit through the mouths of the notches.
 
     Chambers are appended. Contours in a chamber belong to it. An outline gets no chambers if other contours in its
-    notches lie outside the chambers. If cuts start at the edge of the sheet, the sheet is unchanged, because such cuts
+    notches are outside the chambers. If cuts start at the edge of the sheet, the sheet is unchanged, because such cuts
     cannot reach a chamber.
     """
     if rules.edge_start:
@@ -162,7 +166,7 @@ def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
 def _closed_notches(outline: Any, rules: CutRules) -> tuple[Any, list[Any]]:
     """Return the area of the notches that the kerf closes, and the rings of the kerf's centreline in them.
 
-    Each ring has space for a pierce, and its kerf enters no other kerf, where the arc would go out.
+    In each ring, there is space for a pierce, and its kerf enters no other kerf, where the arc would go out.
     """
     grown = outline.buffer(rules.half, quad_segs=16)
     paths = [grown.exterior, *grown.interiors]
@@ -186,7 +190,7 @@ def _enclosing_piece(held: Contour, pieces: list[Polyline]) -> int | None:
 
 
 def _pieces_around(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Polyline]:
-    """Return the parts of a hole or notch around the given kerf centrelines, as outlines, where a pierce fits."""
+    """Return the parts of a hole or notch around the given kerf centrelines in which a pierce fits, as outlines."""
     found = []
     for ring in sorted(rings, key=lambda ring: ring.bounds):
         piece = ring.buffer(rules.half + ROUNDING, join_style="mitre", mitre_limit=MITRE).intersection(hole)
@@ -201,9 +205,9 @@ def _pieces_around(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Pol
 
 
 def _uncut_issue(one: Contour, hole: Any, pieces: list[Polyline], rules: CutRules) -> Issue:
-    """Return the issue about uncut areas of a hole: necks, and parts without space for a pierce.
+    """Return the issue about uncut areas of a hole, which are necks and parts without space for a pierce.
 
-    Corners do not count.
+    Corners are not reported.
     """
     rings = [shapely.Polygon(p.flattened(FLATNESS)).buffer(-rules.half) for p in pieces]
     burnt = [ring.buffer(rules.half + ROUNDING) for ring in rings]

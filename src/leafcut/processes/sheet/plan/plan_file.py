@@ -1,4 +1,4 @@
-"""Apply a plan file: fixed choices replace all alternatives; the search decides the other choices."""
+"""Apply a plan file: fixed choices replace all alternatives, and the search makes the other choices."""
 
 from __future__ import annotations
 
@@ -27,14 +27,15 @@ from leafcut.processes.sheet.plan.starts import (
     starts_without_lead,
 )
 
-#: Largest change of length and start of an unchanged contour, mm; times its length, the largest change of its area.
+#: Maximum change of the length and start of a contour that counts as unchanged, mm. Multiplied by its length, this is
+#: the maximum change of its area.
 SAME = 0.01
 #: Maximum distance between a fixed start and its contour, mm, in addition to the kerf, because users round coordinates.
 NEAR = 2.0
 
 
 def check_fit(sheet: Sheet, plan: PlanFile) -> None:
-    """Raise PlanError with the first difference if a plan file does not fit the drawing."""
+    """If a plan file does not fit the drawing, raise PlanError with the first difference."""
 
     def refuse(reason: str) -> PlanError:
         return PlanError("{}: the plan no longer fits the drawing: {}; make a new plan", plan.source, reason)
@@ -56,7 +57,7 @@ def check_fit(sheet: Sheet, plan: PlanFile) -> None:
 
 
 def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> Cutting:
-    """Return the cutting limited to the fixed choices of the plan file, or to all its choices if `everything`.
+    """Limit the cutting to the fixed choices of the plan file, or to all its choices if `everything`.
 
     Raises PlanError if the drawing differs, or a fixed choice cannot be cut.
     """
@@ -86,8 +87,8 @@ def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -
 def _ahead_pairs(rows: list[int], fixed: dict[int, tuple[str, ...]]) -> list[tuple[int, int]]:
     """Return precedence pairs (before, after) for the contours that the plan file fixes as ``ahead``.
 
-    `rows` are the contours in the order of the plan file. A contour fixed as ``ahead`` comes before all following rows,
-    up to and including the next contour fixed as ``ahead``.
+    `rows` contains the contours in the order of the plan file. A contour fixed as ``ahead`` comes before all following
+    rows, up to and including the next contour fixed as ``ahead``.
     """
     pairs: list[tuple[int, int]] = []
     first = None
@@ -100,7 +101,7 @@ def _ahead_pairs(rows: list[int], fixed: dict[int, tuple[str, ...]]) -> list[tup
 
 
 def _check_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:
-    """Raise PlanError for a fixed order that detaches a part before a contour inside it is cut."""
+    """Raise PlanError if a fixed order detaches a part before a contour inside it is cut."""
     before: dict[int, set[int]] = {}
     for a, b in cutting.pairs:
         before.setdefault(b, set()).add(a)
@@ -213,7 +214,7 @@ def _has_lead(start: CutStart, lead: Lead) -> bool:
 def _smooth_places(contour: CutContour, places: list[float], plan: PlanFile) -> list[float]:
     """Return the positions at which a controller with kerf compensation can start.
 
-    Raises PlanError if no such position exists.
+    Raises PlanError if there is no such position.
     """
     rules = contour.rules
     if rules.lead_in.style != "arc" or rules.lead_in.run_in <= 0.0:
@@ -242,7 +243,7 @@ def _distance_from_choice(start: CutStart, choice: CutChoice) -> float:
 def _starts_at(
     k: int, contour: CutContour, scrap: Scrap, places: list[tuple[float, bool]], lead: Lead | None
 ) -> list[CutStart]:
-    """Return the starts of a closed contour at `places`, with the fixed lead-in, else with lead-ins that fit."""
+    """Return the starts of a closed contour at `places`, with the fixed lead-in, or else with lead-ins that fit."""
     if not contour.has_leads or contour.rules.lead_in.style == "none":
         return starts_without_lead(k, contour, places)
     leads: Sequence[Lead | None] = [lead] if lead is not None else leads_to_try(contour)
@@ -253,7 +254,7 @@ def _starts_at(
 
 
 def _with_lead_out(contour: CutContour, scrap: Scrap, starts: list[CutStart], choice: CutChoice) -> list[CutStart]:
-    """Return the starts at which the lead-out of the plan file fits, with this lead-out."""
+    """Return those starts at which the lead-out of the plan file fits, with this lead-out."""
     if choice.lead_out is None:
         return starts
     kept = []

@@ -1,4 +1,4 @@
-"""The scrap between the parts: checks whether a lead, a bridge or a pierce fits."""
+"""The scrap between the parts: check whether a lead, a bridge or a pierce fits."""
 
 from __future__ import annotations
 
@@ -17,13 +17,15 @@ from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads import FLATNESS
 
-#: Distance by which parts are shrunk, mm: more than the tolerance of an offset path in chords, less than the tolerance
-#: of the proof.
+#: Distance by which parts are shrunk, mm: more than the tolerance of an offset path in chords, and less than the
+#: tolerance of verification.
 PART_SHRINKAGE = 0.02
 
 
 class Scrap:
-    """The metal between the parts. Parts are shrunk slightly, so that a kerf along its own part does not touch it."""
+    """The metal between the parts. Parts are shrunk slightly, so that a kerf along its own part does not touch the
+    part.
+    """
 
     def __init__(self, sheet: Sheet, contours: list[CutContour], rules: CutRules) -> None:
         self.rules = rules
@@ -45,9 +47,9 @@ class Scrap:
         self._bridge_tree: Any = None
 
     def with_bridges(self, lines: Any, owners: NDArray[np.int64]) -> Scrap:
-        """Return the scrap with bridges as obstacles for other cuts.
+        """Return the scrap in which bridges are obstacles for other cuts.
 
-        `owners`, int64[n, 2], are the contours that each bridge connects.
+        `owners`, int64[n, 2], contains the contours that each bridge connects.
         """
         other = copy(self)
         other.bridge_owners = np.asarray(owners, dtype=np.int64).reshape(-1, 2)
@@ -56,11 +58,11 @@ class Scrap:
 
     @property
     def _half(self) -> float:
-        """Half a kerf, mm: the reach of a lead to each side, with or without compensation."""
+        """Half a kerf, mm, by which a lead extends to each side, with or without compensation."""
         return 0.5 * self.rules.kerf
 
     def allows(self, lines: Any, *owners: CutContour, leaves_sheet: bool = False) -> Mask:
-        """Return, for each of n shapely lines, whether the torch may follow it to cut the contours `owners`, bool[n].
+        """Return a mask of the lines, bool[n], that the torch may follow to cut the contours `owners`.
 
         The kerf along such a line touches no part, no clamp, and no kerf or bridge of other contours. It stays on the
         sheet unless `leaves_sheet`.
@@ -68,7 +70,7 @@ class Scrap:
         own = [c.index for c in owners]
         lines = np.asarray(lines, dtype=object)
         ok = np.ones(len(lines), dtype=bool)
-        # Without compensation, a lead ends on the edge of the part itself.
+        # Without compensation, a lead ends on the edge of its own part.
         reach = self._half if self.rules.half > 0.0 else 0.0
         ok[self._metal.near(lines, reach)[0]] = False
         pairs = self._kerfs.near(lines, 2.0 * self._half - ROUNDING)
@@ -90,23 +92,23 @@ class Scrap:
         return np.asarray(self._zone_tree.query(lines, predicate="dwithin", distance=self._half))
 
     def is_clear(self, places: Points, radius: float) -> Mask:
-        """Return, for each point (float64[n, 2]), whether no part lies within `radius` mm, bool[n]."""
+        """Return a mask of the points, float64[n, 2], without a part within `radius` mm."""
         ok = np.ones(len(places), dtype=bool)
         if radius > 0.0:
             ok[self._metal.near(shapely.points(places), radius - ROUNDING)[0]] = False
         return ok
 
     def leave_own_kerf(self, leads: NDArray[np.float64], owner: CutContour) -> Mask:
-        """Return, for each lead-in, whether it leaves the kerf of its contour and stays outside, bool[n].
+        """Return a mask of the lead-ins that leave the kerf of their contour and stay outside.
 
-        `leads` are float64[n, k, 2], with the last point on the contour. Outwards from the contour, once the kerf of
-        the lead is clear of the contour's kerf, it must stay clear.
+        `leads` are float64[n, k, 2], with the last point on the contour. Followed outwards from the contour, a lead
+        must stay clear of the contour's kerf once it has left it.
         """
         fine = _with_extra_points(leads, 0.25 * self.rules.kerf)
         away = shapely.distance(owner.line, shapely.points(fine))
         apart = away >= self.rules.kerf - ROUNDING
         left = np.maximum.accumulate(apart, axis=1)
-        # The pierce must be at least half a kerf away, otherwise its hole would reach the part.
+        # The pierce must be at least half a kerf away; otherwise its hole would reach the part.
         ok: Mask = (apart | ~left).all(axis=1) & (away[:, -1] >= self._half - ROUNDING)
         return ok
 

@@ -1,4 +1,4 @@
-"""Starts of cuts: positions along the contours, directions, and leads that fit in the scrap."""
+"""Starts of cuts: positions along the contours, directions, and leads that fit into the scrap."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads import NO_LEAD, as_lines, lead_shape, lead_variants, placed_leads
 from leafcut.processes.sheet.plan.scrap import Scrap
 
-#: Shorter leads are tried until a contour has this number of starts, and has starts at this share of its positions.
+#: Shorter leads are tried until a contour has this number of starts, and starts at this share of its positions.
 ENOUGH, ENOUGH_SHARE = 8, 0.25
-#: Start positions per contour: usual number, minimum and maximum spacing, mm, maximum and minimum number.
+#: Start positions per contour: usual number; minimum and maximum spacing, mm; maximum and minimum number.
 PLACES, NEAREST, FARTHEST, MOST_PLACES, FEWEST_PLACES = 16, 10.0, 100.0, 32, 4
 #: Maximum number of start positions on the sheet.
 MOST_NODES = 20_000
-#: Distance from the sheet of a start beyond its edge, mm, in addition to half a kerf.
+#: Distance between the sheet and a start beyond its edge, mm, in addition to half a kerf.
 IN_THE_AIR = 5.0
 #: Directions of leads from the edge of the sheet: along the axes, as operators draw them.
 AXES = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
@@ -36,12 +36,12 @@ Place = tuple[float, bool]
 
 @dataclass(frozen=True)
 class CutStart:
-    """A choice of a cutting task: position, direction and leads with which the cut starts.
+    """A choice for a cutting task: the position, direction and leads with which the cut starts.
 
-    `at` is the start position along the contour, mm: on open contours 0, or the length for the reverse direction
-    (`clockwise`). The torch switches on at `entry`, and the next rapid starts at `exit`. `pierce` is false for a start
-    in the air, beyond the edge of the sheet. `then` are the further contours of a chain: each bridge ends at an
-    `entry`, and the next starts at its `exit`.
+    `at` is the start position along the contour, mm; on open contours, it is 0, or the length for the reverse direction
+    (`clockwise`). The torch is switched on at `entry`, and the next rapid starts at `exit`. `pierce` is false for a
+    start in the air, beyond the edge of the sheet. `then` contains the other contours of a chain: each bridge ends at
+    an `entry`, and the next bridge starts at its `exit`.
     """
 
     contour: int
@@ -86,7 +86,7 @@ def _refusal(stuck: list[CutContour], contours: list[CutContour], rules: CutRule
             "{}; drill a hole there first and give --pierce-delay, or nest it nearer to the edge",
             names,
         )
-    # The controller needs a lead to switch its compensation on.
+    # The controller needs a lead to switch compensation on.
     instead = Message("--compensation geometry") if rules.compensation == "controller" else Message("--lead-in none")
     if not (rules.common_lines or rules.once) and any(_has_common_edge(one, contours) for one in stuck[:3]):
         instead = Message("cut edges that lie a kerf apart once (--common-lines), nested by leafcut nest --blocks")
@@ -113,7 +113,7 @@ def starts_of(number: int, contour: CutContour, scrap: Scrap, most: int) -> list
     """
     path, rules = contour.path, contour.rules
     if not contour.has_leads:
-        # If the torch cannot pierce, an open cut cannot start: it has no lead from the edge of the sheet.
+        # If the torch cannot pierce, an open cut cannot start, because it has no lead from the edge of the sheet.
         pierces = contour.kind == "cut" and not rules.data.can_pierce
         return [] if pierces else _plain_starts(number, contour, most)
     places = start_places(contour, most)
@@ -171,14 +171,14 @@ def start_places(contour: CutContour, most: int) -> list[float]:
 
 
 def _smooth_places(contour: CutContour, places: list[float]) -> list[float]:
-    """Return the positions at which a cut can start. If the controller compensates the kerf, these exclude corners."""
+    """Return the positions at which a cut can start; corners are excluded if the controller compensates the kerf."""
     if contour.rules.compensation != "controller":
         return places
     return [at for at in places if contour.is_smooth(at)]
 
 
 def _even_places(length: float, count: int) -> list[float]:
-    # Half a step from the start of the drawn path, which often is a corner.
+    # Begin half a step from the start of the path as drawn, which is often a corner.
     return [length * (k + 0.5) / count for k in range(count)]
 
 
@@ -188,7 +188,7 @@ def _even_places(length: float, count: int) -> list[float]:
 def leads_to_try(contour: CutContour) -> list[Lead | None]:
     """Return the lead-ins to try, in order.
 
-    None means a lead from the centre of a hole; it comes first for a small hole, otherwise last.
+    None stands for a lead from the centre of a hole. It comes first for a small hole, and last otherwise.
     """
     rules = contour.rules
     found = lead_variants(rules.lead_in, rules.kerf)
@@ -205,9 +205,9 @@ def starts_with_leads(
     leads: Sequence[Lead | None],
     splash: bool,
 ) -> list[CutStart]:
-    """Return starts at `places`. The leads are tried in order until enough places have a start.
+    """Return starts at `places`. The leads are tried in order until enough positions have a start.
 
-    With `splash`, no part may lie in the area around the pierce.
+    With `splash`, no part may be inside the area around the pierce.
     """
     enough = min(max(ENOUGH, math.ceil(ENOUGH_SHARE * len(places))), len(places))
     starts: list[CutStart] = []
@@ -226,7 +226,7 @@ def starts_with_leads(
 
 
 def leads_from_centre(contour: CutContour, places: Sequence[Place]) -> list[Lead]:
-    """Return a straight lead from the centre of a hole to each of `places`."""
+    """Return a straight lead from the centre of a hole to each of the `places`."""
     middle = shapely.Polygon(contour.line.coords).centroid
     leads = []
     for place in places:
@@ -246,9 +246,9 @@ def _angle_from(contour: CutContour, place: Place, dx: float, dy: float) -> floa
 def lead_ins_fit(
     contour: CutContour, scrap: Scrap, leads: list[Lead], places: list[Place], splash: bool
 ) -> tuple[NDArray[np.bool_], Points]:
-    """Return which lead-ins fit, bool[n], and their first points, float64[n, 2].
+    """Return a mask of the lead-ins that fit, bool[n], and their first points, float64[n, 2].
 
-    With `splash`, the area around the pierce must be free too.
+    With `splash`, the area around the pierce must also be free of parts.
     """
     fits, entries = np.zeros(len(leads), dtype=bool), np.full((len(leads), 2), math.nan)
     at = np.array([contour.path.point_at(a) for a, _ in places])
@@ -295,7 +295,7 @@ def fitting_lead_out(contour: CutContour, scrap: Scrap, place: Place, wanted: Le
 
 
 def edge_starts(number: int, contour: CutContour, scrap: Scrap, places: Sequence[float]) -> list[CutStart]:
-    """Return the starts with leads from beyond the edge of the sheet, which need no pierce.
+    """Return starts with leads from beyond the edge of the sheet, which need no pierce.
 
     Raises PlanError if the size of the sheet is unknown.
     """
@@ -369,7 +369,7 @@ def start_at(
 
 
 def _is_from_centre(contour: CutContour, start: CutStart) -> bool:
-    """Return whether a lead-in comes from the centre of a small hole, so that it depends on the start position."""
+    """Return whether a lead-in starts at the centre of a small hole, so that it depends on the start position."""
     if not contour.is_small or start.lead_in.style != "line":
         return False
     middle = leads_from_centre(contour, [(start.at, start.clockwise)])[0]

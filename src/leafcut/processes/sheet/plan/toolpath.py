@@ -1,4 +1,4 @@
-"""The motion of the torch for cuts in order."""
+"""Generate the motion of the torch for an ordered sequence of cuts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 #: Minimum length of a segment that is no rounding error, mm.
 SHORTEST = 1e-6
-#: Minimum chord of an arc, mm: just over two steps of an inch program with four decimals. Shorter arcs become lines.
+#: Minimum chord of an arc, mm: slightly more than two steps of an inch program with four decimals. Shorter arcs become
+#: lines.
 SHORTEST_ARC = 0.006
 #: Distance below which two points may be rounded to the same point, mm: the diagonal of one step of an inch program
 #: with four decimals.
@@ -40,7 +41,7 @@ class TorchSetup:
     the end, mm in machine coordinates, if known. If `switches`, the controller can switch the torch off, and hold its
     height, in motion; otherwise the head stops. If `moves_z`, programs move Z; otherwise the head keeps its height
     during travel. `power` and `mark_power` are the S words for cutting and marking; a marking tool is spindle 1.
-    `tolerance` is the tolerance of rounded corners, mm (G64 P); 0 means exact corners. Without `probe`, the top of the
+    `tolerance` is the tolerance for rounded corners, mm (G64 P); 0 means exact corners. Without `probe`, the top of the
     sheet is at Z0. `mark_tool` is the number of the marking tool (the torch is tool 0); if it is None, marks need no
     tool change.
     """
@@ -65,11 +66,12 @@ def generate_cuts(
     corners: Mapping[int, Sequence[Point]] = MappingProxyType({}),
     obstacles: Obstacles | None = None,
 ) -> tuple[Toolpath, list[slice]]:
-    """Return the motion of the whole program, and the rows of each cut, from its rapid to its retract.
+    """Return the motion of the whole program, and the rows of each cut, including the rapid to its start and its
+    retract.
 
-    `corners` has the corners of the travel move before each cut, by the index of the cut; for the final move, the key
-    is the number of cuts. A head that keeps its height goes around `obstacles`; a head that retracts crosses them at
-    the clearance height. Raises PlanError if the clearance height is not above the pierce height, or no path leads
+    `corners` contains the corners of the travel move before each cut, by the index of the cut; the key of the final
+    move is the number of cuts. A head that keeps its height moves around `obstacles`; a head that retracts crosses them
+    at the clearance height. Raises PlanError if the clearance height is not above the pierce height, or no path leads
     around an obstacle.
     """
     data, clearance = torch.data, torch.clearance
@@ -125,7 +127,7 @@ def _travel(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) ->
 
 
 def _change_tool(builder: ToolpathBuilder, tool: int, wanted: int) -> int:
-    """Change to the wanted tool and activate its offset, if it is another tool.
+    """If necessary, change to the wanted tool and activate its offset.
 
     Return the number of the wanted tool.
     """
@@ -177,7 +179,7 @@ def _light_torch(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup, *, pierc
 
 
 def _follow_cut(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
-    """Follow the path of a cut, section by section between changes of speed or torch state."""
+    """Follow the path of a cut in sections between changes of speed or torch state."""
     length = cut.path.length
     changes = {0.0, length, *(at for at, _ in cut.speeds), *(at for span in cut.joints for at in span)}
     if cut.torch_off_at < length:
@@ -214,7 +216,7 @@ def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
 
 
 def without_short_steps(path: Polyline) -> Polyline:
-    """Return an open path without segments so short that the program would round them to a single point."""
+    """Remove segments so short that the program would round them to a single point from an open path."""
     lengths, rows = path.lengths, path.vertices
     if lengths.min(initial=math.inf) >= LEAST_STEP:
         return path
@@ -230,9 +232,9 @@ def without_short_steps(path: Polyline) -> Polyline:
 
 
 def _writable_segments(path: Polyline) -> Iterator[Segment]:
-    """Yield the segments of a path; arcs whose ends a program could round to the same point are replaced.
+    """Yield the segments of a path, but replace arcs whose ends a program could round to the same point.
 
-    Short arcs become chords, with a deviation of less than half their length; nearly full circles become two arcs.
+    Short arcs become chords, with a deviation of less than half their length. Nearly full circles become two arcs.
     """
     for s in path.segments():
         if not s.is_arc or math.dist(s.start, s.end) >= SHORTEST_ARC:

@@ -1,1 +1,1 @@
-"""The proof of a cutting program: what its text does to the sheet, checked against the drawing."""
+"""Verification of a cutting program: the effect of its text on the sheet, compared with the drawing."""

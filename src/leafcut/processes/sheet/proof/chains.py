@@ -20,9 +20,9 @@ from leafcut.proof.difference import position_text
 
 #: Spacing of the points checked along bridges, in kerf widths.
 STEP = 0.2
-#: Distance from its start within which a bridge must leave the kerfs there, in kerf widths.
+#: Distance from the start of a bridge within which it must leave the kerfs there, in kerf widths.
 LEAVES_WITHIN = 4.0
-#: Maximum overlap of consecutive stretches of a run, mm.
+#: Maximum overlap of consecutive sections of a run, mm.
 OVERLAP = 0.2
 
 
@@ -64,7 +64,9 @@ def check_chains(laid: MatchedRuns) -> list[Difference]:
 
 
 def _order_faults(run: TorchRun, steps: Sequence[RunMatch], planned: Sequence[int]) -> list[Difference]:
-    """Return a fault if a run cuts other contours than planned, or starts one before the previous is finished."""
+    """Return a fault if a run cuts other contours than planned, or starts a contour before the previous one is
+    finished.
+    """
     got = tuple(f.target.index for f in steps)
     if got != tuple(planned):
         words = [" and ".join(str(k + 1) for k in numbers) or "none" for numbers in (got, planned)]
@@ -83,7 +85,7 @@ def _order_faults(run: TorchRun, steps: Sequence[RunMatch], planned: Sequence[in
 
 
 def _stretch_of_run(run: TorchRun, begin: float, end: float) -> Any:
-    """Return the path of a run between two distances along it, mm, as a shapely line; None if it is empty."""
+    """Return the path of a run between two distances along it, mm, as a shapely line, or None if it is empty."""
     return None if end - begin <= OVERLAP else substring(shapely.LineString(run.points), begin, end)
 
 

@@ -18,18 +18,18 @@ from leafcut.proof.difference import position_text
 
 #: Methods whose arc or flame goes out when it crosses a kerf.
 NEED_METAL = (CutMethod.PLASMA, CutMethod.OXYFUEL)
-#: Minimum length over which kerfs coincide, in kerf widths and in mm; over a shorter length, they merely cross.
+#: Minimum length over which kerfs coincide, in kerf widths and in mm; below it, they only cross.
 CROSSING_KERFS, CROSSING = 1.0, 0.2
-#: Distance from its end within which a line may meet an earlier line, mm.
+#: Distance from the end of a line within which it may meet an earlier line, mm.
 AT_END = 0.1
 
 
 def check_common_lines(laid: MatchedRuns) -> list[Difference]:
     """Return the faults of runs that cut a common line of two parts.
 
-    No other run may cut a stretch of a common line. Each line must lie within the run around its group, and precede it.
+    No other run may cut a section of a common line. Each line must be inside the run around its group, and precede it.
     If the method needs metal, a line may meet an earlier line only at its end. The run around the group must have the
-    requested direction. Other checks prove that each part is cut completely.
+    requested direction. Other checks ensure that each part is cut completely.
     """
     runs, lines, found = laid.runs, laid.burnt_lines, list[Difference]()
     cuts = dict(enumerate(laid.plan.cuts[: len(runs)]))

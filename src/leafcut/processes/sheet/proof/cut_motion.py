@@ -1,6 +1,6 @@
-"""Compare a cutting program read back with the plan: the moves, and the state of the torch at each move.
+"""Compare a cutting program read back with the plan: the moves, and the state of the torch in each move.
 
-Actions that the controller performs itself follow rules in this file, which are independent of the writer.
+Actions that the controller performs itself follow rules in this file, which are independent of the post-processor.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from leafcut.units import MM_PER_INCH
 class _State(NamedTuple):
     """State of the torch during a move, and events since the previous move."""
 
-    #: 0 for off, 1 for cutting, 2 for marking.
+    #: 0 if off, 1 if cutting, 2 if marking.
     beam: float = 0.0
-    #: Power of the beam, if the S word gives it.
+    #: Power of the beam, if given by the S word.
     power: float = 0.0
     #: Whether height control is on.
     follows: float = 1.0
-    #: Compensation (40, 41 or 42), and the kerf width, mm, or the register that holds it.
+    #: Compensation (40, 41 or 42), and the kerf width, mm, or the register that contains it.
     side: float = 40.0
     kerf: float = 0.0
-    #: 1 for rounded corners (G64), and their tolerance, mm.
+    #: 1 if corners are rounded (G64), and their tolerance, mm.
     blends: float = 0.0
     tolerance: float = 0.0
     #: Number of times that the torch was switched on.
@@ -110,7 +110,7 @@ class _TorchTracker:
     def __init__(self, dialect: Dialect, torch: Torch, shortest: float, *, planned: bool) -> None:
         self.dialect, self.torch, self.shortest, self.planned = dialect, torch, shortest, planned
         self.now = _State()
-        #: Value of `_State.beam`, unless an output or S0 keeps the torch off (`dark`).
+        #: Value of `_State.beam`, except that an output or S0 may keep the torch off (`dark`).
         self.armed, self.dark = 0.0, False
         self.power = 0.0
         #: Whether the torch was just switched on, so that a pierce delay may follow.
@@ -119,7 +119,7 @@ class _TorchTracker:
     def moves(self, path: Toolpath) -> tuple[Toolpath, NDArray[np.float64]]:
         """Return the moves and commands of a path, and the `_State` at each, float64[n, 10].
 
-        Straight moves of at most `shortest` mm are omitted; the events before them count for the next move.
+        Straight moves of at most `shortest` mm are omitted; the events before them belong to the next move.
         """
         rows, states = list[Motion](), list[_State]()
         last = [math.nan] * 3
@@ -149,12 +149,12 @@ class _TorchTracker:
         return all(math.isnan(p) or abs(p - q) <= self.shortest for p, q in zip(row.end, last, strict=True))
 
     def _switch(self, row: Motion) -> bool:
-        """Apply a row that only changes the state of the torch. Return false for any other row."""
+        """Apply a row that only changes the state of the torch; return false for any other row."""
         kind, torch, now = row.kind, self.torch, self.now
         if kind is Kind.SPINDLE:
             self._light(row)
         elif kind is Kind.TORCH:
-            # If no output can darken the torch, a dark torch is switched off.
+            # If no output can suspend the torch, a dark torch is switched off.
             self.dark = torch.can_switch_off_along_path and row.value == 0.0
             self.armed *= torch.can_switch_off_along_path
         elif kind is Kind.HEIGHT:
@@ -197,9 +197,9 @@ class _TorchTracker:
 def read_back(text: str, plan: CutPlan, dialect: Dialect, material_number: int | None = None) -> Toolpath:
     """Return the motion of a cutting program, for any modal state that an earlier program may have left active.
 
-    Feeds from the controller's material table follow the selected material. Only material `material_number` is known:
-    it has the feed of the plan. Raises ReadError if the controller does not accept the text, or the text selects
-    another material.
+    Feeds from the material table of the controller depend on the selected material. Only the material `material_number`
+    is known; its feed is that of the plan. Raises ReadError if the controller does not accept the text, or the text
+    selects another material.
     """
     feeds = {} if material_number is None else {material_number: plan.data.feed}
     return as_written(text, dialect, material_feeds=feeds)

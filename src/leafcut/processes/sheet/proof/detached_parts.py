@@ -1,4 +1,4 @@
-"""Count the travel moves over detached parts in a program read back, for a head that stays down."""
+"""For a head that stays down, count the travel moves over detached parts in a program that was read back."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ from leafcut.processes.sheet.proof.matched_runs import MatchedRuns
 from leafcut.processes.sheet.proof.sheet_shapes import Target
 from leafcut.proof.difference import position_text
 
-#: Spacing of the points checked along moves, mm, and minimum depth inside a part that counts as a crossing, mm.
+#: Spacing of the points that are checked along moves, mm, and minimum depth inside a part that counts as a crossing,
+#: mm.
 _STEP, _DEPTH = 0.5, 0.3
-#: Tolerance of the distance between head and part, mm, because edges are chords that differ from the planner's chords.
+#: Tolerance for the distance between head and part, mm, because edges are chords that differ from those of the planner.
 _LEEWAY = 0.2
 
 
 def check_detached_parts(laid: MatchedRuns, path: Toolpath, dialect: Dialect, nozzle: float = 0.0) -> list[Difference]:
     """Return a fault if more moves cross detached parts than the plan reports.
 
-    `nozzle` is the diameter of the head, mm; 0 if unknown.
+    `nozzle` is the diameter of the head, mm, or 0 if unknown.
     """
     reported, close = laid.plan.crossings, laid.plan.close
     if dialect.moves_z or reported is None:
@@ -51,17 +52,17 @@ def check_detached_parts(laid: MatchedRuns, path: Toolpath, dialect: Dialect, no
 
 
 def crossings(laid: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
-    """Return the program line and the end point of the first crossing move of each route that crosses a detached part.
+    """Return the program line and end point of the first crossing move of each route that crosses a detached part.
 
-    A route consists of the travel moves between two runs. With a head `radius`, mm, routes that come within that radius
-    of a part count too, except near their ends.
+    A route consists of the travel moves between two runs. With a head `radius`, mm, routes that pass within that radius
+    of a part also count, except near their ends.
     """
     ends = np.array([run.row_line[-1] for run in laid.runs], dtype=np.int64)
     freed = _detaching_runs(laid)
     if not freed:
         return []
     cut_by, edges = np.array([run for run, _ in freed]), [edge for _, edge in freed]
-    # Moves outside of the boxes of all edges, grown by the radius, need no closer check.
+    # Moves outside the boxes of all edges, enlarged by the radius, need no closer check.
     low, high = (np.array([side(edge, axis=0) for edge in edges]) for side in (np.min, np.max))
     grown = max(radius - _LEEWAY, 0.0)
     before = path.before
@@ -110,13 +111,13 @@ def _is_outline(target: Target) -> bool:
 
 
 def _points_along(a: Points, b: Points) -> Points:
-    """Return points along a straight move, evenly spaced, float64[n, 2], mm."""
+    """Return evenly spaced points along a straight move, float64[n, 2], mm."""
     steps = max(2, int(np.hypot(*(b - a)) / _STEP) + 2)
     return a + np.linspace(0.0, 1.0, steps)[:, None] * (b - a)
 
 
 def _crosses(points: Points, edge: Points) -> bool:
-    """Return whether points of a move lie more than `_DEPTH` inside a closed edge."""
+    """Return whether any points of a move are more than `_DEPTH` inside a closed edge."""
     low, high = edge.min(axis=0), edge.max(axis=0)
     points = points[((points > low) & (points < high)).all(axis=1)]
     points = points[_is_inside(points, edge)]
@@ -130,7 +131,7 @@ def _comes_near(points: Points, edge: Points, distance: float) -> bool:
 
 
 def _is_inside(points: Points, edge: Points) -> NDArray[np.bool_]:
-    """Return, for each point, whether it lies inside a closed edge.
+    """Return a mask of the points inside a closed edge.
 
     A ray to the right of such a point crosses the edge an odd number of times.
     """

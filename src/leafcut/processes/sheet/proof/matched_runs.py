@@ -20,7 +20,7 @@ from leafcut.processes.sheet.proof.torch_runs import FLATNESS, TorchRun, burning
 
 #: Maximum length of the sections into which chords are divided, mm.
 PIECE = 1.0
-#: Share of a contour's path that a run must exceed to count as a cut of the contour.
+#: Share of a contour's path above which a run that follows it counts as a cut of the contour.
 MOST = 0.5
 
 
@@ -30,8 +30,8 @@ class CutRequest:
 
     `half` is half of the compensated kerf, mm. `joints` and `joint_width` (mm) are the maximum number and width of the
     micro-joints of an outline. `safe_height` is the minimum height of rapids, mm. `power` is the power for cutting, and
-    lower power means marking; if it is None, the largest power in the program is for cutting. `material_number` is the
-    number in the controller's material table; if it is None, the program gives the material.
+    lower power means marking; if it is None, the maximum power in the program is for cutting. `material_number` is the
+    number in the material table of the controller; if it is None, the program specifies the material.
     """
 
     half: float
@@ -59,8 +59,8 @@ class MatchedRuns:
     """The runs of a program matched with the shapes of a sheet.
 
     `targets` are the contours to cut or mark, in the order of the sheet. `parts` is the metal of the finished parts,
-    shrunk by `TOLERANCE`, and `numbers` their numbers. `sheet` is the area of the sheet; None if unknown. `lines` are
-    the shapely lines along which each run burns. `of_target` has the claims by index of the contour.
+    shrunk by `TOLERANCE`, and `numbers` contains their numbers. `sheet` is the area of the sheet, or None if unknown.
+    `lines` are the shapely lines along which each run burns. `of_target` contains the matches by index of the contour.
     """
 
     def __init__(self, runs: list[TorchRun], plan: CutPlan, sheet: Sheet, dialect: Dialect, asked: CutRequest) -> None:
@@ -117,12 +117,12 @@ class MatchedRuns:
         return cuts[number].pierce if number < len(cuts) else True
 
     def detaches(self, claim: RunMatch) -> bool:
-        """Return whether a run detaches a contour by cutting it, instead of only following it a kerf away."""
+        """Return whether a run detaches a contour by cutting it, rather than only following it one kerf away."""
         whole = claim.followed > MOST * claim.target.centreline.length and not self.only_follows_common_line(claim)
         return whole or (claim.run < len(self.plan.cuts) and claim.target.index in self.plan.cuts[claim.run].contours)
 
     def only_follows_common_line(self, claim: RunMatch) -> bool:
-        """Return whether a run around other parts with common lines only follows a contour that is a kerf away."""
+        """Return whether a run around other parts with common lines only follows a contour that is one kerf away."""
         cut = self.plan.cuts[claim.run] if claim.run < len(self.plan.cuts) else None
         return cut is not None and cut.group > 0 and claim.target.index not in cut.contours
 
@@ -134,7 +134,7 @@ class MatchedRuns:
 
 
 def _marking_runs(runs: list[TorchRun], dialect: Dialect, power: float | None) -> list[bool]:
-    """Return whether each run marks: with the spindle of the marking tool, or with less than cutting power."""
+    """Return whether each run marks, either with the spindle of the marking tool or with less than cutting power."""
     most = power if power is not None else max((light.power for run in runs for light in run.lightings), default=0.0)
     by_power = dialect.torch is not None and dialect.torch.power
     return [

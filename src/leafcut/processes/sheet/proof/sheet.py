@@ -1,6 +1,6 @@
 """Check a cutting program: compare the effect of its text on the sheet with the drawing.
 
-The check uses no planning code. From the plan it takes only what the user requested: feeds, directions, and the data of
+The check uses no planning code. From the plan, it uses only what the user requested: feeds, directions, and the data of
 the chart.
 """
 
@@ -32,9 +32,9 @@ from leafcut.processes.sheet.proof.torch_runs import TorchRun, burning_pieces, t
 from leafcut.proof.difference import limit_differences, position_text
 from leafcut.proof.envelope import check_envelope
 
-#: Multiple of the length of a path that a run must follow to count as cutting it twice.
+#: Multiple of the length of a path that runs must follow to count as cutting it twice.
 TWICE = 1.9
-#: Minimum length of an uncut stretch of a path that is no rounding error, mm.
+#: Minimum length of an uncut section of a path that is not a rounding error, mm.
 SHORT = 0.1
 
 
@@ -43,17 +43,15 @@ def check_sheet(
 ) -> list[Difference]:
     """Return the faults of a cutting program, given its text and the `path` read back.
 
-    Without faults, the program is proved right:
+    Without faults, the program is verified:
 
-    1. Each contour that the kerf fits is cut exactly once and completely, and marks are marked.
-    2. No kerf touches the metal of a part, a clamp, or the air beyond the edge of the sheet.
-    3. Inner contours are cut before outer contours, marks before the outline around them.
-    4. Each pierce is in scrap that is still attached.
-    5. The torch is off during rapids at clearance height; touching off, pierces, feeds and directions are as planned.
-    6. A run that cuts several contours stays in attached scrap between them, and enters no other kerf.
-    7. Common lines are cut before the outline around their parts, and by no other run.
-    8. A head that stays down crosses no more detached parts than the plan reports.
-    9. All moves are within the travel of the machine.
+    1. Each contour that the kerf fits is cut exactly once and completely, and marks are marked. 2. No kerf touches the
+    metal of a part, a clamp, or the air beyond the edge of the sheet. 3. Inner contours are cut before outer contours,
+    and marks before the outline around them. 4. Each pierce is in scrap that is still attached. 5. The torch is off
+    during rapids at clearance height; touching off, pierces, feeds and directions are as planned. 6. A run that cuts
+    several contours stays in attached scrap between them, and enters no other kerf. 7. Common lines are cut before the
+    outline around their parts, and by no other run. 8. A head that stays down crosses no more detached parts than the
+    plan reports. 9. All moves are within the travel of the machine.
     """
     by_register = dialect.torch is not None and dialect.torch.compensation == "G41"
     runs = torch_runs(path, plan.data.kerf if by_register else None)
@@ -66,7 +64,7 @@ def check_sheet(
 
 
 def uncut_contours(laid: MatchedRuns) -> list[Difference]:
-    """Return a fault for each contour that is not cut or not cut completely."""
+    """Return a fault for each contour that is not cut, or not completely."""
     found = []
     for target in laid.targets:
         claims = laid.of_target.get(target.index, [])
@@ -98,7 +96,7 @@ def uncut_contours(laid: MatchedRuns) -> list[Difference]:
 
 
 def _uncut_stretches(laid: MatchedRuns, target: Target, lines: Sequence[Any]) -> list[Any]:
-    """Return the stretches of a target's path that no run follows, except arcs around corners with a loop."""
+    """Return the sections of a target's path that no run follows, except arcs around corners with a loop."""
     if not lines:
         return [target.centreline]
     burnt = shapely.union_all(lines)
@@ -109,7 +107,7 @@ def _uncut_stretches(laid: MatchedRuns, target: Target, lines: Sequence[Any]) ->
 
 
 def _at_corner(laid: MatchedRuns, target: Target, gap: Any, burnt: Any) -> bool:
-    """Return whether an uncut stretch is the arc around a corner that the kerfs reach anyway."""
+    """Return whether an uncut section is the arc around a corner that the kerfs reach anyway."""
     half = laid.asked.half
     if not len(target.corners):
         return False
@@ -191,7 +189,7 @@ def find_strays(laid: MatchedRuns) -> list[Difference]:
 
 
 def _points_off_sheet(laid: MatchedRuns, number: int, inside: Any) -> NDArray[np.float64]:
-    """Return the points of a run that are off the sheet, without the lead of a start at the edge, float64[k, 2], mm."""
+    """Return the points of a run that are off the sheet, float64[k, 2], mm, except the lead of a start at the edge."""
     middles, _, along = burning_pieces(laid.runs[number], PIECE)
     out = ~shapely.contains(inside, shapely.points(middles))
     if not laid.pierces(number):

@@ -16,7 +16,7 @@ from leafcut.proof.difference import position_text
 
 
 def plan_faults(laid: MatchedRuns) -> list[Difference]:
-    """Return a fault if the number of cuts differs from the plan, and for each contour that the plan lacks."""
+    """Return a fault if the number of cuts differs from the plan, and a fault for each contour missing in the plan."""
     cuts, found = laid.plan.cuts, []
     if len(cuts) != len(laid.runs):
         text = Message(
@@ -46,7 +46,7 @@ def order_faults(laid: MatchedRuns) -> list[Difference]:
         for number in sorted(inside):
             inner = everything[number]
             if inner.source.is_hole and around.source.is_hole and inner.source.part == around.source.part:
-                continue  # holes of a part are not nested, but pieces of a divided hole may overlap in a short neck
+                continue  # holes of a part are not nested, but parts of a divided hole may overlap in a short neck
             late = _run_after(laid, inner, around) if inner.index != around.index else None
             if late is not None:
                 text = Message("{} comes after {}, which detaches it", inner.name, around.name)
@@ -57,8 +57,8 @@ def order_faults(laid: MatchedRuns) -> list[Difference]:
 def _in_notches(laid: MatchedRuns, around: Target, edges: Any, known: set[int]) -> set[int]:
     """Return the contours inside an outline and in its closed notches, as indices of targets.
 
-    `edges` is the spatial index of the drawn lines of all targets. `known` are the contours inside the outline. The
-    result is empty if no other contour is near.
+    `edges` is the spatial index of the lines of all targets in the drawing. `known` contains the contours inside the
+    outline. The result is empty if there is no other contour nearby.
     """
     reach = 0.5 * laid.plan.data.kerf - TOLERANCE
     near = set(
@@ -72,7 +72,9 @@ def _in_notches(laid: MatchedRuns, around: Target, edges: Any, known: set[int]) 
 
 
 def _run_after(laid: MatchedRuns, inner: Target, around: Target) -> int | None:
-    """Return the last run of the contour `inner` if it ends after the cut of the contour `around` starts, or None."""
+    """Return the last run of the contour `inner` if it ends after the cut of the contour `around` starts, otherwise
+    None.
+    """
     one, other = laid.of_target.get(inner.index), laid.of_target.get(around.index)
     if not one or not other:
         return None

@@ -1,7 +1,7 @@
 """The shapes of a sheet that a cutting program must respect, built from the drawing alone.
 
-They are the centreline of the kerf for each contour, and for each part the metal that no kerf may touch. The parts of
-divided holes and notches must lie within the drawing, and cover the whole area that the kerf reaches.
+They are the centreline of the kerf for each contour, and the metal of each part, which no kerf may touch. The parts of
+divided holes and notches must be inside the drawn shapes, and cover the whole area that the kerf reaches.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.proof.torch_runs import FLATNESS
 from leafcut.proof.difference import position_text
 
-#: Tolerance of the position of a kerf, mm, which covers the offset tolerance and the rounding of the program.
+#: Tolerance for the position of a kerf, mm, which covers the offset tolerance and the rounding of the program.
 TOLERANCE = 0.025
-#: Number of segments per quarter circle in buffers, exact to 0.001 mm for a kerf of 5 mm.
+#: Number of segments per quarter circle in buffers; they are exact to 0.001 mm for a kerf of 5 mm.
 QUARTER = 32
-#: Minimum turn of a drawn corner, rad.
+#: Minimum turn at a corner of the drawing, rad.
 CORNER = math.radians(3.0)
-#: Largest distance between coincident vertices, mm.
+#: Maximum distance between coincident vertices, mm.
 SAME_PLACE = 1e-6
 
 
@@ -36,10 +36,10 @@ SAME_PLACE = 1e-6
 class Target:
     """A contour that must be cut or marked.
 
-    `index` is the index in `Sheet.contours`. `shape` is the polygon of a closed contour to cut, else None; `edge` is
-    the drawn line. `centreline` is the centreline of the kerf: a ring, or the drawn line itself for a mark or an open
-    cut. At the `corners` of the drawn line, float64[k, 2], the kerf may turn or loop. If `may_stay`, the hole may stay
-    uncut: it is two kerfs wide within the tolerance, so rounding decides whether a pierce fits.
+    `index` is the index in `Sheet.contours`. `shape` is the polygon of a closed contour to be cut, otherwise None;
+    `edge` is the line in the drawing. `centreline` is the centreline of the kerf: a ring, or the line itself for a mark
+    or an open cut. At the `corners` of the line, float64[k, 2], the kerf may turn or loop. If `may_stay`, the hole may
+    remain uncut: it is two kerfs wide within the tolerance, so rounding decides whether a pierce fits.
     """
 
     index: int
@@ -76,7 +76,7 @@ def _polygon(one: Contour) -> Any:
 
 
 def _target(index: int, source: Contour, half: float) -> Target | None:
-    """Return the target of a contour; None for a hole that the kerf fills or divides, or in which no pierce fits."""
+    """Return the target of a contour, or None for a hole that the kerf fills or divides, or in which no pierce fits."""
     points = source.path.flattened(FLATNESS)
     edge = shapely.LineString(points if len(points) > 1 else np.repeat(points, 2, axis=0))
     if source.kind == "mark" or not source.path.closed:
@@ -90,7 +90,7 @@ def _target(index: int, source: Contour, half: float) -> Target | None:
     pierces = [not source.is_hole or not shape.buffer(-2.0 * half + by).is_empty for by in (TOLERANCE, -TOLERANCE)]
     if not pierces[0]:
         return None
-    # The kerf closes notches with a narrow mouth and follows the outer ring.
+    # The kerf closes notches with a narrow mouth, and follows the outer ring.
     way = shapely.LineString(polygons[0].exterior.coords)
     return Target(index, source, shape, edge, way, _corners(source.path), not pierces[1])
 
@@ -162,9 +162,10 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
 
 
 def _check_chambers(drawn: Sheet, chambers: list[Any], half: float) -> list[Difference]:
-    """Return a fault for each chamber that leaves its notch, or stays uncut although others of its outline are cut.
+    """Return a fault for each chamber that extends beyond its notch, or that is uncut although others of its outline
+    are cut.
 
-    A chamber may stay uncut if no pierce fits, or if its kerf would enter another kerf.
+    A chamber may remain uncut if no pierce fits, or if its kerf would enter another kerf.
     """
     if not chambers:
         return []

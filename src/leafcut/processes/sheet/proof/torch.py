@@ -1,4 +1,4 @@
-"""Check the torch: off during rapids and at the end, switched on as the chart requires, feeds as planned."""
+"""Check the torch: off during rapids and at the end, switched on as the chart requires, and feeds as planned."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from leafcut.proof.difference import position_text
 from leafcut.proof.read_back import DWELL_ROUNDING, FEED_PART, FEED_ROUNDING
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
-#: Tolerance of written heights, mm.
+#: Tolerance for heights in the program, mm.
 _ROOM = 0.002
-#: Tolerance of the positions along a cut where the feed changes, mm.
+#: Tolerance for the positions along a cut where the feed changes, mm.
 _ALONG = 0.05
 
 
@@ -35,7 +35,7 @@ def check_torch(
     dialect: Dialect,
     asked: CutRequest,
 ) -> list[Difference]:
-    """Return the faults of the torch in a program read back.
+    """Return the torch faults of a program that was read back.
 
     The checks cover rapids, material, marking tool, probing, switching-on, and feeds.
     """
@@ -89,9 +89,9 @@ def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
 
 
 def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Probe | None) -> list[Difference]:
-    """Return a fault for each pierce without touching off, and for each wrong probing move.
+    """Return a fault for each pierce without touching off, and for each wrong probe move.
 
-    Without `probe`, the program must not probe or change Z0.
+    Without `probe`, the program must neither probe nor change Z0.
     """
     found, fresh, lit, lit_after = list[Difference](), False, False, dict[int, bool]()
     before = path.before
@@ -121,7 +121,7 @@ def _pierces(run: TorchRun, cut: Cut) -> bool:
 
 
 def _probe_faults(row: Motion, after: Motion, lit: bool, probe: Probe | None) -> list[Difference]:
-    """Return the faults of a probing move, and of the height that the row `after` it sets."""
+    """Return the faults of a probe move, and of the height set by the row `after` it."""
     if probe is None:
         return [Difference("probe", 0, row.line, "the torch probes, although no probing was requested")]
     wrong = []
@@ -174,7 +174,7 @@ def _goes_across(row: Motion, before: np.ndarray) -> bool:
 
 
 def _lighting_faults(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, waits: bool) -> list[Difference]:
-    """Return the faults at the start of a cut: pierce height, pierce delay, cut height."""
+    """Return the faults at the start of a cut: pierce height, pierce delay, and cut height."""
     data, found = plan.data, []
     if run.lightings and cut.pierce:
         first = run.lightings[0]
@@ -198,7 +198,7 @@ def _lighting_faults(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, wait
 
 
 def _feed_faults(run: TorchRun, cut: Cut) -> list[Difference]:
-    """Return the first difference between the written and the planned feed of a run."""
+    """Return the first difference between the feed of a run in the program and in the plan."""
     starts = np.array([at for at, _ in cut.speeds])
     speeds = np.array([feed for _, feed in cut.speeds])
     middles = 0.5 * (run.along[:-1] + run.along[1:])
@@ -221,7 +221,7 @@ def _feed_faults(run: TorchRun, cut: Cut) -> list[Difference]:
 def _material_faults(
     path: Toolpath, text: str, plan: CutPlan, dialect: Dialect, material_number: int | None
 ) -> list[Difference]:
-    """Return the faults of the material that the program selects or gives, and of other controller settings."""
+    """Return the faults of the material that the program selects or specifies, and of other controller settings."""
     torch = dialect.torch
     lines = text.splitlines()
     obeyed = controller_settings(lines, dialect)

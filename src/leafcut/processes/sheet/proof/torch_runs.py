@@ -1,4 +1,4 @@
-"""The runs of the torch in a program read back: path, speed and height of each cut.
+"""The runs of the torch in a program that was read back: path, speed and height of each cut.
 
 A run consists of all feed moves between two rapids across the sheet, with the torch on or temporarily off.
 """
@@ -13,17 +13,17 @@ from numpy.typing import NDArray
 
 from leafcut.model.toolpath import Kind, Motion, Toolpath, arc_sweep
 
-#: Tolerance of chords that approximate arcs, mm.
+#: Chord error for arcs, mm.
 FLATNESS = 0.002
 _NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
 class Lighting:
-    """The switching-on of the torch: line, height, power, spindle number, and pierce delay.
+    """The event of switching the torch on.
 
-    `line` is the program line. `height` is in mm, NaN if the program does not move Z. The pierce delay `waited` is in
-    s.
+    `line` is the program line. `height` is in mm, or NaN if the program does not move Z. `power` and `spindle` are
+    those of the command. `waited` is the pierce delay, s.
     """
 
     line: int
@@ -37,7 +37,7 @@ class Lighting:
 class TorchRun:
     """A run of the torch, as chords.
 
-    `points` are float64[n + 1, 2], mm. For each chord, `burning` is whether the torch is on, `feed` is in mm/s,
+    `points` are float64[n + 1, 2], mm. For each chord, `burning` tells whether the torch is on, `feed` is in mm/s,
     `height` is the height at its end, mm above the sheet, and `row_line` is the program line. `line` is the program
     line at the start.
     """
@@ -62,7 +62,7 @@ class TorchRun:
         return np.concatenate([[0.0], np.cumsum(steps)])
 
     def lines(self) -> list[NDArray[np.float64]]:
-        """Return the stretches of the run with the torch on, each float64[k, 2], mm."""
+        """Return the sections of the run with the torch on, each float64[k, 2], mm."""
         edges = np.flatnonzero(np.diff(np.concatenate([[False], self.burning, [False]]).astype(np.int8)))
         return [self.points[a : b + 1] for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
@@ -110,7 +110,7 @@ class _RunCollector:
             self.lightings.append(Lighting(row.line, float(place[2]), abs(row.value), row.ref, 0.0))
 
     def wait(self, seconds: float) -> None:
-        """Record a dwell; directly after the torch is switched on, it is the pierce delay."""
+        """Record a dwell, which is the pierce delay if it directly follows switching the torch on."""
         if self.resting:
             last = self.lightings[-1]
             waited = last.waited + seconds
@@ -133,8 +133,8 @@ class _RunCollector:
 def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
     """Return the runs of the torch in program order; moves in Z alone have no chords.
 
-    If the controller compensates (G41, G42), a run is the actual path of the torch. `kerf` is twice the content of the
-    controller's offset register, mm; if it is None, the D word gives the kerf.
+    If the controller compensates (G41, G42), a run is the actual path of the torch. `kerf` is twice the value in the
+    offset register of the controller, mm; if it is None, the D word gives the kerf.
     """
     found, before = _RunCollector(), path.before
     for number, row in enumerate(path):
@@ -166,7 +166,7 @@ def burning_pieces(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Divide the chords of a run with the torch on into sections of at most `longest` mm.
 
-    Return their midpoints (float64[k, 2]), lengths, and distances of the midpoints along the run, mm.
+    Return their midpoints (float64[k, 2]), their lengths, and the distances of the midpoints along the run, mm.
     """
     begin, end = run.points[:-1][run.burning], run.points[1:][run.burning]
     at, length = run.along[:-1][run.burning], np.hypot(*(end - begin).T)
@@ -184,10 +184,11 @@ def burning_pieces(
 def compensated_path(
     points: NDArray[np.float64], side: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the torch path under controller compensation, and the index of the original chord for each of its chords.
+    """Return the torch path under compensation by the controller, and the index of the original chord for each of its
+    chords.
 
-    `side` is the offset of n chords to the left, float64[n], mm, negative to the right. Outer corners are rounded by an
-    arc; at inner corners, the torch moves to the intersection of the offset lines. The first compensated chord leads to
+    `side` is the offset of n chords to the left, float64[n], mm; negative to the right. Outer corners are rounded by an
+    arc. At inner corners, the torch moves to the intersection of the offset lines. The first compensated chord leads to
     the offset point at its end. Source: LinuxCNC, G-code reference, cutter compensation.
     """
     chord = np.arange(len(side))
@@ -202,7 +203,7 @@ def compensated_path(
 
 
 def _offset_points(points: NDArray[np.float64], side: NDArray[np.float64], k: int) -> list[NDArray[np.float64]]:
-    """Return the points of the torch path at the end of chord `k`; around an outer corner, these are several points."""
+    """Return the points of the torch path at the end of chord `k`; there are several around an outer corner."""
     corner, aside = points[k + 1], side[k]
     one = _left_normal(points[k], corner)
     if not aside:
@@ -228,7 +229,7 @@ def _left_normal(begin: NDArray[np.float64], end: NDArray[np.float64]) -> NDArra
 
 
 def _moves_sideways(row: Motion, before: NDArray[np.float64]) -> bool:
-    """Return whether a move changes x or y; also true if the position before it is unknown."""
+    """Return whether a move changes x or y; also true if the position before the move is unknown."""
     return any(
         not math.isnan(end) and not abs(end - begin) <= _NOTHING
         for end, begin in zip(row.end[:2], before[:2].tolist(), strict=True)
@@ -236,7 +237,7 @@ def _moves_sideways(row: Motion, before: NDArray[np.float64]) -> bool:
 
 
 def arc_chords(path: Toolpath, row: int) -> NDArray[np.float64]:
-    """Return the ends of the chords of an arc, float64[k, 2], mm. The deviation of a chord is r·(1 − cos(step/2))."""
+    """Return the ends of the chords of an arc, float64[k, 2], mm; their error is r·(1 − cos(step/2))."""
     radius, begin, sweep = arc_sweep(path, row)
     centre = path.arcs[int(path.ref[row])].center
     step = 2.0 * math.acos(max(1.0 - FLATNESS / radius, 0.0)) if radius > FLATNESS else math.pi

@@ -1,1 +1,1 @@
-"""Reports of a cut sheet: facts, tables and drawings."""
+"""Reports about a cut sheet: facts, tables and drawings."""

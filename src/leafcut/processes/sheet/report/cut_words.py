@@ -21,7 +21,7 @@ from leafcut.report.wording import (
 )
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Smallest amount that is printed as a number; smaller amounts are printed as less than this.
+#: Minimum amount that is printed as a number; smaller amounts are printed as less than this.
 _LEAST_AMOUNT = 1e-4
 
 
@@ -122,22 +122,24 @@ def _times_as_json(times: CutTimes) -> dict[str, Any]:
 
 
 def size_words(mm: float) -> str:
-    """Return a kerf or a thickness in mm with three significant digits, for example ``0.237``, ``6`` or ``25.4``."""
+    """Return a kerf or a thickness, in mm, with three significant digits, for example ``0.237``, ``6`` or ``25.4``."""
     return f"{mm:.3g}" if mm < 100.0 else f"{mm:.0f}"
 
 
 def name_words(name: str) -> str:
-    """Return a name of the cut chart in readable form, for example ``mild steel`` or ``laser fiber 3 kW``."""
+    """Return a name from the cut chart in readable form, for example ``mild steel`` or ``laser fiber 3 kW``."""
     return re.sub(r"(\d)kw\b", r"\1 kW", name.replace("_", " "), flags=re.IGNORECASE)
 
 
 def cost_figure(cost: float, places: int) -> str:
-    """Return a cost with the given number of decimals and with thousands separators."""
+    """Return a cost as text, with the given number of decimals and with thousands separators."""
     return f"{cost:,.{places}f}"
 
 
 def contour_words(plan: CutPlan, cut: Cut) -> str:
-    """Return the kinds of a cut's contours: ``hole``, ``outline`` or ``mark``, or ``4 holes, outline`` for a chain."""
+    """Return the kinds of the contours of a cut: ``hole``, ``outline`` or ``mark``, or ``4 holes, outline`` for a
+    chain.
+    """
     if cut.common:
         return "common line"
     names: Counter[str] = Counter()
@@ -180,8 +182,8 @@ def part_title(plan: CutPlan, part: int) -> str:
 
 
 def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]:
-    """Return name and amount of each consumed medium and wear part; a dash if the chart has no data."""
-    # Names of the chart are the same in each language.
+    """Return the name and amount of each consumed medium and wear part, with a dash if the chart has no data."""
+    # Names in the chart are the same in each language.
     gas: str = name_words(rates.gas) if rates.gas else translatable("gas")
     second: str = name_words(rates.second_gas) if rates.second_gas else translatable("second gas")
     return [

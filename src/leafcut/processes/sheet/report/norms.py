@@ -40,15 +40,15 @@ class NormRow:
 
     @property
     def clock(self) -> tuple[int, int, int]:
-        """The total time as hours, minutes and whole seconds."""
+        """The total time in hours, minutes and whole seconds."""
         return clock_parts(self.total_s)
 
 
 def norm_rows(norm: CutMeasures) -> list[NormRow]:
     """Return a row for each part name, in the order of first appearance.
 
-    Unnamed parts with equal area and perimeter share a row. Contours outside of parts, and the moves at the start and
-    end, count only for the sheet.
+    Unnamed parts with equal area and perimeter share a row. Contours outside parts, and the moves at the start and end,
+    count only for the sheet.
     """
     kinds: dict[object, list[PartTimes]] = {}
     for part in norm.parts:
@@ -73,12 +73,12 @@ def _part_numbers(parts: Sequence[PartTimes]) -> str:
 
 
 def sheet_row(norm: CutMeasures) -> NormRow:
-    """Return the row of the sheet."""
+    """Return the row with the totals of the sheet."""
     return NormRow("sheet", "", 1, norm.sheet.perimeter_mm, norm.sheet.total_s, norm.used)
 
 
 def batch_row(norm: CutMeasures) -> NormRow:
-    """Return the row of the batch."""
+    """Return the row with the totals of the batch."""
     return NormRow("batch", "", norm.quantity, norm.batch.perimeter_mm, norm.batch.total_s, norm.batch_used)
 
 
@@ -98,7 +98,7 @@ def consumption_as_json(used: Consumption) -> dict[str, Any]:
 
 
 def rates_as_json(rates: ConsumptionRates) -> dict[str, Any]:
-    """Return the nozzle and the gases that the chart names."""
+    """Return the nozzle and the gases that the chart specifies."""
     return {"nozzle": rates.nozzle, "gas": rates.gas, "second_gas": rates.second_gas}
 
 
@@ -137,7 +137,9 @@ def norms_text(plan: CutPlan) -> str:
 
 
 def _cell(value: Any) -> Any:
-    """Return the text of a CSV cell, safe from interpretation as a formula, because names in drawings are untrusted."""
+    """Return the text of a CSV cell, protected against interpretation as a formula, because names in drawings are
+    untrusted.
+    """
     if value is None:
         return ""
     if isinstance(value, bool):

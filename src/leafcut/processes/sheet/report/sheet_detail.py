@@ -1,4 +1,4 @@
-"""Detail drawings of single cuts, with the kerf at its true width, the lead-in and the lead-out."""
+"""Detail drawings of single cuts, with the true width of the kerf, the lead-in and the lead-out."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from leafcut.report.wording import length_words
 
 BoundingBox = tuple[float, float, float, float]
 
-#: Width and height of the window, user units of the drawing.
+#: Width and height of the window, in user units of the drawing.
 _WIDTH, _HEIGHT = 300.0, 190.0
-#: Half of the height of the window: in lengths of the lead-in, in kerf widths, and its minimum in mm.
+#: Half of the height of the window, in lengths of the lead-in and in kerf widths; and its minimum, mm.
 _LEADS, _KERFS, _LEAST = 1.6, 5.0, 4.0
 _CHORDS = 0.08
-#: Margin around the window within which a wide line may still be visible, user units.
+#: Margin around the window within which a wide line may still be visible, in user units.
 _BEYOND = 60.0
 _ARROW = 4.5
 _SMALLEST_DOT = 2.4
@@ -43,7 +43,7 @@ class DetailView:
         return (x - half[0], y - half[1], x + half[0], y + half[1])
 
     def place(self, points: Points) -> Points:
-        """Return points in mm, float64[…, 2], converted to user units with y downwards."""
+        """Convert points in mm, float64[…, 2], to user units with y downwards."""
         x, y = self.middle
         placed: Points = np.stack(
             [0.5 * _WIDTH + (points[..., 0] - x) * self.scale, 0.5 * _HEIGHT - (points[..., 1] - y) * self.scale],
@@ -110,7 +110,7 @@ def cut_detail(plan: CutPlan, number: int) -> dict[str, str]:
 
 
 def _lead_words(cut: Cut) -> str:
-    """Return a text with the lengths of the leads, and the length with the torch off.
+    """Return a text with the lengths of the leads, and the length cut with the torch off.
 
     For example: ``lead-in 6.0 mm, lead-out 4.0 mm``.
     """
@@ -123,7 +123,7 @@ def _lead_words(cut: Cut) -> str:
 
 
 def _part_areas(view: DetailView, sheet: Sheet) -> str:
-    """Return a drawing of the visible parts, each as an area without its holes."""
+    """Draw the visible parts, each as an area without its holes."""
     areas: dict[int, str] = {}
     for c in sheet.contours:
         if c.kind == "cut" and c.path.closed and c.part and not c.chamber:
@@ -133,7 +133,7 @@ def _part_areas(view: DetailView, sheet: Sheet) -> str:
 
 
 def _kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
-    """Return a drawing of a cut as a band of its true width, with its centreline."""
+    """Draw a cut as a band of its true width, with its centreline."""
     lines = []
     for kind, low, high in stretches(cut):
         data = view.line(cut.path.piece(low, high))
@@ -144,7 +144,7 @@ def _kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
 
 
 def _start_marks(view: DetailView, plan: CutPlan, cut: Cut) -> str:
-    """Return a drawing of the start of a cut, with arrow heads on its lead-in and just after it."""
+    """Draw the start of a cut, with arrowheads on its lead-in and just after it."""
     x, y = view.place(np.array(cut.path.start)).tolist()
     heads = []
     for at in (0.55 * cut.lead_in, cut.lead_in + 1.1 * max(cut.lead_in, _LEAST)):

@@ -1,4 +1,4 @@
-"""The drawing of a sheet: its parts, kerfs, leads, pierces and their order, rapids, marks."""
+"""The drawing of a sheet: parts, kerfs, leads, pierces and their order, rapids, and marks."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ from leafcut.report.marks import arrow_head, arrow_heads, end_marks, word_side
 from leafcut.report.missing_drawing import missing_drawing
 from leafcut.report.svg import STEPS, element, lines_data, scaled_group, svg_number, text, title
 
-#: Tolerance of chords that approximate arcs, user units of the drawing.
+#: Chord error for arcs, in user units of the drawing.
 _CHORDS = 0.06
-#: Minimum width of a drawn kerf, user units: on sheets with few cuts, and with many cuts.
+#: Minimum width of a kerf in the drawing, in user units, on sheets with few cuts and with many cuts.
 _THINNEST_KERF = 0.8
 _THINNEST_KERF_OF_MANY = 0.65
 #: Number of cuts above which lines and dots are smaller, and rapids are coloured from first to last.
 _FEW = 60
-#: Maximum number of labels. With more cuts, only each second, fifth or tenth cut has a number, and so on.
+#: Maximum number of labels. If there are more cuts, only every second, fifth or tenth cut (and so on) has a number.
 _MOST_NUMBERS = 60
 _EVERY = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
-#: Minimum length of a cut with an arrow head, user units, and position of the arrow, as a share of the length.
+#: Minimum length of a cut with an arrowhead, in user units, and position of the arrowhead, as a share of the length.
 _LONG_CUT = 70.0
 _ARROW_AT = 0.3
 _KERF_ARROW = 2.6
 _HATCH = 5.0
-#: Minimum aspect ratio of drawings that span both columns of the page: with few cuts, and with many cuts.
+#: Minimum aspect ratio of drawings that span both columns of the page, with few cuts and with many cuts.
 _WIDE_FROM = (2.4, 1.6)
 _RAPID_ARROW, _RAPID_ARROW_OF_MANY = 3.6, 2.8
-#: Discs around the words "start" and "end" that numbers avoid: distances from the mark, and radius, user units.
+#: Discs around the words "start" and "end" that numbers avoid: distances from the mark, and radius, in user units.
 _WORD_DISCS = (10.0, 20.0, 30.0)
 _WORD_DISC = 5.0
-#: Distance from the end within which the word "end" replaces the number of the last cut, user units.
+#: Distance from the end within which the word "end" replaces the number of the last cut, in user units.
 _AT_ITS_END = 12.0
 
 
@@ -52,8 +52,8 @@ _AT_ITS_END = 12.0
 class SheetScene:
     """Data shared by all drawings of a sheet.
 
-    `every` is the interval between numbered cuts. If `many`, rapids are coloured from first to last. `kerf` is the
-    drawn width of the kerf, user units; `true_kerf` tells whether that width is to scale.
+    Every `every`-th cut is numbered. If `many`, rapids are coloured from first to last. `kerf` is the drawn width of
+    the kerf, in user units; `true_kerf` tells whether that width is to scale.
     """
 
     frame: Frame
@@ -66,12 +66,12 @@ class SheetScene:
 
     @property
     def dot(self) -> float:
-        """Radius of the dot for a pierce, user units."""
+        """Radius of the dot for a pierce, in user units."""
         return 1.3 if self.many else 1.9
 
 
 def build_sheet_scene(plans: list[CutPlan], missing: tuple[Issue, ...] = ()) -> SheetScene:
-    """Return the scene for the plans of a sheet, with the issues about missing work."""
+    """Return the scene for the plans of a sheet, including the issues about missing work."""
     sheet = plans[-1].sheet
     boxes = [c.path.extents for plan in plans for c in plan.cuts]
     boxes += [c.path.extents for c in sheet.contours]
@@ -94,7 +94,7 @@ def sheet_drawing(
 ) -> str:
     """Return the drawing of a plan as an SVG element with `words` as its title.
 
-    With ``parts="=name"``, this SVG defines the parts under an id; with ``"#name"``, it reuses them from another SVG of
+    With ``parts="=name"``, this SVG defines the parts under an id; with ``"#name"``, it reuses them from another SVG on
     the page. `name` must be unique on the page. With `size`, the element has a width and height.
     """
     frame = scene.frame
@@ -124,7 +124,7 @@ def part_id(part: int) -> str:
 
 
 def _stock(scene: SheetScene, plan: CutPlan, name: str) -> str:
-    """Return a drawing of the edge of the sheet, the clamps, and the area of each part without its holes."""
+    """Draw the edge of the sheet, the clamps, and the area of each part without its holes."""
     frame, sheet = scene.frame, scene.sheet
     shapes = []
     if sheet.outline is not None:
@@ -168,7 +168,7 @@ def _clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
     width, height = x1 - x0, y1 - y0
     lines = []
     for k in range(1, min(math.ceil((width + height) / _HATCH), 200)):
-        # Lines at 45°, from the left or the bottom edge to the top or the right edge.
+        # Draw lines at 45° from the left or the bottom edge to the top or the right edge.
         at = k * _HATCH
         left, top = (max(at - height, 0.0), min(at, height)), (min(at, width), max(at - width, 0.0))
         lines.append(
@@ -183,10 +183,10 @@ def _clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
 
 
 def stretches(cut: Cut) -> list[tuple[str, float, float]]:
-    """Return the stretches of the path of a cut in order: their kind, and the distances of their ends, mm.
+    """Return the sections of the path of a cut in order: their kind, and the distances of both ends, mm.
 
-    Kinds are ``kerf``, ``lead``, ``bridge``, ``dark`` and ``mark``. Micro-joints, and overcuts with the torch off, are
-    ``dark``. Corner loops in the scrap count as leads.
+    The kinds are ``kerf``, ``lead``, ``bridge``, ``dark`` and ``mark``. Micro-joints, and overcuts with the torch off,
+    are ``dark``. Corner loops in the scrap count as leads.
     """
     whole = cut.path.length
     places = {0.0, cut.lead_in, cut.lead_out, cut.torch_off_at, whole}
@@ -218,7 +218,7 @@ def _cut_drawing(scene: SheetScene, plan: CutPlan, number: int) -> str:
     for kind, low, high in stretches(cut):
         points = _chords(frame, cut.path.piece(low, high))
         data[kind] = data.get(kind, "") + lines_data(_segments(points))
-    # Leads are drawn over the kerf, since they are short and start at its end.
+    # Leads are drawn over the kerf, because they are short and start at its end.
     lines = [element("path", d=d, class_=kind, stroke_width=_width(scene, kind)) for kind, d in sorted(data.items())]
     x, y = frame.place(np.array(cut.path.start)).tolist()
     dot = element("circle", cx=x, cy=y, r=scene.dot * (0.8 if cut.kind == "mark" else 1.0), class_=dot_class(cut))
@@ -232,7 +232,7 @@ def _width(scene: SheetScene, kind: str) -> float:
 
 
 def dot_class(cut: Cut) -> str:
-    """Return the CSS class of the dot at the start of a cut: a pierce, a start at the edge, or a mark."""
+    """Return the CSS class of the dot at the start of a cut, for a pierce, a start at the edge, or a mark."""
     return "begin mark" if cut.kind == "mark" else "begin pierce" if cut.pierce else "begin edge-start"
 
 
@@ -257,7 +257,7 @@ def _travel_moves(frame: Frame, plan: CutPlan) -> Points:
 
 
 def _rapids(scene: SheetScene, ways: Points) -> str:
-    """Return a drawing of the travel moves as thin dashed lines; if they are many, coloured from first to last."""
+    """Draw the travel moves as thin dashed lines; if there are many, they are coloured from first to last."""
     if not scene.many:
         return scaled_group(element("path", d=lines_data(ways), class_="rapid")) if len(ways) else ""
     chunks = np.array_split(ways, RAMP)

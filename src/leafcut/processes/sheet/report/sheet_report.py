@@ -1,4 +1,4 @@
-"""Facts and report page of a sheet: its parts and cuts, and the time and cost of a sheet and of the batch."""
+"""Facts and report page of a sheet: its parts and cuts, and the time and cost of the sheet and of the batch."""
 
 from __future__ import annotations
 
@@ -45,17 +45,17 @@ if TYPE_CHECKING:
 MOST_PART_ROWS = 500
 #: Number of rows above which a table of parts is scrolled on a screen.
 _LONG_TABLE = 24
-#: Minimum time outside of all parts that gets its own row, s.
+#: Minimum time outside all parts that is shown in its own row, s.
 _LEAST_REST = 0.05
 _WHICH = ("before", "nearest", "after")
 
 
 class SheetReport(PathReport[SheetDetail]):
-    """Facts, tables, page and pictures of a cut sheet."""
+    """Facts, tables, report page and pictures of a cut sheet."""
 
     package = "leafcut.processes.sheet.report"
     template = "sheet"
-    # Travel between cuts, as in the plan; total travel would include every retract and descent.
+    # Use the travel between cuts, as in the plan; total travel would include every retract and descent.
     travel = "between"
 
     def __init__(self, outcome: Outcome[SheetDetail]) -> None:
@@ -80,7 +80,7 @@ class SheetReport(PathReport[SheetDetail]):
         return [Fact(f"counts.{name}", n, "", count(n, name[:-1]) if n else "") for name, n in numbers]
 
     def own_facts(self) -> list[Fact]:
-        """Return the cutting data, and time, lengths, cost and consumption of a sheet and of the batch."""
+        """Return the cutting data, and the time, lengths, cost and consumption of a sheet and of the batch."""
         plan, (first, _, norm) = self.cuts, self.outcome.detail.norms
         times, answer = norm.sheet, cutting_as_json(self.outcome.detail)
         cutting, rapids, pierced = map(time_words, (times.cut_s, times.rapid_s, times.pierce_s))
@@ -122,7 +122,7 @@ class SheetReport(PathReport[SheetDetail]):
         return [*facts, *([Fact(sentence=", ".join(uses), name="uses")] if uses else [])]
 
     def bound_words(self) -> str:
-        """Return a text with the proved gap between the order and the optimum for the starts that were tried."""
+        """Return a text with the proved gap between the order and the optimum, for the starts that were tried."""
         outcome = self.outcome
         if outcome.gap is None:
             return ""
@@ -134,13 +134,13 @@ class SheetReport(PathReport[SheetDetail]):
         return words + (", each band from the end of the last" if several else "")
 
     def search_name(self, number: int) -> str:
-        """Return the name of the cuts that a search puts in order: all cuts, or those of a band."""
+        """Return the name of the cuts that a search orders: all cuts, or those of a band."""
         operations = self.outcome.operations
         cuts = count(operations[number].cuts, "cut")
         return cuts if len(operations) == 1 else f"band {number + 1}, {cuts}"
 
     def nearest_cost(self) -> float | None:
-        """Return None, because starts are refined along their contours after the order is known."""
+        """Return None, because starts are still moved along their contours once the order is known."""
         return None
 
     def tables(self) -> dict[str, Any]:
@@ -213,7 +213,7 @@ class SheetReport(PathReport[SheetDetail]):
         return sheet_drawing(scene, self.plan(which), which, self._order_title(which), size=True)
 
     def plan(self, which: Which) -> CutPlan:
-        """Return the cuts in the given or in the written order."""
+        """Return the cuts in the given order or in the order of the program."""
         before, _, after = self.outcome.detail.plans
         return before if which == "before" else after
 
@@ -233,7 +233,7 @@ class SheetReport(PathReport[SheetDetail]):
 
         captions = (f"Before: the {self.came_in}’s order", "Nearest neighbour", "After: leafcut")
         rows: list[PageRow] = []
-        # Before and after are side by side, the third order is below them.
+        # The orders before and after are side by side, and the third order is below them.
         for k in (0, 2, 1):
             plan = self.outcome.detail.plans[k]
             if plan is not None:
@@ -253,7 +253,9 @@ def _with_sheet_lengths(measure: Measure, norm: CutMeasures) -> Measure:
 
 
 def sheet_size(plan: CutPlan) -> str:
-    """Return the size of the sheet, such as ``sheet 900 × 1500 mm``; if unknown, of the area of the cuts."""
+    """Return the size of the sheet, such as ``sheet 900 × 1500 mm``; if it is unknown, the size of the area of the
+    cuts.
+    """
     sheet = plan.sheet
     boxes = [sheet.outline.extents] if sheet.outline is not None else [c.path.extents for c in plan.cuts]
     if not boxes:
@@ -275,7 +277,7 @@ def _time_cells(times: CutTimes) -> dict[str, str]:
 
 
 def parts_table(plan: CutPlan) -> PageRow:
-    """Return the table of parts, with a row for each part and rows with the sums."""
+    """Return the table of parts, with a row for each part and rows with totals."""
     norm = plan.measures
     with_cost = norm.cost > 0.0
     places = 3 if with_cost and min((p.cost for p in norm.parts), default=1.0) < 0.1 else 2
@@ -289,7 +291,7 @@ def parts_table(plan: CutPlan) -> PageRow:
         }
         for p in norm.parts[:MOST_PART_ROWS]
     ]
-    # Moves outside of cuts, at the start and the end of the program.
+    # Moves outside cuts, at the start and the end of the program.
     rest = norm.sheet.total_s - sum(p.times.total_s for p in norm.parts)
     feet = []
     if rest >= _LEAST_REST:
@@ -335,7 +337,7 @@ def _contours_words(plan: CutPlan, part: int) -> str:
 
 
 def norms_table(plan: CutPlan) -> PageRow:
-    """Return the table of cycle times and consumption, with a row for each kind of part and rows with the sums."""
+    """Return the table of cycle times and consumption, with a row for each kind of part and rows with totals."""
     norm, rates = plan.measures, plan.data.rates
     found = norm_rows(norm)
     rows = found[:MOST_PART_ROWS]
@@ -372,7 +374,7 @@ def norms_table(plan: CutPlan) -> PageRow:
 
 
 def _data_rows(plan: CutPlan) -> list[tuple[str, str]]:
-    """Return the cutting data as pairs (heading, text); each text makes sense without its heading."""
+    """Return the cutting data as pairs (heading, text); each text can be understood without its heading."""
     data = plan.data
     amps = f" {data.amps:g} A" if data.amps is not None else ""
     place = f"{data.pierce_delay:.3g} s at {size_words(data.pierce_height)} mm" if data.can_pierce else "at the edge"
@@ -393,7 +395,7 @@ def _data_rows(plan: CutPlan) -> list[tuple[str, str]]:
 
 
 def _data(plan: CutPlan) -> PageRow:
-    # The confidence is one or two words; in some charts, a comma and the reason follow.
+    # The confidence is one or two words; in some charts, it is followed by a comma and the reason.
     confidence, why = [*re.split(r"[,;:]\s*", replace_unprintable(plan.data.confidence), maxsplit=1), ""][:2]
     return {
         "rows": [(name, replace_unprintable(words.removeprefix(f"{name} "))) for name, words in _data_rows(plan)],
