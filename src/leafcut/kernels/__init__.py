@@ -1,7 +1,7 @@
-"""Compiled code: small Numba kernels, each a single step of an algorithm.
+"""Compiled code: small Numba kernels, each of which is a single step of an algorithm.
 
-A kernel takes arrays, numbers and named tuples of them. It does not validate its input, keeps no state, and
-releases the GIL. Its caller supplies all buffers. With ``NUMBA_DISABLE_JIT=1`` each kernel is plain Python.
+A kernel takes arrays, numbers, and named tuples of these. It does not validate its input, keeps no state, and releases
+the GIL. The caller supplies all buffers. With ``NUMBA_DISABLE_JIT=1``, each kernel is plain Python.
 
 Numba compiles a kernel at the first call with new types, and caches the code on disk. It does not detect a change in
 another file, such as a called function or a constant. Therefore the name of the cache folder contains a digest of all
@@ -24,10 +24,10 @@ import numpy as np
 Function = TypeVar("Function", bound=Callable[..., object])
 ConstantT = TypeVar("ConstantT", bool, int)
 
-#: Called with True when Numba starts to compile a function, and with False when it ends.
+#: Functions that are called with True when Numba starts to compile a function, and with False when it ends.
 listeners: list[Callable[[bool], None]] = []
 
-#: Gains below this are rounding errors (costs are mm, s or TSPLIB's integers).
+#: Gain below which it counts as a rounding error (costs are in mm, in s, or TSPLIB integers).
 EPSILON = 1e-9
 
 
@@ -37,13 +37,14 @@ def kernel(function: Function) -> Function:
 
 
 def part(function: Function) -> Function:
-    """Compile a function that only kernels call, without the wrappers for Python and C."""
+    """Compile a function that only kernels call, without wrappers for Python and C."""
     return _compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 def constant(value: ConstantT) -> ConstantT:
-    """Return a constant of NumPy's type. Numba compiles a function again for each argument that is a constant of
-    Python's type.
+    """Return a constant with a NumPy type.
+
+    For a constant with a Python type, Numba would compile a function again for each value passed as an argument.
     """
     return cast(ConstantT, np.bool_(value) if isinstance(value, bool) else np.int64(value))
 
@@ -57,7 +58,7 @@ def _compiled(function: Function, **flags: Any) -> Function:
 
     listen()
     folder = cache_folder()
-    # Numba reads the cache folder when it decorates a function. Other packages keep their own.
+    # Numba reads the cache folder when it decorates a function. The cache folder of other packages does not change.
     previous, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder or "")
     try:
         # Kernels allocate nothing. Counting references to their arrays made directed local search four times as slow.
@@ -68,7 +69,7 @@ def _compiled(function: Function, **flags: Any) -> Function:
 
 @functools.cache
 def listen() -> None:
-    """Pass the compilations of Numba to `listeners`."""
+    """Report the compilations by Numba to `listeners`."""
     from numba.core import event
 
     class Listener(event.Listener):  # type: ignore[misc]  # numba has no types
@@ -85,7 +86,10 @@ def listen() -> None:
 
 @functools.cache
 def cache_folder() -> Path | None:
-    """Return the folder for compiled code: in ``NUMBA_CACHE_DIR`` or the user's cache; None if it is not writable."""
+    """Return the folder for compiled code, or None if it is not writable.
+
+    It is in ``NUMBA_CACHE_DIR`` or in the user's cache.
+    """
     digest = hashlib.sha256()
     for file in sorted(Path(__file__).parent.glob("*.py")):
         text = file.read_bytes()

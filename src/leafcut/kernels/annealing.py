@@ -1,10 +1,10 @@
-"""Ruin and recreate on a path: remove a few clusters, reinsert them at the cheapest positions, and choose the nodes
-there again.
+"""Ruin and recreate on a path: remove a few clusters, reinsert them at the cheapest positions, and choose their nodes
+again.
 
 Source: G. Schrimpf et al., J. Computational Physics 159 (2000) (ruin and recreate); J. Christiaens and G. Vanden
 Berghe, Transportation Science 54 (2020) (removed pieces of the path near a position, blinks on reinsertion); S. L.
 Smith and F. Imeson, Computers & Operations Research 87 (2017) (GLNS: removal and insertion of sets).
-Differs: precedence bounds the positions of a cluster; gaps are pruned by the minimum cost between clusters.
+Differs: precedence limits the positions of a cluster; gaps are pruned by the minimum cost between clusters.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ PATH, BEST = 0, 1
 #: Maximum number of removed clusters, and maximum length of a removed piece.
 MOST, LONGEST = 10, 6
 
-#: Probability of keeping a cluster near the first removed cluster, and of skipping a gap.
+#: Probability of keeping a cluster near the first removed cluster, and probability of skipping a gap.
 SPARED, BLINK = 0.3, 0.01
 
-#: Distance from a changed position within which nodes are chosen again, in positions.
+#: Number of positions on each side of a changed position at which nodes are chosen again.
 REACH = 2
 
 
@@ -41,7 +41,7 @@ class AntPath(NamedTuple):
     best    int32[m]       best path of the run
     place   int32[m]       position of each cluster in `trial`, -1 if removed
     out     int32[m]       removed clusters
-    dirty   uint8[m]       1 for positions of `trial` whose nodes are to be chosen again
+    dirty   uint8[m]       1 for positions of `trial` whose nodes must be chosen again
     costs   float64[2]     costs of path and best
     sums    float64[2, w]  w is the maximum number of nodes of a cluster
     links   int32[m, w]
@@ -61,8 +61,9 @@ class AntPath(NamedTuple):
 
 @part
 def remove_piece(layers: Clusters, walk: AntPath, c: int, length: int, count: int, states: NDArray, k: int) -> int:
-    """Remove a piece of the path that contains cluster c; return the number of removed clusters. Changes: place (only
-    marked; `close_path` closes the path), out, states[k].
+    """Remove a piece of the path that contains cluster c, and return the number of removed clusters.
+
+    The clusters are only marked; `close_path` closes the path. Changes: place, out, states[k].
     """
     m, place = len(walk.trial), walk.place
     start = place[c] - below(states, k, length)
@@ -78,7 +79,9 @@ def remove_piece(layers: Clusters, walk: AntPath, c: int, length: int, count: in
 
 @part
 def close_path(layers: Clusters, walk: AntPath) -> int:
-    """Close the gaps of removed clusters; return the number of remaining positions. Changes: trial, place, dirty."""
+    """Close the gaps left by removed clusters; return the number of remaining positions. Changes: trial, place,
+    dirty.
+    """
     kept, trial, place = 0, walk.trial, walk.place
     gap = False
     for at in range(len(trial)):
@@ -102,7 +105,7 @@ def close_path(layers: Clusters, walk: AntPath) -> int:
 def find_gap(
     layers: Clusters, walk: AntPath, c: int, count: int, blink: float, states: NDArray, k: int
 ) -> tuple[int, int]:
-    """Return the cheapest position among `count` for cluster c, and the node to use there.
+    """Return the cheapest of `count` positions for cluster c, and the node to use there.
 
     Each gap that precedence allows is skipped with probability `blink`. Changes: states[k].
     """
@@ -147,7 +150,7 @@ def insert_cluster(layers: Clusters, walk: AntPath, c: int, count: int, blink: f
 
 @part
 def remove_neighbours(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> int:
-    """Remove a few neighbouring clusters in pieces of the path; return the number. Changes: place, out, states[k]."""
+    """Remove a few neighbouring clusters in pieces of the path; return their number. Changes: place, out, states[k]."""
     n_clusters = len(walk.trial)
     target = 1 + below(states, k, MOST)
     centre = below(states, k, n_clusters)
@@ -187,8 +190,9 @@ def mark_neighbours(walk: AntPath) -> None:
 
 @part
 def choose_dirty(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> None:
-    """Choose the nodes at all marked positions again; if all are marked, a random one is kept. Changes: trial, dirty,
-    sums, links, states[k].
+    """Choose the nodes at all marked positions again.
+
+    If all positions are marked, a random one does not change. Changes: trial, dirty, sums, links, states[k].
     """
     m, dirty = len(walk.trial), walk.dirty
     clean = 0
@@ -211,7 +215,7 @@ def choose_dirty(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> No
 
 @part
 def copy_path(path: NDArray, target: NDArray) -> None:
-    """Copy a path int32[m]; a loop allocates no memory. Changes: target."""
+    """Copy a path int32[m] with a loop, which allocates no memory. Changes: target."""
     for at in range(len(path)):
         target[at] = path[at]
 
@@ -229,9 +233,9 @@ def begin_trial(layers: Clusters, walk: AntPath) -> None:
 def anneal(
     layers: Clusters, walk: AntPath, states: NDArray, k: int, heat: float, cooling: float, steps: int, min_gain: float
 ) -> float:
-    """Ruin and recreate `steps` times; a path longer by x is accepted with probability exp(-x / heat).
+    """Ruin and recreate `steps` times; a path that is longer by x is accepted with probability exp(-x / heat).
 
-    `heat` is multiplied by `cooling` at every step, and its final value is returned. The best path changes only by
+    `heat` is multiplied by `cooling` in each step, and its final value is returned. The best path changes only for
     gains above `min_gain`.
     Changes: walk, states[k].
     """

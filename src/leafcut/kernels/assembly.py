@@ -1,15 +1,16 @@
-"""Edge assembly: recombine a tour with another along their AB-cycles.
+"""Edge assembly: recombine a tour with another tour along their AB-cycles.
 
-Take two tours A and B. An AB-cycle alternates between edges of A and edges of B in which they differ. Replacing its
-edges of A by its edges of B keeps two edges at every node, but may create subtours. Each subtour is joined to the rest
-by an exchange of two edges. The result differs from A in few positions and consists of edges that were good in one of
-the two tours. Apart from two passes over the nodes to find the AB-cycles, the effort of a cycle depends only on its
-size.
+Take two tours A and B. An AB-cycle alternates between edges of A and edges of B in which the tours differ. If its edges
+of A are replaced by its edges of B, every node still has two edges, but there may be subtours. Each subtour is joined
+to the remaining tour by an exchange of two edges. The result differs from A in few positions, and consists of edges
+that were good in one of both tours. Apart from two passes over the nodes to find the AB-cycles, the effort for a cycle
+depends only on its size.
 
 Source: Y. Nagata and S. Kobayashi, INFORMS J. Computing 25 (2013), section 3 (edge assembly) and section 4.1 (its
-localised form with single AB-cycles). Differs: every improving cycle is applied at once, where the paper generates 30
-children and keeps one; cycles without a gain of their own are not tried; a subtour is joined near the ends of its
-pieces; the child is improved by sequential exchanges at the touched nodes.
+localised form with single AB-cycles).
+Differs: every improving cycle is applied at once, whereas the paper generates 30 children and selects one; cycles
+without a gain of their own are not tried; a subtour is joined near the ends of its pieces; the child is improved by
+sequential exchanges at the touched nodes.
 """
 
 from __future__ import annotations
@@ -31,21 +32,21 @@ UNUSED_A, UNUSED_B, LEFT, SEEN = 0, 2, 4, 6
 WALK, CYCLES, BEGIN, ORDER = 0, 1, 2, 3
 CUT, JOINED, SUBTOUR, SIZE = 0, 1, 2, 3
 
-#: Maximum number of edges of A in a cycle. Longer cycles are slow and hardly ever improve a tour.
+#: Maximum number of edges of A in a cycle; longer cycles are slow and hardly ever improve a tour.
 LONGEST_CYCLE = 1000
 
-#: Maximum number of log entries: two for every edge of A, and four for every joined subtour.
+#: Maximum number of log entries: two for each edge of A, and four for each joined subtour.
 MOST_CHANGES = 6 * LONGEST_CYCLE
 
-#: Number of positions from the ends of its pieces in which a subtour is searched for a join.
+#: Number of positions from the ends of the pieces of a subtour that are searched for a join.
 REACH = 200
 
-#: Maximum number of candidates of a node tried for a join.
+#: Maximum number of candidates of a node that are tried for a join.
 JOINS = 16
 
 
 class Assembly(NamedTuple):
-    """Data to assemble tour A, which is in a `Tour`, and tour B; one object per worker.
+    """Data for assembling tour A, which is in a `Tour`, and tour B; one object per worker.
 
     ====== ================ ==========================================================================
     links  int32[n, 4]      neighbours of every node: 0, 1 in the child, which starts as A; 2, 3 in B
@@ -70,7 +71,7 @@ class Assembly(NamedTuple):
 
 @part
 def fill_links(links: NDArray, tour: NDArray, first: int) -> None:
-    """Write the two neighbours of every node in a tour. Changes: columns first, first + 1 of links."""
+    """Store the two neighbours of each node in a tour. Changes: columns first, first + 1 of links."""
     for k in range(len(tour)):
         links[tour[k], first] = tour[k - 1]
         links[tour[k - 1], first + 1] = tour[k]
@@ -78,8 +79,9 @@ def fill_links(links: NDArray, tour: NDArray, first: int) -> None:
 
 @part
 def _fill_unused(a: Assembly) -> int:
-    """Find the edges that are in only one tour; return the number of nodes with such edges. Changes: trail, row ORDER
-    of lists.
+    """Find the edges that are in only one tour; return the number of nodes with such edges.
+
+    Changes: trail, row ORDER of lists.
     """
     nodes = 0
     for v in range(len(a.links)):
@@ -100,7 +102,9 @@ def _fill_unused(a: Assembly) -> int:
 
 @part
 def _follow_random_edge(trail: NDArray, u: int, kind: int, states: NDArray, k: int) -> int:
-    """Follow a random unused edge of a kind (0: A, 1: B) from u; return its other end. Changes: trail, states[k]."""
+    """Follow a random unused edge of a kind (0: A, 1: B) from u, and return its other end. Changes: trail,
+    states[k].
+    """
     first = 2 * kind
     slot = first + (below(states, k, 2) if trail[u, LEFT + kind] == 2 else 0)
     v = trail[u, slot]
@@ -115,8 +119,9 @@ def _follow_random_edge(trail: NDArray, u: int, kind: int, states: NDArray, k: i
 
 @part
 def _random_unused_node(a: Assembly, nodes: int, states: NDArray, k: int) -> int:
-    """Move a random node with an unused edge to the end of ORDER; return the number of nodes left, 0 if none. Changes:
-    row ORDER of lists, states[k].
+    """Move a random node with an unused edge to the end of ORDER; return the number of remaining nodes, or 0 if none.
+
+    Changes: row ORDER of lists, states[k].
     """
     order = a.lists[ORDER]
     while nodes > 0:
@@ -130,13 +135,14 @@ def _random_unused_node(a: Assembly, nodes: int, states: NDArray, k: int) -> int
 
 @part
 def find_cycles(a: Assembly, states: NDArray, k: int) -> int:
-    """Split the difference of the tours into AB-cycles at random; return their number. Changes: trail, lists,
-    states[k].
+    """Divide the difference between the tours into AB-cycles at random, and return their number.
+
+    Changes: trail, lists, states[k].
     """
     walk, cycles, starts = a.lists[WALK], a.lists[CYCLES], a.lists[BEGIN]
     nodes = _fill_unused(a)
     count = filled = starts[0] = 0
-    length = 0  # edges in the walk
+    length = 0  # number of edges in the walk
     while True:
         if length == 0:
             nodes = _random_unused_node(a, nodes, states, k)
@@ -151,7 +157,7 @@ def find_cycles(a: Assembly, states: NDArray, k: int) -> int:
             walk[length] = v
             a.trail[v, SEEN + (length & 1)] = length
             continue
-        # The walk has already left this node by an edge of the same kind, so the part since then closes a cycle.
+        # The walk has already left this node along an edge of the same kind, so the part since then is a closed cycle.
         for step in range(length - since):
             index = since + (since & 1) + step
             cycles[filled] = walk[index if index < length else index - length + since]
@@ -167,7 +173,7 @@ def find_cycles(a: Assembly, states: NDArray, k: int) -> int:
 
 @part
 def _relink(a: Assembly, entries: int, v: int, old: int, new: int) -> int:
-    """Replace neighbour `old` of v by `new`; return the new length of the log. Changes: links, log."""
+    """Replace neighbour `old` of v by `new`, and return the new length of the log. Changes: links, log."""
     slot = 0 if a.links[v, 0] == old else 1
     a.log[entries, 0], a.log[entries, 1], a.log[entries, 2] = v, slot, old
     a.links[v, slot] = new
@@ -176,7 +182,7 @@ def _relink(a: Assembly, entries: int, v: int, old: int, new: int) -> int:
 
 @part
 def undo_changes(a: Assembly, entries: int) -> None:
-    """Undo the changes in the log, last first. Changes: links."""
+    """Undo the changes in the log, last entry first. Changes: links."""
     for e in range(entries - 1, -1, -1):
         a.links[a.log[e, 0], a.log[e, 1]] = a.log[e, 2]
 
@@ -198,7 +204,7 @@ def sort_few(values: NDArray, count: int) -> None:
 
 @part
 def piece_of_position(cut: NDArray, count: int, place: int) -> int:
-    """Return the piece that contains a position: piece s ends at cut[s]; piece 0 continues after the last cut."""
+    """Return the piece that contains a position. Piece s ends at cut[s]; piece 0 continues after the last cut."""
     low, high = 0, count
     while low < high:
         middle = (low + high) >> 1
@@ -211,7 +217,7 @@ def piece_of_position(cut: NDArray, count: int, place: int) -> int:
 
 @part
 def length_of_piece(cut: NDArray, count: int, s: int, n: int) -> int:
-    """Return the number of nodes of piece s of `count` pieces."""
+    """Return the number of nodes in piece s of `count` pieces."""
     return int(cut[s] - cut[s - 1] if s > 0 else cut[0] - cut[count - 1] + n)
 
 
@@ -222,8 +228,9 @@ def _is_successor(place: NDArray, u: int, v: int) -> bool:
 
 @part
 def _take_edges(cost: CostModel, place: NDArray, a: Assembly, start: int, stop: int) -> float:
-    """Replace the edges of A in a cycle by those of B; return the gain. The log then has two entries for each edge of
-    A. Changes: links, log, row CUT of pieces.
+    """Replace the edges of A in a cycle by those of B, and return the gain.
+
+    The log then has two entries for each edge of A. Changes: links, log, row CUT of pieces.
     """
     cycle = a.lists[CYCLES]
     gain, entries = 0.0, 0
@@ -239,20 +246,24 @@ def _take_edges(cost: CostModel, place: NDArray, a: Assembly, start: int, stop: 
 
 @part
 def _piece_end(a: Assembly, place: NDArray, count: int, v: int, removed: int) -> int:
-    """Return the end of a piece that v is, cut off from `removed`: 2 s at the start of piece s, otherwise 2 s + 1."""
+    """Return the number of the end of a piece at node v, where the edge to `removed` was cut.
+
+    It is 2 s at the start of piece s, and 2 s + 1 at its end.
+    """
     return 2 * piece_of_position(a.pieces[CUT], count, place[v]) + (0 if _is_successor(place, removed, v) else 1)
 
 
 @part
 def _find_subtours(a: Assembly, place: NDArray, start: int, stop: int) -> int:
-    """Number the subtours that a cycle creates and count their nodes; return their number. Changes: rows JOINED,
-    SUBTOUR, SIZE of pieces.
+    """Number the subtours that a cycle creates and count their nodes; return the number of subtours.
+
+    Changes: rows JOINED, SUBTOUR, SIZE of pieces.
     """
     cycle, count = a.lists[CYCLES], (stop - start) >> 1
     joined, subtour = a.pieces[JOINED], a.pieces[SUBTOUR]
     for i in range(start, stop, 2):
         after = i + 2 if i + 2 < stop else start
-        # A piece of one node is both ends; the removed edge of A determines which end is meant.
+        # In a piece of one node, the node is at both ends; the removed edge of A determines which end is meant.
         first_end = _piece_end(a, place, count, cycle[i + 1], cycle[i])
         second_end = _piece_end(a, place, count, cycle[after], cycle[after + 1])
         joined[first_end], joined[second_end] = second_end, first_end
@@ -276,9 +287,11 @@ def _join(
     cost: CostModel, node: NDArray, place: NDArray, a: Assembly, candidates: NDArray, lengths: NDArray,
     count: int, small: int, entries: int,
 ) -> tuple[float, int]:  # fmt: skip
-    """Join the subtour `small` to another by the best exchange of two edges; return the gain and that subtour, or -1.
+    """Join the subtour `small` to another subtour by the best exchange of two edges.
 
-    Symbols: u–v the removed edge of the small subtour, w–x that outside; u–w and v–x are added. Changes: links, log.
+    Return the gain and the other subtour, or -1. Symbols: u–v is the removed edge of the small subtour, and w–x is the
+    removed edge outside; u–w and v–x are added.
+    Changes: links, log.
     """
     cut, subtour = a.pieces[CUT], a.pieces[SUBTOUR]
     best, bu, bv, bw, bx = -math.inf, NONE, NONE, NONE, NONE
@@ -317,7 +330,7 @@ def _join(
 def try_cycle(
     cost: CostModel, node: NDArray, place: NDArray, a: Assembly, candidates: NDArray, lengths: NDArray, cycle: int
 ) -> tuple[float, int]:
-    """Create the child of one cycle in `links`; return its gain, and the length of the log to undo it.
+    """Create the child of one cycle in `links`; return its gain, and the length of the log for undoing it.
 
     The gain is -inf if the cycle has no gain of its own, or if its subtours could not be joined.
     Changes: links, log, pieces.
@@ -350,8 +363,9 @@ def try_cycle(
 
 @part
 def _cut_where_changed(node: NDArray, place: NDArray, a: Assembly, entries: int) -> int:
-    """Cut A after every node in the log that has lost its successor; return the number of pieces. Changes: row CUT of
-    pieces.
+    """Cut A after each node in the log that has lost its successor, and return the number of pieces.
+
+    Changes: row CUT of pieces.
     """
     cut, count = a.pieces[CUT], 0
     for e in range(entries):
@@ -363,7 +377,7 @@ def _cut_where_changed(node: NDArray, place: NDArray, a: Assembly, entries: int)
             count += 1
     sort_few(cut, count)
     kept = 0
-    for i in range(count):  # a node may be in the log twice
+    for i in range(count):  # a node may occur in the log twice
         if i == 0 or cut[i] != cut[kept - 1]:
             cut[kept] = cut[i]
             kept += 1
@@ -372,9 +386,9 @@ def _cut_where_changed(node: NDArray, place: NDArray, a: Assembly, entries: int)
 
 @part
 def apply_child(tour: Tour, a: Assembly, entries: int) -> bool:
-    """Update `node` and `place` from the child's links: keep the longest piece of A, and write the others after it.
+    """Update `node` and `place` from the links of the child: keep the longest piece of A, and append the other pieces.
 
-    Return whether the links are one tour and the buffer is large enough; if not, `node` and `place` are unchanged.
+    Return whether the links form one tour and the buffer is large enough; if not, `node` and `place` are unchanged.
     Changes: node, place and buffer of tour, row CUT of pieces.
     """
     node, place, cut, n = tour.node, tour.place, a.pieces[CUT], len(tour.node)
@@ -431,7 +445,7 @@ def assemble(
     cost: CostModel, tour: Tour, a: Assembly, candidates: NDArray, lengths: NDArray, breadth: NDArray,
     own: NDArray, partner: NDArray, states: NDArray, gains: NDArray, first: int, stop: int,
 ) -> None:  # fmt: skip
-    """Improve tours by every improving AB-cycle with a partner tour, in random order, followed by local search.
+    """Apply every AB-cycle with a partner tour that improves a tour, in random order, followed by local search.
 
     ========== =============== ==================================================
     candidates int32[n, c]     neighbours of every node, -1 for none

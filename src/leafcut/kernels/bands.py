@@ -11,7 +11,7 @@ from leafcut.kernels import kernel, part
 
 
 class Bands(NamedTuple):
-    """n points in m bands, lowest band first, sorted by x within a band.
+    """n points in m bands, lowest band first, sorted by x within each band.
 
     ===== ============ ========================================================
     x, y  float64[n]   the points, mm
@@ -32,13 +32,13 @@ class Bands(NamedTuple):
 
 @part
 def band_at(bands: Bands, y: float) -> int:
-    """Return the band at height y, or the nearest one."""
+    """Return the band at height y, or the nearest band."""
     return int(min(max(math.floor((y - bands.low) / bands.side), 0.0), len(bands.first) - 2.0))
 
 
 @part
 def first_right_of(bands: Bands, band: int, x: float) -> int:
-    """Return the first point of a band at or right of x, or the start of the next band."""
+    """Return the first point of a band at or to the right of x, or the start of the next band."""
     low, high = bands.first[band], bands.first[band + 1]
     while low < high:
         middle = (low + high) // 2
@@ -65,7 +65,7 @@ def distance_to_segment(x: float, y: float, ax: float, ay: float, bx: float, by:
 def points_near_segments(
     points: Bands, limit: NDArray, max_limit: float, start: NDArray, end: NDArray, count: NDArray, rows: NDArray
 ) -> int:
-    """Count the points within their distance limit of each segment of a path, and list them if there is space.
+    """For each segment of a path, count the points within their distance limit, and list them if there is space.
 
     =========== ============= =======================================================
     limit       float64[n]    maximum distance of each point from a segment, mm

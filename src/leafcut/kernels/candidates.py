@@ -1,4 +1,4 @@
-"""Candidate lists: the few neighbours of every node that are worth an edge."""
+"""Candidate lists: the few neighbours of each node to which an edge is worth considering."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.kernels.neighbours import MOST_TWINS, REST, TWINS, Nearby, Tree, fi
 
 @part
 def _drop_farthest(points: NDArray, distances: NDArray, per_quadrant: int) -> None:
-    """Drop the farthest of the points that are last in their quadrant, from the fullest quadrants. Changes: points."""
+    """Drop the farthest among the last points of the fullest quadrants. Changes: points."""
     for c in range(per_quadrant - 1, -1, -1):
         worst = -1
         for quadrant in range(4):
@@ -26,8 +26,9 @@ def _drop_farthest(points: NDArray, distances: NDArray, per_quadrant: int) -> No
 
 @part
 def _choose(points: NDArray, distances: NDArray, per_quadrant: int, k: int, chosen: NDArray) -> int:
-    """Choose k points: twins, the nearest per quadrant, the nearest of the rest; return the number of points. Changes:
-    points, chosen int32[≥k + 4·per_quadrant].
+    """Choose k points: twins, the nearest per quadrant, then the nearest of the others; return the number of points.
+
+    Changes: points, chosen int32[≥k + 4·per_quadrant].
     """
     count = 0
     while count < min(k, MOST_TWINS) and points[TWINS, count] >= 0:
@@ -55,7 +56,7 @@ def _choose(points: NDArray, distances: NDArray, per_quadrant: int, k: int, chos
 
 @part
 def _insert(candidates: NDArray, lengths: NDArray, count: int, j: int, length: float) -> None:
-    """Insert a candidate into a sorted list of `count` others. Changes: candidates, lengths."""
+    """Insert a candidate into a sorted list of `count` other candidates. Changes: candidates, lengths."""
     slot = count
     while slot > 0 and lengths[slot - 1] > length:
         lengths[slot], candidates[slot] = lengths[slot - 1], candidates[slot - 1]
@@ -74,9 +75,9 @@ def fill_candidates(
     lengths: NDArray,
     nearby: Nearby,
 ) -> None:
-    """Fill the lists of points first … last - 1 of the tree: twins, the nearest per quadrant, the nearest overall.
+    """Fill the lists of points first … last - 1 of the tree: twins, the nearest per quadrant, and the nearest overall.
 
-    Drill patterns are clustered: plain nearest-neighbour lists never leave a cluster, quadrant lists do.
+    Drill patterns are clustered: nearest-neighbour lists never leave a cluster, but quadrant lists do.
     Changes: rows first … last - 1 of candidates int32[n, k] (sorted by cost; -1 if there are fewer points) and of
     lengths float64[n, k] (their costs; infinite for none); nearby.
     """
@@ -101,17 +102,17 @@ def fill_directed_candidates(
     lengths: NDArray,
     nearby: Nearby,
 ) -> None:
-    """Fill the list of every query: the nearest goals per quadrant, and the nearest overall, except its own.
+    """Fill the list of each query with the nearest goals per quadrant and the nearest overall, except its own goal.
 
     Symbols: tree, of m goals, with space for one more point after them; goal int32[m], query int32[n], rows of
-    `CostModel.xy`. Lists hold point numbers of the tree. The cost of travel from query to goal is symmetric.
+    `CostModel.xy`. Lists contain the point numbers of the tree. The cost of travel from query to goal is symmetric.
     Changes: candidates int32[n, k] (sorted by cost; -1 if there are fewer) and lengths float64[n, k]; the last point of
     the tree; nearby.
     """
     m, k = len(goal), candidates.shape[1]
     for i in range(len(query)):
         tree.x[m], tree.y[m] = cost.xy[query[i], 0], cost.xy[query[i], 1]
-        tree.leaf_of[m] = 0  # the root: the search starts there and covers all points
+        tree.leaf_of[m] = 0  # the search starts at the root and covers all points
         nearby.limit[:] = math.inf
         find_nearby(tree, m, per_quadrant, k, nearby)
         count = _choose(nearby.found, nearby.near, per_quadrant, k, nearby.chosen)
@@ -124,7 +125,7 @@ def fill_directed_candidates(
 
 @part
 def cheapest_unvisited(cost: CostModel, visited: NDArray, i: int) -> int:
-    """Return the unvisited node that is cheapest to reach from i, by a scan of all nodes; -1 for none."""
+    """Return the unvisited node that is cheapest to reach from i, or -1; all nodes are scanned."""
     best, best_d = -1, math.inf
     for j in range(len(visited)):
         if visited[j] == 0:

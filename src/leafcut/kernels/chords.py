@@ -1,4 +1,4 @@
-"""Merge straight moves that a controller combines because the points between deviate less than a tolerance."""
+"""Merge straight moves that a controller combines because the points between them deviate by less than a tolerance."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel
 
-#: Maximum number of points skipped by one move. Source: LinuxCNC 2.9, emc/task/emccanon.cc (a queue of 100).
+#: Maximum number of points that one move skips. Source: LinuxCNC 2.9, emc/task/emccanon.cc (a queue of 100).
 MOST_POINTS = 100
 
 
 @kernel
 def merge_chords(point: NDArray, joins: NDArray, tolerance: NDArray, starts: NDArray) -> int:
-    """Merge straight moves while skipped points stay within a tolerance of the chord; return the number that remain.
+    """Merge straight moves while skipped points are within a tolerance of the chord; return the remaining number.
 
     point      float64[m + 1, 3]   mm; move i goes from point i to point i + 1
     joins      bool[m]             move i may be merged with the previous move

@@ -1,5 +1,6 @@
-"""Number and duration of kernel compilations, and the message on the first run. It does not load Numba, so that a
-refused file or option does not wait for that.
+"""Number and duration of kernel compilations, and the message on the first run.
+
+This module does not load Numba, so that the user does not wait for that if a file or option is refused.
 """
 
 from __future__ import annotations
@@ -16,8 +17,9 @@ EVERY_RUN = "compiling (again in every run: no writable folder for compiled code
 
 
 class Compilations:
-    """Counts compilations of kernels, including those called only by other kernels, and measures their total time;
-    overlapping ones are counted once in the time. Kernels loaded from disk do not count.
+    """Counts compilations of kernels, including those called only by other kernels, and measures their total time.
+
+    Overlapping compilations count only once in the time. Kernels loaded from disk do not count.
     """
 
     def __init__(self, on_start: Callable[[str], None] = lambda _: None) -> None:
@@ -29,11 +31,11 @@ class Compilations:
 
     @property
     def kept(self) -> bool:
-        """Whether the next run finds compiled code on disk."""
+        """Whether the next run will find compiled code on disk."""
         return cache_folder() is not None
 
     def note(self, starts: bool) -> None:
-        """Count a compilation that starts; add its time when it ends, unless it started before this counter."""
+        """Count a compilation when it starts, and add its time when it ends, unless it started before this counter."""
         with self._lock:
             if starts:
                 self.count += 1
@@ -50,12 +52,12 @@ class Compilations:
 
     @property
     def seconds(self) -> float:
-        """Total compile time, s; includes a running compilation."""
+        """Total compile time, s, including that of a running compilation."""
         with self._lock:
             return self._spent + (time.perf_counter() - self._began if self._depth else 0.0)
 
 
-#: All compilations of this process; search clocks exclude them.
+#: All compilations in this process; search times exclude them.
 _of_process = Compilations()
 listeners.append(_of_process.note)
 
@@ -67,7 +69,7 @@ def compile_seconds() -> float:
 
 @contextmanager
 def announced_compilations(on_start: Callable[[str], None]) -> Iterator[Compilations]:
-    """Count the compilations in the block; `on_start` receives a message for the user when the first starts."""
+    """Count the compilations in the block; `on_start` receives a message for the user when the first one starts."""
     compilations = Compilations(on_start)
     listeners.append(compilations.note)
     try:

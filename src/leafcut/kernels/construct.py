@@ -1,4 +1,4 @@
-"""Tour construction: nearest neighbour and ant."""
+"""Tour construction by nearest neighbour and by ants."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from leafcut.kernels.random import below, uniform
 
 
 class Unvisited(NamedTuple):
-    """Visited nodes of a partial tour, and scratch for the search of the nearest unvisited node.
+    """Visited nodes of a partial tour, and work arrays for finding the nearest unvisited node.
 
     ======= ========= ================================================
-    visited uint8[n]  1 for nodes of the tour
+    visited uint8[n]  1 for nodes in the tour
     alive   int32[m]  number of unvisited points below a tree node
     stack   int32[64] tree nodes to visit
     ======= ========= ================================================
@@ -48,7 +48,10 @@ class WeightedEdges(NamedTuple):
 
 
 class Decay(NamedTuple):
-    """Decay of the trail of an edge taken by an ant, τ ← (1 − ξ)τ + ξτ0, with the exponent α; rate ξ = 0 for none."""
+    """Decay of the trail of an edge that an ant takes, τ ← (1 − ξ)τ + ξτ0, with the exponent α.
+
+    The rate ξ is 0 for no decay.
+    """
 
     pheromone_weight: float
     rate: float
@@ -59,7 +62,9 @@ class Decay(NamedTuple):
 def _start_tour(
     tree: Tree, first: int, second: int, states: NDArray, ant: int, tour: NDArray, unvisited: Unvisited
 ) -> int:
-    """Write the one or two first nodes of a tour and return their number; -1: a random node. Changes: the arrays."""
+    """Write the first or the first two nodes of a tour, and return their number; -1 means a random node. Changes: the
+    arrays.
+    """
     visited, alive = unvisited.visited, unvisited.alive
     visited[:] = 0
     for node in range(len(tree.parent)):
@@ -83,7 +88,7 @@ def _start_tour(
 
 @part
 def _nearest(cost: CostModel, tree: Tree, unvisited: Unvisited, i: int) -> int:
-    """Return the nearest unvisited node: by the tree if nodes have positions, otherwise by a scan."""
+    """Return the nearest unvisited node, by the tree if nodes have positions, otherwise by a scan."""
     if len(tree.x) == 0:
         return cheapest_unvisited(cost, unvisited.visited, i)
     return nearest_unvisited(tree, unvisited.alive, unvisited.visited, i, unvisited.stack)
@@ -99,11 +104,13 @@ def nearest_neighbour_tour(
     tour: NDArray,
     unvisited: Unvisited,
 ) -> None:
-    """Build the tour that always goes to the nearest unvisited node. Changes: tour int32[n], unvisited, states[0]."""
+    """Build the tour that always continues to the nearest unvisited node. Changes: tour int32[n], unvisited,
+    states[0].
+    """
     n, visited = len(tour), unvisited.visited
     for step in range(_start_tour(tree, first, second, states, 0, tour, unvisited), n):
         last = tour[step - 1]
-        # The free node has no position, so all nodes are equally near; take the first.
+        # The free node has no position, so all nodes are equally near; the first is used.
         node = cheapest_unvisited(cost, visited, last) if last == cost.free else _nearest(cost, tree, unvisited, last)
         tour[step] = node
         visited[node] = 1
@@ -122,11 +129,11 @@ def choose_next(
     states: NDArray,
     ant: int,
 ) -> int:
-    """Return the index in the candidate list of i of the edge that an ant takes, or -1 if all are visited.
+    """Return the index in the candidate list of i of the edge that an ant takes, or -1 if all candidates are visited.
 
-    With probability q0, it is the edge of maximum weight, otherwise a random edge with probability proportional to its
-    weight. This is the pseudorandom proportional rule; q0 = 0 is the random proportional rule. If no edge has
-    pheromone, the nearness alone decides, as it does if all trails are equal.
+    With probability q0, it is the edge with the maximum weight; otherwise it is a random edge, with probability
+    proportional to its weight. This is the pseudorandom proportional rule; q0 = 0 is the random proportional rule. If
+    no edge has pheromone, only the nearness decides, as if all trails were equal.
     Changes: states[ant].
     Source: Dorigo and Stützle, Ant Colony Optimization, MIT Press 2004, equations 3.2 and 3.10.
     """
@@ -169,7 +176,9 @@ def choose_next(
 
 @part
 def random_unvisited(visited: NDArray, states: NDArray, ant: int) -> int:
-    """Return a random unvisited node; nearly uniform while few nodes are visited. Changes: states[ant]."""
+    """Return a random unvisited node; the choice is nearly uniform while few nodes are visited. Changes:
+    states[ant].
+    """
     n = len(visited)
     node = below(states, ant, n)
     while visited[node] == 1:
@@ -188,7 +197,7 @@ def _next_node(
     unvisited: Unvisited,
     last: int,
 ) -> int:
-    """Return the next node of an ant at `last`, and mark it as visited. Changes: states, unvisited."""
+    """Return the next node of an ant at node `last`, and mark it as visited. Changes: states, unvisited."""
     visited = unvisited.visited
     if last == cost.free:
         node = random_unvisited(visited, states, ant)
@@ -203,7 +212,7 @@ def _next_node(
 
 @part
 def _decay_edge(edges: WeightedEdges, decay: Decay, a: int, b: int) -> None:
-    """Apply the local decay to the trail from a to b, if it is a candidate edge. Changes: pheromone, weights."""
+    """Apply the local decay to the trail from a to b if it is a candidate edge. Changes: pheromone, weights."""
     for c in range(edges.candidates.shape[1]):
         if edges.candidates[a, c] == b:
             wear_edge(
@@ -227,7 +236,8 @@ def construct_tour(
 ) -> None:
     """Let one ant build a tour by pheromone and nearness.
 
-    In Ant Colony System, each edge taken gets τ ← (1 − ξ)τ + ξτ0 at once, and so attracts the next ant less.
+    In Ant Colony System, the trail of each edge taken decays at once, τ ← (1 − ξ)τ + ξτ0, so it attracts the next ant
+    less.
 
     ========== =============== ==========================================================
     first      int             first node, or -1 for a random one; `second` likewise
@@ -236,9 +246,9 @@ def construct_tour(
 
     Changes: tour int32[n], states[ant], unvisited; pheromone and weights of the edges if decay.rate > 0.
     Source: Dorigo and Stützle 2004, section 3.8.2 (candidate lists), and 3.4.1, equations 3.10 and 3.12 (decay).
-    Differs: if every candidate is visited, the ant goes to the nearest unvisited node, because pheromone is stored on
-    candidate edges only and is therefore equal elsewhere; the ants of an iteration run one after another, not step by
-    step.
+    Differs: if every candidate is visited, the ant goes to the nearest unvisited node, because pheromone is stored only
+    for candidate edges and is therefore equal elsewhere; the ants of an iteration run one after another instead of in
+    parallel steps.
     """
     for step in range(_start_tour(tree, first, second, states, ant, tour, unvisited), len(tour)):
         last = tour[step - 1]

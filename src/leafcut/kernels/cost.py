@@ -29,23 +29,26 @@ CODES = {
     "dogleg": DOGLEG,
 }
 
-#: TSPLIB 95, section 2.4: the value of π and the earth's radius (km) in the definition of GEO distances.
+#: The value of π and the radius of the earth, km, in the definition of GEO distances (TSPLIB 95, section 2.4).
 GEO_PI, GEO_RADIUS = 3.141592, 6378.388
 
-#: Cost of an edge that must stay. Its magnitude exceeds the real costs of any move, mm or s, and is small enough for
-#: gains to be exact to 1e-9. Coarser rounding looks like a gain, and the search would never end.
+#: Cost of an edge that must not be removed. Its magnitude exceeds the cost of any real move, mm or s, but is small
+#: enough for gains to be exact to 1e-9. With coarser rounding, errors would look like gains, and the search would never
+#: end.
 TIED = -(2.0**20)
 
 
-#: With travel heights, the matrix holds them, because another field would slow down every kernel. Its first row: lower
-#: left corner and side of the tiles, mm; velocity and acceleration of z; number of rows of node heights; number of tile
-#: columns. Then follow the heights of the nodes, mm, row by row, and the minimum crossing heights of the tiles, −∞
-#: without an obstacle.
+#: Travel heights are stored in the matrix, because another field would slow down every kernel. The first row contains
+#: the lower left corner and the side of the tiles, mm; velocity and acceleration of z; the number of rows of node
+#: heights; and the number of tile columns. It is followed by the heights of the nodes, mm, row by row, and by the
+#: minimum crossing heights of the tiles, which are −∞ without an obstacle.
 RELIEF = 7
 
 
 def relief_table(header: tuple[float, ...], tiles: NDArray, heights: NDArray) -> NDArray[np.float64]:
-    """Return the matrix of a relief (`RELIEF`), from x, y, side, velocity and acceleration, tiles, and node heights."""
+    """Return the matrix of a relief (`RELIEF`) from its header (x, y, side, velocity, acceleration), tiles, and node
+    heights.
+    """
     rows, columns = tiles.shape
     width = max(columns, RELIEF)
     above = -(-len(heights) // width)
@@ -57,11 +60,11 @@ def relief_table(header: tuple[float, ...], tiles: NDArray, heights: NDArray) ->
 
 
 class CostModel(NamedTuple):
-    """Input of `travel`. It has few arrays, because a kernel that is not inlined gets a copy of every field.
+    """Input of `travel`. It has few fields, because a kernel that is not inlined receives a copy of every field.
 
     ============== ============== ==========================================================================
     code           int            metric, see the constants above
-    plain          bool           metric only: no free or tied node, no zones, no matrix, no relief
+    plain          bool           only the metric: no free or tied node, zones, matrix or relief
     xy             float64[n, 2]  positions of the nodes, mm (degrees and minutes for GEO)
     vx, vy         float          maximum velocity of x and y, mm/s
     ax, ay         float          acceleration of x and y, mm/s²
@@ -70,8 +73,8 @@ class CostModel(NamedTuple):
     lift           float          cost of a lift
     matrix         float64[n, n]  costs of EXPLICIT; or heights of nodes and tiles (`RELIEF`);
                                   otherwise shape (0, 0)
-    tied_a, tied_b int            the two nodes whose edge must stay, or -1
-    free           int            a node at cost 0 from every node, or -1: the free end of an open path
+    tied_a, tied_b int            the two nodes whose edge must not be removed, or -1
+    free           int            node at cost 0 from every node, for the free end of an open path, or -1
     ============== ============== ==========================================================================
     """
 
@@ -93,7 +96,9 @@ class CostModel(NamedTuple):
 
 @part
 def rest_to_rest(distance: float, velocity: float, acceleration: float) -> float:
-    """Return the seconds of a move from rest to rest: a triangular velocity profile if short, otherwise a trapezoid."""
+    """Return the time of a move from rest to rest, s; the velocity profile is a triangle if it is short, else a
+    trapezoid.
+    """
     ramp = velocity * velocity / acceleration
     if distance < ramp:
         return 2.0 * math.sqrt(distance / acceleration)
@@ -102,10 +107,10 @@ def rest_to_rest(distance: float, velocity: float, acceleration: float) -> float
 
 @part
 def machine_seconds(code: int, dx: float, dy: float, vx: float, vy: float, ax: float, ay: float) -> float:
-    """Return the seconds of a rapid (dx, dy) ≥ 0 mm, with synchronised (LINEAR) or independent axes (DOGLEG)."""
+    """Return the time of a rapid by (dx, dy) ≥ 0 mm, s, with synchronised (LINEAR) or independent (DOGLEG) axes."""
     if code == DOGLEG:
         return max(rest_to_rest(dx, vx, ax), rest_to_rest(dy, vy, ay))
-    # Synchronised: the time follows from d/v and d/a of the axis that limits each.
+    # If axes are synchronised, the time follows from the maximum d/v and the maximum d/a of the axes.
     ramp = max(dx / vx, dy / vy)
     pull = max(dx / ax, dy / ay)
     if pull == 0.0:
@@ -123,7 +128,9 @@ def _radians(degrees_minutes: float) -> float:
 
 @part
 def geographical(xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the integer kilometres between two points in degrees.minutes. Source: TSPLIB 95 (Reinelt), section 2.4."""
+    """Return the distance between two points in degrees.minutes, in whole kilometres. Source: TSPLIB 95, section
+    2.4.
+    """
     latitude_i, longitude_i = _radians(xi), _radians(yi)
     latitude_j, longitude_j = _radians(xj), _radians(yj)
     q1 = math.cos(longitude_i - longitude_j)
@@ -135,7 +142,9 @@ def geographical(xi: float, yi: float, xj: float, yj: float) -> float:
 
 @part
 def tsplib_distance(code: int, xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return TSPLIB's integer distances. Source: TSPLIB 95 (Reinelt), sections 2.1 to 2.6."""
+    """Return the integer distance between two points as defined by TSPLIB. Source: TSPLIB 95 (Reinelt), sections 2.1 to
+    2.6.
+    """
     if code == GEO:
         return geographical(xi, yi, xj, yj)
     dx, dy = abs(xi - xj), abs(yi - yj)
@@ -153,7 +162,9 @@ def tsplib_distance(code: int, xi: float, yi: float, xj: float, yj: float) -> fl
 
 @part
 def crosses(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) -> bool:
-    """Return whether the segment touches the closed rectangle ``zones[k]`` (Liang–Barsky clipping)."""
+    """Return whether the segment between two points touches the closed rectangle ``zones[k]`` (Liang–Barsky
+    clipping).
+    """
     enter, leave = 0.0, 1.0
     for axis in range(2):
         start = xi if axis == 0 else yi
@@ -201,7 +212,7 @@ def distance(
 
 @part
 def highest_of_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the maximum safe height of the tiles that the bounding box of two points touches, −∞ for none."""
+    """Return the maximum safe height of the tiles that the bounding box of two points touches, or −∞ for none."""
     x0, y0, side, above = table[0, 0], table[0, 1], table[0, 2], 1 + int(table[0, 5])
     first_c = max(math.floor((min(xi, xj) - x0) / side), 0)
     last_c = min(math.floor((max(xi, xj) - x0) / side), int(table[0, 6]) - 1)
@@ -216,10 +227,10 @@ def highest_of_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -
 
 @part
 def highest_of_line(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the maximum safe height of the tiles that a straight move touches, −∞ for none.
+    """Return the maximum safe height of the tiles that a straight move touches, or −∞ for none.
 
-    In each row of tiles, the move touches the columns between its entry and its exit. The range is slightly widened, so
-    that rounding misses no tile.
+    In each row of tiles, the move touches the columns between its entry and its exit. The range is widened slightly, so
+    that no tile is missed because of rounding.
     """
     x0, y0, side, above = table[0, 0], table[0, 1], table[0, 2], 1 + int(table[0, 5])
     rows, columns = len(table) - above, int(table[0, 6])
@@ -252,7 +263,7 @@ def height_of(table: NDArray, i: int) -> float:
 
 @part
 def way_height(code: int, xy: NDArray, table: NDArray, i: int, j: int) -> float:
-    """Return the travel height from node i to node j, mm: the higher of the two, or more."""
+    """Return the travel height from node i to node j, mm, which is at least the higher of both nodes."""
     if code == DOGLEG:
         highest = highest_of_box(table, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1])
     else:
@@ -262,7 +273,7 @@ def way_height(code: int, xy: NDArray, table: NDArray, i: int, j: int) -> float:
 
 @part
 def _rise_and_fall(cost: CostModel, i: int, j: int) -> float:
-    """Return the cost of rising from node i to the travel height to node j, and of descending there."""
+    """Return the cost of rising from node i to the travel height to node j, and of descending to node j."""
     height = way_height(cost.code, cost.xy, cost.matrix, i, j)
     up, down = height - height_of(cost.matrix, i), height - height_of(cost.matrix, j)
     if cost.code < LINEAR:
@@ -273,7 +284,7 @@ def _rise_and_fall(cost: CostModel, i: int, j: int) -> float:
 
 @part
 def _special(cost: CostModel, i: int, j: int) -> float:
-    """As `travel`, with free and tied nodes, zones and matrices."""
+    """Return the cost of travel as in `travel`, with free and tied nodes, zones and matrices."""
     if (i == cost.tied_a and j == cost.tied_b) or (i == cost.tied_b and j == cost.tied_a):
         return TIED
     if i == cost.free or j == cost.free:
@@ -285,10 +296,10 @@ def _special(cost: CostModel, i: int, j: int) -> float:
     if len(cost.matrix) > 0:
         base += _rise_and_fall(cost, i, j)
     if xj < xi or (xj == xi and yj < yi):
-        # Fixed direction, because rounding decides whether a move just touches a zone.
+        # The direction is fixed, because rounding decides whether a move just touches a zone.
         xi, yi, xj, yj = xj, yj, xi, yi
     for k in range(cost.zones.shape[0]):
-        # Unsynchronised axes leave the straight line, so the whole box between the points counts.
+        # With unsynchronised axes, the path is not straight, so the whole box between the points counts.
         if overlaps(cost.zones, k, xi, yi, xj, yj) and (cost.code == DOGLEG or crosses(cost.zones, k, xi, yi, xj, yj)):
             return base + cost.lift
     return base
@@ -296,7 +307,7 @@ def _special(cost: CostModel, i: int, j: int) -> float:
 
 @part
 def is_by_metric(cost: CostModel) -> bool:
-    """Return whether the metric alone applies between ordinary nodes."""
+    """Return whether the cost between ordinary nodes depends only on the metric."""
     return len(cost.zones) == 0 and len(cost.matrix) == 0
 
 
@@ -326,8 +337,9 @@ def is_straight(cost: CostModel) -> bool:
 
 @part
 def straight(xy: NDArray, code: int, i: int, j: int) -> float:
-    """Return the same as `travel` for straight costs, short enough to be inlined: a call passes all fields of the cost
-    model, which made local search a quarter slower.
+    """Return the same cost as `travel` if costs are straight; this function is short enough to be inlined.
+
+    A call passes all fields of the cost model, which slowed down local search by a quarter.
     """
     dx, dy = xy[i, 0] - xy[j, 0], xy[i, 1] - xy[j, 1]
     length = math.sqrt(dx * dx + dy * dy)
@@ -335,7 +347,7 @@ def straight(xy: NDArray, code: int, i: int, j: int) -> float:
         return length
     if code == CEIL_2D:
         return math.ceil(length)
-    return float(int(length + 0.5))  # as `math.floor`, without a function call
+    return float(int(length + 0.5))  # like `math.floor`, but without a function call
 
 
 @kernel
@@ -351,8 +363,9 @@ def tour_cost(cost: CostModel, tour: NDArray) -> float:
 
 @kernel
 def way_heights(code: int, xy: NDArray, table: NDArray, heights: NDArray) -> None:
-    """Compute the travel heights from each of the nodes float64[n, 2] to the next, with their `relief_table`. Changes:
-    heights float64[n - 1], mm.
+    """Compute the travel height from each of the nodes float64[n, 2] to the next, given their `relief_table`.
+
+    Changes: heights float64[n - 1], mm.
     """
     for i in range(len(heights)):
         heights[i] = way_height(code, xy, table, i, i + 1)

@@ -1,4 +1,4 @@
-"""The engaged part of a tool's edge at every point of a path."""
+"""The engaged part of a tool's edge at each point of a path."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from leafcut.kernels import kernel, part
 from leafcut.kernels.bands import Bands, band_at, first_right_of
 
 _HALF = 0.5 * math.pi
-#: Gaps of Shell's sort (M. Ciura, FCT 2001).
+#: Gaps for Shell's sort (M. Ciura, FCT 2001).
 _GAPS = (701, 301, 132, 57, 23, 10, 4, 1)
 
 
@@ -20,9 +20,9 @@ class ToolEdge(NamedTuple):
 
     ========= =======================================================================
     radius    of the tool, mm
-    edge      radius at which material is searched, mm: smaller by the tolerance
-    near      discs of the same run within this path length have that radius too, mm
-    nothing   angles below this are rounding errors, rad
+    edge      radius at which material is searched, smaller by the tolerance, mm
+    near      path length within which discs of the same run also have that radius, mm
+    nothing   angle below which an engagement is a rounding error, rad
     ========= =======================================================================
     """
 
@@ -55,7 +55,7 @@ class EdgePath(NamedTuple):
 
 @part
 def sort_intervals(low: NDArray, high: NDArray, count: int) -> None:
-    """Sort the first intervals by their starts (Shell's sort). Changes: low, high."""
+    """Sort the first `count` intervals by their starts (Shell's sort). Changes: low, high."""
     for gap in _GAPS:
         for k in range(gap, count):
             a, b, j = low[k], high[k], k
@@ -69,7 +69,7 @@ def sort_intervals(low: NDArray, high: NDArray, count: int) -> None:
 def uncovered(
     low: NDArray, high: NDArray, count: int, left: float, right: float, tolerance: float
 ) -> tuple[float, float, float]:
-    """Return the uncovered part of −π/2 … π/2: its angle, the sum of its sines, and its smallest absolute angle.
+    """Return the angle of the uncovered part of −π/2 … π/2, the sum of its sines, and its smallest absolute angle.
 
     low, high    float64[count + 2], starts and ends of the intervals
     left, right  −π/2 to `left` and `right` to π/2 are covered
@@ -81,7 +81,7 @@ def uncovered(
     low[count], high[count] = right, _HALF
     count += 1
     sort_intervals(low, high, count)
-    # An interval of width 0 at the end, so that a gap before it is handled like any other.
+    # Add an interval of width 0 at the end, so that a gap before it is treated like any other gap.
     low[count], high[count] = _HALF, _HALF
     covered, sines, nearest, covered_to = left + _HALF, math.sin(left) + 1.0, _HALF, left
     for k in range(count + 1):
@@ -109,14 +109,14 @@ def engaged_edges(
     width: NDArray,
     nearest: NDArray,
 ) -> None:
-    """Find the engagement at every point of a path: the part of the edge not covered by the discs of earlier points.
+    """Compute the engagement at each point of a path: the part of the edge not covered by the discs of earlier points.
 
     A disc at distance d, at an angle a from the direction of travel, covers the edge up to acos(d / 2r) on both sides
     of a. The rear half of the edge is skipped, because the disc of the previous step covers it.
 
     ================ ============= ===============================================================================
     bands                          the points in bands
-    low, high        float64[2n+2] scratch for intervals of angles
+    low, high        float64[2n+2] work arrays for intervals of angles
     angle            float64[n]    engagement angle, rad
     width            float64[n]    engaged width perpendicular to the path, in radii
     nearest          float64[n]    smallest angle between the direction of travel and the engagement, rad; π/2 for none
@@ -127,7 +127,7 @@ def engaged_edges(
     reach = 2.0 * tool.radius
     x, y, ahead_x, ahead_y, back_x, back_y, run, station = path
     for i in range(len(x)):
-        # Intervals at an end of the half circle are merged into one per end.
+        # Intervals at the ends of the half circle are merged into one interval per end.
         left, right, count = -_HALF, _HALF, 0
         for band in range(band_at(bands, y[i] - reach), band_at(bands, y[i] + reach) + 1):
             at = first_right_of(bands, band, x[i] - reach)
@@ -144,7 +144,7 @@ def engaged_edges(
                     along = dx * ahead_x[i] + dy * ahead_y[i]
                 else:
                     along = dx * ahead_x[i] + dy * ahead_y[i]
-                    # With a margin for discs whose edge is searched at a tolerance inside.
+                    # This includes a margin for discs whose edge is searched inside by the tolerance.
                     if along <= -0.1 * reach and along * along >= 1.1 * square * (1.0 - square / (reach * reach)):
                         continue
                     recent = run[i] == run[j] and station[i] - station[j] < tool.near
@@ -153,7 +153,7 @@ def engaged_edges(
                         cosine = (tool.edge * tool.edge + square - disc * disc) / (2.0 * tool.edge * distance)
                         half = math.acos(min(max(cosine, -1.0), 1.0))
                     elif recent:
-                        continue  # at the same position: the previous step covers the rest
+                        continue  # at the same position, the previous step covers the remaining part
                     else:
                         half = math.pi
                 middle = math.atan2(ahead_x[i] * dy - ahead_y[i] * dx, along)

@@ -1,7 +1,8 @@
 """Fireflies as closed tours: their distance, and the inversions by which they move.
 
 Source: G. K. Jati and Suyanto, Evolutionary discrete firefly algorithm for travelling salesman problem, ICAIS 2011,
-LNAI 6943, 393–403: the distance of two tours by their different edges, and inversions of random runs as moves.
+LNAI 6943, 393–403: the distance between two tours is the number of their different edges, and moves are inversions of
+random runs.
 """
 
 from __future__ import annotations
@@ -30,13 +31,15 @@ from leafcut.kernels.random import below
 _A, _B, _C = np.uint64(13), np.uint64(7), np.uint64(17)
 _HALF, _LOW = np.uint64(32), np.uint64(0xFFFFFFFF)
 
-#: Number of nearby inversions before local search; a single inversion would be undone by it.
+#: Number of nearby inversions before local search, which would undo a single inversion.
 INVERSIONS = 2
 
 
 @kernel
 def edges_apart(tour: NDArray, second: NDArray, place: NDArray) -> int:
-    """Return the number of edges of a tour int32[h] that are missing in `second`; `place` int32[h] is its inverse."""
+    """Return the number of edges of a tour int32[h] that are not in `second`; `place` int32[h] is the inverse of
+    `second`.
+    """
     h, count = len(tour), 0
     for k in range(h):
         index, before = place[tour[k]], tour[k - 1]
@@ -58,11 +61,11 @@ def longest_edge(costs: NDArray, tour: NDArray) -> float:
 def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int, states: NDArray, k: int) -> float:
     """Try `moves` inversions of random runs one after the other; keep those that do not lengthen the tour.
 
-    Return the gain. An inversion needs four table lookups, or a single one if its first new edge alone is longer than
-    the two removed edges, which is the usual case. Equal length is accepted, otherwise no move would succeed on grids.
+    Return the gain. An inversion needs four table lookups, or usually a single one, because the first new edge alone is
+    longer than both removed edges. Equal length is accepted; otherwise no move would succeed on grids.
 
     ======= ============= ==================================================================
-    costs   float32[h, h] of all edges: half the memory, twice as many inversions per second
+    costs   float32[h, h] costs of all edges; half the memory gives twice as many inversions per second
     tour    int32[h]      `place` int32[h] is its inverse
     longest int           nodes of the longest run, 2 … h - 2; lengths from 2 on are equally likely
     ======= ============= ==================================================================
@@ -86,7 +89,7 @@ def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int,
             continue
         b, d = tour[first], tour[last + 1 if last + 1 < h else 0]
         bd = np.float64(costs[b, d])
-        # The same two lengths in another order have the same sum, so rounding does not break a tie.
+        # Add two lengths in a fixed order, so that rounding does not break a tie.
         gain = (np.float64(costs[a, b]) + np.float64(costs[c, d])) - (ac + bd)
         if gain >= 0.0:
             reverse(tour, place, int(first), int(last))
@@ -110,12 +113,12 @@ class PairRules(NamedTuple):
     """Rules for the moves of a pair of fireflies in an iteration.
 
     ============ ===== =================================================================================
-    moves        int   β0, number of moves of a pair
+    moves        int   β0, the number of moves of a pair
     absorption   float γ
-    long         bool  every move is long; otherwise only moves of a pair of equal brightness are long
+    long         bool  every move is long; otherwise only moves of a pair with equal brightness are long
     explore      bool  firefly j makes all moves of a pair (i, j)
-    darker_first bool  the darker firefly makes the first β moves; otherwise the brighter one
-    short        int   maximum number of nodes of a short inversion; 0: number of places at which the pair differs
+    darker_first bool  the darker firefly makes the first β moves; otherwise the brighter firefly
+    short        int   maximum number of nodes of a short inversion; 0: the number of positions where the pair differs
     ============ ===== =================================================================================
     """
 
@@ -142,14 +145,15 @@ def move_pairs(
 ) -> None:
     """Move all pairs of fireflies (i, j), start <= i < stop, i <= j < n; keep the n shortest results.
 
-    A pair makes β0 moves, each from the current tour of its firefly: the first β of one firefly, the others of the
-    other. A long inversion reverses the run between two random places. A short one has 2 … `short` nodes and
-    starts at a random place. No run wraps around the end of the array; a move that breaks a tied edge is dropped.
+    A pair makes β0 moves, each from the current tour of its firefly: β moves of one firefly, then the remaining moves
+    of the other firefly. A long inversion reverses the run between two random positions. A short inversion has
+    2 … `short` nodes and starts at a random position. No run wraps around the end of the array. A move that breaks a
+    tied edge is dropped.
 
     ============ ================ ==========================================================================
     tours        int32[n, h]      `lengths` float64[n]
-    kept         int32[n, 3]      firefly, first and last place of the inverted run; a result of equal length
-                                  stays behind the earlier one
+    kept         int32[n, 3]      firefly, first and last position of the inverted run; results of equal length
+                                  stay in order
     kept_lengths float64[n]       ascending; inf for a free row
     ============ ================ ==========================================================================
 
@@ -188,10 +192,10 @@ def move_pairs(
 
 @part
 def inversion_cost(cost: CostModel, tour: NDArray, first: int, last: int) -> float:
-    """Return the cost that the inversion of the places `first` … `last` adds to a closed tour int32[h]."""
+    """Return the cost that inverting the positions `first` … `last` adds to a closed tour int32[h]."""
     h = len(tour)
     if last - first >= h - 2:
-        return 0.0  # the same cycle in the other direction
+        return 0.0  # the same cycle in reverse direction
     a, b = tour[first - 1], tour[first]
     c, d = tour[last], tour[last + 1 if last + 1 < h else 0]
     return travel(cost, a, c) + travel(cost, b, d) - travel(cost, a, b) - travel(cost, c, d)
@@ -199,7 +203,7 @@ def inversion_cost(cost: CostModel, tour: NDArray, first: int, last: int) -> flo
 
 @part
 def insert_result(kept: NDArray, kept_lengths: NDArray, f: int, first: int, last: int, length: float) -> None:
-    """Insert a result into the sorted rows of `kept`; the longest row drops out."""
+    """Insert a result into the sorted rows of `kept`; the longest row is removed."""
     row = len(kept_lengths)
     while row > 0 and length < kept_lengths[row - 1] - EPSILON:
         row -= 1
@@ -214,8 +218,9 @@ def insert_result(kept: NDArray, kept_lengths: NDArray, f: int, first: int, last
 
 @kernel
 def apply_results(cost: CostModel, tours: NDArray, kept: NDArray, moved: NDArray, lengths: NDArray) -> None:
-    """Write the tours of the results `kept` int32[m, 3] to the first rows of `moved`, and the lengths of all its
-    tours. Changes: moved int32[n, h], lengths float64[n].
+    """Write the tours of the results `kept` int32[m, 3] to the first rows of `moved`, and the lengths of all its tours.
+
+    Changes: moved int32[n, h], lengths float64[n].
     """
     for row in range(len(kept)):
         f, first, last = kept[row]
@@ -227,7 +232,7 @@ def apply_results(cost: CostModel, tours: NDArray, kept: NDArray, moved: NDArray
 
 @part
 def invert(cost: CostModel, tour: Tour, first: int, length: int) -> float:
-    """Invert the run of `length` positions from `first` on; return the added cost. Changes: tour."""
+    """Invert the run of `length` positions that starts at `first`, and return the added cost. Changes: tour."""
     h = len(tour.node)
     last = (first + length - 1) % h
     a, b = tour.node[first - 1], tour.node[first]
@@ -254,7 +259,8 @@ def fly_and_mend(
     states: NDArray,
     k: int,
 ) -> float:
-    """Make `moves` moves, each of `INVERSIONS` nearby inversions and local search at the touched nodes.
+    """Make `moves` moves, each of which consists of `INVERSIONS` nearby inversions and local search at the touched
+    nodes.
 
     A move that lengthens the tour is undone. Return the gain. Symbols: candidates, lengths, breadth as in
     `lin_kernighan.find_move`; longest as in `fly`.

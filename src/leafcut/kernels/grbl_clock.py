@@ -1,13 +1,13 @@
-"""Simulation of GRBL 1.1 for cycle times: a processor that reads lines, plans blocks and splits them into segments.
+"""Simulation of GRBL 1.1 for cycle times: a processor that reads lines, plans blocks and divides them into segments.
 
 The main program does one thing at a time. A line is read when its last byte has arrived over the serial line. Its moves
-become blocks of the planner, which holds 15; a full planner delays the line. At certain points the main program
+become blocks of the planner, which holds 15; a full planner delays the line. At certain points, the main program
 prepares segments of the oldest block, up to 5 ahead. A motion starts when the planner is full, when no input is
 waiting, or when a command waits for the machine to stop. The last planned block ends at rest. If the planner has few
 blocks because lines arrive slowly, the machine moves no faster than it can stop within them.
 
-Facts from the source of GRBL 1.1h (gnea/grbl: planner.c, stepper.c, motion_control.c, protocol.c, config.h), measured
-against that firmware on a simulated board (`python -m benchmarks grbl_time`). mm, s.
+Source: GRBL 1.1h (gnea/grbl: planner.c, stepper.c, motion_control.c, protocol.c, config.h); measured against that
+firmware on a simulated board (`python -m benchmarks grbl_time`). Units: mm, s.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: Blocks in the planner (BLOCK_BUFFER_SIZE - 1), and prepared segments (SEGMENT_BUFFER_SIZE - 1).
+#: Number of blocks in the planner (BLOCK_BUFFER_SIZE - 1), and of prepared segments (SEGMENT_BUFFER_SIZE - 1).
 BLOCKS, SEGMENTS = 15, 5
-#: Size of the ring of blocks; a power of two makes the modulo fast.
+#: Size of the ring of blocks; with a power of two, the modulo is fast.
 PLACES = 16
 #: Duration of a segment, s (ACCELERATION_TICKS_PER_SECOND), and its minimum number of steps.
 SEGMENT_S, SEGMENT_STEPS = 0.01, 1.25
-#: The segments of a long move at constant speed are merged, except in its last part of this duration, s.
+#: Duration of the last part of a long move at constant speed in which segments are not merged, s.
 SOON_S = 1.0
-#: Clock of the processor, Hz, and longest tick of its timer; slow steps are 2, 4 or 8 ticks.
+#: Clock frequency of the processor, Hz, and longest tick of its timer; slow steps take 2, 4 or 8 ticks.
 CLOCK, LONGEST_TICK = 16e6, 65535
-#: Bytes that a sender may have in transit: the receive buffer holds 128.
+#: Maximum number of bytes in transit from a sender; the receive buffer holds 128.
 ON_THE_WAY = 127
 #: Minimum feed, mm/s (MINIMUM_FEED_RATE).
 SLOWEST = 1.0 / 60.0
-#: Cosine limit of a straight continuation, or negative: of a reversal.
+#: Cosine limit of a straight continuation; its negative is the limit of a reversal.
 STRAIGHT = 0.999999
 
 #: Processor times, s: per line, word and byte of a line, and chord; …
@@ -43,31 +43,31 @@ STRAIGHT = 0.999999
 LINE_S, WORD_S, BYTE_S, CHORD_S = 0.15e-3, 0.09e-3, 15e-6, 0.13e-3
 BLOCK_S, AXIS_S, CORNER_S, PLAN_S = 0.27e-3, 0.19e-3, 0.37e-3, 55e-6
 LOAD_S, CUT_S, TICK_S = 0.27e-3, 0.33e-3, 22e-6
-#: Time from an answer to the sender's next line, s: the four bytes of the answer, and the reaction time.
+#: Time from an answer to the next line of the sender, s: the four bytes of the answer, and the reaction time.
 ANSWER_S = 0.6e-3
 
 # Columns of the ring of blocks: remaining length, mm; acceleration; requested speed; squares of the maximum and of the
-# planned entry speed; steps per mm of its dominant axis; the item that it belongs to.
+# planned entry speed; steps per mm of the dominant axis; and the item to which the block belongs.
 LEFT, RATE, NOMINAL, MOST2, ENTRY2, PER_MM, OWNER = range(N_COLUMNS := 7)
-# State: time of the main program; end of the last segment; speed and steps left at its end; time of the last partial
-# step; share of the processor's time left by the stepper interrupts; start of the first motion.
+# State: time of the main program; end of the last segment; speed and remaining steps at its end; time of the last
+# partial step; share of the processor time that stepper interrupts leave; start of the first motion.
 NOW, ENDS, SPEED, STEPS, REST, SHARE, BEGAN = range(N_STATE := 7)
-# Counters: blocks that are segmented, planned, and planned for good; prepared segments; whether the motors run;
-# whether the oldest block is started, and whether it is replanned.
+# Counters: blocks that are segmented, planned, and finally planned; prepared segments; whether the motors run; whether
+# the oldest block has started, and whether it is replanned.
 DONE, PLANNED, FIXED, MADE, RUNNING, BEGUN, CHANGED = range(N_COUNT := 7)
 
 
 class Board(NamedTuple):
-    """A running board: its settings and its memory.
+    """The settings and the memory of a running board.
 
-    byte_s  float            a byte over the serial line, s
+    byte_s  float            time per byte over the serial line, s
     lock_s  float            time that the motors stay locked after a motion, s ($1)
     pace    float            factor on the processor times
     ring    float64[16, 7]   blocks
     state   float64[7]
     counts  int64[7]
     ends    float64[5]       ends of the last segments, s
-    unit    float64[2, 3]    direction of the last block and of the next
+    unit    float64[2, 3]    directions of the last block and of the next block
     steps   float64[3]       end of the last block
     done    float64[n]       end of each item, s
     """
@@ -94,7 +94,7 @@ def new_board(n_items: int, byte_s: float, lock_s: float, pace: float) -> Board:
 
 @part
 def _spend_time(board: Board, seconds: float) -> None:
-    """Let the main program work for a time; it is slower while the motors run."""
+    """Let the main program work for a time; it works more slowly while the motors run."""
     board.state[NOW] += board.pace * seconds / (board.state[SHARE] if board.counts[RUNNING] else 1.0)
 
 
@@ -107,10 +107,10 @@ def _next_free_segment(board: Board) -> float:
 
 @part
 def _run_segment(board: Board, remaining: float, speed: float, time: float) -> None:
-    """Append a segment of the oldest block, rounded to whole steps of equal ticks, to the prepared segments.
+    """Append a segment of the oldest block to the prepared segments, rounded to whole steps of equal ticks.
 
-    remaining float  remaining length of the block after it, mm
-    speed     float  at its end, mm/s
+    remaining float  length of the block that remains after the segment, mm
+    speed     float  speed at the end of the segment, mm/s
     time      float  intended duration, s
     """
     ring, state, count = board.ring, board.state, board.counts
@@ -182,7 +182,7 @@ def _cut_segment(board: Board) -> None:
 
 @part
 def _prepare_segments(board: Board) -> None:
-    """Prepare segments while there is space; detect that the motors have run out of them."""
+    """Prepare segments while there is space; detect whether the motors have run out of segments."""
     state, count = board.state, board.counts
     while count[RUNNING]:
         if state[NOW] > state[ENDS]:
@@ -246,9 +246,10 @@ def _wait_for_free_block(board: Board) -> None:
 
 @part
 def _plan_blocks(board: Board) -> int:
-    """Replan after a block was added; return the number of blocks visited.
+    """Replan after a block was added, and return the number of blocks visited.
 
-    A backward pass from the last block, which ends at rest, to the first that may change, and a forward pass.
+    This is a backward pass from the last block, which ends at rest, to the first block that may change, followed by a
+    forward pass.
     """
     ring, state, count = board.ring, board.state, board.counts
     first, last = max(count[FIXED], count[DONE]), count[PLANNED] - 1
@@ -275,7 +276,7 @@ def _plan_blocks(board: Board) -> int:
 
 @part
 def _least_ratio(limits: NDArray, unit: NDArray) -> float:
-    """Return the largest velocity or acceleration along a unit vector that keeps every axis within its limit."""
+    """Return the maximum velocity or acceleration along a unit vector within the limits of all axes."""
     result = math.inf
     for axis in range(3):
         if unit[axis] != 0.0:
@@ -285,7 +286,7 @@ def _least_ratio(limits: NDArray, unit: NDArray) -> float:
 
 @part
 def _corner2(board: Board, acceleration: NDArray, deviation: float) -> float:
-    """Return the square of the maximum speed from the last block into the next, (mm/s)²."""
+    """Return the square of the maximum speed at the corner between the last and the next block, (mm/s)²."""
     before, after = board.unit[0], board.unit[1]
     cosine = -(before[0] * after[0] + before[1] * after[1] + before[2] * after[2])
     if cosine > STRAIGHT:
@@ -307,7 +308,7 @@ def _corner2(board: Board, acceleration: NDArray, deviation: float) -> float:
 
 @part
 def _add_block(board: Board, end: NDArray, feed: float, limits: NDArray, deviation: float, owner: int) -> None:
-    """Add a straight move to `end` to the planner; a move of less than a step is dropped.
+    """Add a straight move to position `end` to the planner; a move of less than one step is dropped.
 
     end     float64[3]      mm
     limits  float64[3, 3]   steps per mm, maximum speed, acceleration of each axis
@@ -368,27 +369,27 @@ def grbl_clock(
     answered: NDArray,
     point: NDArray,
 ) -> None:
-    """Run items (moves, stops, lines) through the controller and compute the end time of each.
+    """Simulate how the controller executes items (moves, stops, lines), and compute the end time of each item.
 
-    move       int64[n]           move of the item, -1 for none
-    size       int64[n]           bytes of the line that starts with the item, 0 for none
-    words      int64[n]           words of that line
+    move       int64[n]           move of the item, or -1 for none
+    size       int64[n]           number of bytes of the line that starts with the item, or 0 for none
+    words      int64[n]           number of words of that line
     stops      bool[n]            the machine must stop before the item
     wait       float64[n]         dwell after the stop, s
     place      float64[m + 1, 3]  move i goes from position i to position i + 1, mm
     feed       float64[m]         mm/s; inf for a rapid
-    chords     int64[m]           chords of the move
+    chords     int64[m]           number of chords of the move
     spin       float64[m]         angle per chord of an arc, rad
-    out        float64[m, 3]      from the centre of an arc to its start, mm
-    across     float64[m, 3]      the same, rotated by a quarter turn, mm
+    out        float64[m, 3]      vector from the centre of an arc to its start, mm
+    across     float64[m, 3]      the same vector, rotated by a quarter turn, mm
     rise       float64[m, 3]      advance per chord of a helix along its axis, mm
     limits     float64[3, 3]      steps per mm, maximum speed, acceleration of each axis
     deviation  float              junction deviation, mm ($11)
-    answered   float64[n]         scratch: time of the answer to each line, s
-    point      float64[3]         scratch
+    answered   float64[n]         work array: time of the answer to each line, s
+    point      float64[3]         work array
 
     Changes: board, answered, point.
-    Source: GRBL 1.1h, see above. Differs: double precision; the processor times are means.
+    Source: GRBL 1.1h, see above. Differs: double precision; processor times are means.
     """
     state = board.state
     line, oldest, bytes_waiting, sent, freed_at = 0, 0, 0, 0.0, 0.0

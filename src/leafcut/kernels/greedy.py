@@ -1,16 +1,16 @@
-"""Greedy tour: add the cheapest edges first, as long as they fit into a tour.
+"""Greedy tour: add the cheapest edges first, provided that they can belong to a tour.
 
-Edges come from neighbour lists and form fragments: paths whose inner nodes have both their edges. The ends of the
-fragments are joined in the same way, with new lists of the ends only, until one path remains.
+Edges come from neighbour lists and form fragments, which are paths whose inner nodes have both their edges. The ends of
+the fragments are joined in the same way, with new lists of only the ends, until one path remains.
 
 ======= ================ ======================================================================================
 edges   uint64[m]        cost (bits of a float32, sortable as an integer) · 2³² + row·k + c
-tail    int32[n]         other end of the fragment that ends at a node (itself, if alone); -1 for inner nodes
+tail    int32[n]         other end of the fragment that ends at a node (itself if single); -1 for inner nodes
 beside  int32[n, 2]      neighbours of a node in its fragment, -1 for none
 ======= ================ ======================================================================================
 
 Source: J. L. Bentley, Fast algorithms for geometric traveling salesman problems, ORSA J. Computing 4 (1992) (greedy).
-Differs: lists and a sort instead of a queue of the nearest ends: less work, and nearly the same edges.
+Differs: lists and a sort instead of a queue of the nearest ends, which is less work and gives nearly the same edges.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from leafcut.kernels import kernel
 def list_edges(
     candidates: NDArray, lengths: NDArray, nodes: NDArray, tail: NDArray, limit: float, edges: NDArray
 ) -> int:
-    """List each edge once that can be added and costs at most `limit`; return their number.
+    """List all edges that can be added and cost at most `limit`, each once; return their number.
 
     ========== ================ ===================================
     candidates int32[rows, k]   neighbours of every row, -1 for none
@@ -63,7 +63,9 @@ def list_edges(
 
 @kernel
 def join(tail: NDArray, neighbours: NDArray, i: int, j: int) -> bool:
-    """Join two nodes if they are ends of different fragments; return whether they were. Changes: tail, neighbours."""
+    """Join two nodes if they are ends of different fragments, and return whether they are. Changes: tail,
+    neighbours.
+    """
     a, b = tail[i], tail[j]
     if a < 0 or b < 0 or a == j:
         return False
@@ -78,7 +80,7 @@ def join(tail: NDArray, neighbours: NDArray, i: int, j: int) -> bool:
 def join_edges(
     edges: NDArray, count: int, candidates: NDArray, nodes: NDArray, tail: NDArray, neighbours: NDArray
 ) -> None:
-    """Join nodes by the first `count` edges, in order, where possible.
+    """Join nodes along the first `count` edges, in order, where possible.
 
     ``nodes`` int32[rows] is the node of each row of candidates int32[rows, k]. Changes: tail, neighbours.
     """

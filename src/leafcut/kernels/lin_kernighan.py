@@ -9,8 +9,8 @@ Source: S. Lin and B. W. Kernighan, Operations Research 21 (1973); K. Helsgaun, 
 (2000), section 5 (sequential 5-opt moves as basis), and Mathematical Programming Computation 1 (2009), section 3
 (feasibility by sorting).
 
-Kicks are small local changes of a good tour, followed by this search at the touched nodes only. The effort of a kick
-and its repair is independent of the size of the tour; a worse result is undone from the log.
+Kicks are small local changes of a good tour, followed by this search only at the touched nodes. The effort of a kick
+and its repair does not depend on the size of the tour. A worse result is undone from the log.
 
 Source: O. Martin, S. W. Otto and E. W. Felten, Operations Research Letters 11 (1992) (the double bridge); D. Applegate,
 W. Cook and A. Rohe, INFORMS J. Computing 15 (2003), section 3 (local kicks, no global work per kick).
@@ -28,19 +28,20 @@ from leafcut.kernels import EPSILON, constant, kernel, part
 from leafcut.kernels.cost import CostModel, is_straight, straight, travel
 from leafcut.kernels.random import below
 
-#: Maximum number of edges exchanged by a move.
+#: Maximum number of edges that a move exchanges.
 DEPTH = 5
 
-#: Maximum length of a piece moved by a kick. Shorter ones are soon exhausted, longer ones are seldom repaired.
+#: Maximum length of a piece moved by a kick. Kicks with shorter pieces are soon exhausted, and kicks with longer pieces
+#: are seldom repaired.
 LONGEST_PIECE = 50
 
-#: Value of `Tour.queued`: not in the queue, and not to be pushed.
+#: Value of `Tour.queued` for a node that is not in the queue and must not be appended to it.
 WAITING = 2
 
-#: Bit sets of the moves that yield a single tour, indexed by a key. Edge e, the e-th removed after t0–t1, adds its bits
-#: to the key: `on` of `find_move`, then for each edge removed before it whether that one starts nearer to t1. Valid are
-#: 4 moves of three edges, 20 of four, 148 of five. Keys of five edges have ten bits: the last four select the number,
-#: the others its bit.
+#: Bit sets of the moves that yield a single tour, indexed by a key. Edge e, the e-th edge removed after t0–t1, adds its
+#: bits to the key: `on` in `find_move`, then for each edge removed earlier whether that edge starts closer to t1. There
+#: are 4 valid moves of three edges, 20 of four, and 148 of five. Keys of five edges have ten bits: the last four select
+#: the number, and the others select its bit.
 LEAVES_3, LEAVES_4 = 0x1E, 0x1E030D50406678
 LEAVES_5 = np.array([
     0x1E66020AB0C07800, 0x1E780107E0801E78, 0x1050000040000000, 0x1040000010400000, 0x0E030D0000000000,
@@ -48,9 +49,9 @@ LEAVES_5 = np.array([
     0x30E00000904, 0x300000F0C, 0x1E030D50406678, 0x0,
 ])  # fmt: skip
 
-#: Numbers of edges of a move.
+#: Possible numbers of edges in a move.
 TWO, THREE, FOUR, FIVE = constant(2), constant(3), constant(4), constant(5)
-#: Nodes that may be examined after a kick, which never needs as many.
+#: Maximum number of nodes that are examined after a kick; it is never reached.
 NO_LIMIT = constant(1_000_000)
 
 #: Rows of `Tour.move`.
@@ -58,16 +59,16 @@ ENDS, ORDER, RANK, KEY = 0, 1, 2, 3
 
 
 class Tour(NamedTuple):
-    """A tour under improvement, with the state of the search; one object per worker.
+    """A tour being improved, with the state of the search; one object per worker.
 
     ======== =============== ==========================================================================
     node     int32[n]        nodes in the order of the tour
-    place    int32[n]        position of each node in it
-    queue    int32[n]        ring buffer of nodes to examine; counts[0] is its first, counts[1] its length
+    place    int32[n]        position of each node in the tour
+    queue    int32[n]        ring buffer of nodes to examine; counts[0] is its start, counts[1] its length
     queued   uint8[n]        1 for nodes in the queue, WAITING for those whose move was too long for the buffer
-    counts   int64[4]        first of the queue, length of the queue, entries in the log, 1 if the log was too small
+    counts   int64[4]        start and length of the queue, entries in the log, 1 if the log was too small
     log      int32[m, 2]     (position, previous node) of every overwritten entry; m = 0 without a log
-    buffer   int32[b]        pieces being moved; a move that writes more positions is not made
+    buffer   int32[b]        pieces being moved; moves that write more than b positions are not made
     move     int64[4, 2·DEPTH]  of a move: rows ENDS t0, t1, …; ORDER, their indices by position; RANK, its inverse; KEY
     gain     float64[1]      gain of a move
     ======== =============== ==========================================================================
@@ -86,7 +87,9 @@ class Tour(NamedTuple):
 
 @part
 def push_to_queue(work: Any, v: int) -> None:
-    """Append a node to the queue of a `Tour` or a `Route`, unless it is there. Changes: queue, queued, counts."""
+    """Append a node to the queue of a `Tour` or a `Route`, unless it is already there. Changes: queue, queued,
+    counts.
+    """
     if work.queued[v] == 0:
         work.queued[v] = 1
         n = len(work.queue)
@@ -97,7 +100,7 @@ def push_to_queue(work: Any, v: int) -> None:
 
 @part
 def pop_from_queue(work: Any) -> int:
-    """Remove the first node from the queue of a `Tour` or a `Route`. Changes: queued, counts."""
+    """Remove and return the first node in the queue of a `Tour` or a `Route`. Changes: queued, counts."""
     first = work.counts[0]
     v = work.queue[first]
     work.counts[0] = first + 1 if first + 1 < len(work.queue) else 0
@@ -121,8 +124,9 @@ def predecessor(node: NDArray, place: NDArray, v: int) -> int:
 
 @part
 def reverse(node: NDArray, place: NDArray, first: int, last: int) -> int:
-    """Reverse the positions first … last (wrapping around if last < first), or the others if these are fewer; return
-    the number of positions. Changes: node, place.
+    """Reverse the positions first … last (wrapping around if last < first), or the other positions if these are fewer.
+
+    Return the number of positions. Changes: node, place.
     """
     n = len(node)
     size = last - first + 1
@@ -151,7 +155,8 @@ def reverse(node: NDArray, place: NDArray, first: int, last: int) -> int:
 def sort_removed_ends(place: NDArray, move: NDArray, k: int) -> None:
     """Sort the 2k ends of the k removed edges by position, starting directly after the first removed edge.
 
-    Even ranks then start a piece of the tour and odd ranks end one; a piece of one node has both, the start first.
+    Then even ranks start a piece of the tour, and odd ranks end one. The node of a piece of one node has both, the
+    start first.
     Changes: rows ORDER, RANK, KEY of move.
     """
     n = len(place)
@@ -164,7 +169,7 @@ def sort_removed_ends(place: NDArray, move: NDArray, k: int) -> None:
             a += n
         if b < 0:
             b += n
-        # The later end starts a piece, the other ends one; the first edge closes the circle.
+        # The later end starts a piece, and the other end ends one; the first edge closes the circle.
         begins_b = (a == n - 1) if e == 0 else (b == a + 1)
         move[KEY, 2 * e] = 2 * a + (1 if begins_b else 0)
         move[KEY, 2 * e + 1] = 2 * b + (0 if begins_b else 1)
@@ -181,9 +186,9 @@ def sort_removed_ends(place: NDArray, move: NDArray, k: int) -> None:
 
 @part
 def next_entered_piece(move: NDArray, rank: int, k: int) -> int:
-    """Return the rank at which the new tour enters the next piece, after entering one at `rank`.
+    """Return the rank at which the new tour enters the next piece, after entering a piece at `rank`.
 
-    It leaves the piece at its other end, which is joined to a partner: t1–t2, t3–t4, …, t(2k-1)–t0.
+    It leaves that piece at its other end, which is joined to a partner: t1–t2, t3–t4, …, t(2k-1)–t0.
     """
     i = move[ORDER, rank ^ 1]
     if i == 0:
@@ -207,9 +212,9 @@ def is_one_tour(place: NDArray, move: NDArray, k: int) -> bool:
 
 @part
 def make_move(tour: Tour, k: int) -> bool:
-    """Make the move, whose ends are sorted: keep the longest piece, and write the others after it.
+    """Make the move, whose ends are sorted: keep the longest piece, and write the other pieces after it.
 
-    Return whether there was space for it; otherwise nothing changes, and counts[3] is set if a log is kept.
+    Return whether there was space for it. Otherwise nothing changes, and counts[3] is set if a log is kept.
     Changes: node, place, log, counts, buffer.
     """
     node, place, move = tour.node, tour.place, tour.move
@@ -262,7 +267,7 @@ def make_move(tour: Tour, k: int) -> bool:
 
 @part
 def undo_log(tour: Tour) -> None:
-    """Undo all entries of the log, last first, and empty it. Changes: node, place, counts."""
+    """Undo all entries of the log, last entry first, and empty the log. Changes: node, place, counts."""
     for entry in range(tour.counts[2] - 1, -1, -1):
         at, v = tour.log[entry, 0], tour.log[entry, 1]
         tour.node[at] = v
@@ -281,7 +286,7 @@ def _is_removed(ends: NDArray, last: int, c: int, d: int) -> bool:
 
 @part
 def _is_either(a: int, b: int, v: int) -> bool:
-    """Return whether v is a or b; `v in (a, b)` takes three times as long to compile."""
+    """Return whether v is a or b. `v in (a, b)` takes three times as long to compile."""
     return not (v != a and v != b)
 
 
@@ -292,7 +297,7 @@ def _is_plain(free: int, tied_a: int, tied_b: int, v: int) -> bool:
 
 @part
 def edge_and_return(cost: CostModel, c: int, d: int, t0: int, leaves: bool) -> tuple[float, float]:
-    """Return the costs of travel from c to d and from d to t0; the latter is ∞ if the move does not yield one tour.
+    """Return the costs of travel from c to d and from d to t0; the second is ∞ if the move does not yield one tour.
 
     Machine times are expensive: skipping them for impossible moves saves a twentieth of a kick.
     """
@@ -301,13 +306,13 @@ def edge_and_return(cost: CostModel, c: int, d: int, t0: int, leaves: bool) -> t
 
 @part
 def neighbours_of_position(node: NDArray, at: int) -> tuple[int, int]:
-    """Return the successor and the predecessor of a position."""
+    """Return the nodes after and before a position."""
     return node[at + 1 if at + 1 < len(node) else 0], node[at - 1]
 
 
 @part
 def steps_between(at: int, start: int, direction: int, n: int) -> int:
-    """Return the number of positions from `start` to `at`: forward for direction 0, backward for 1."""
+    """Return the number of positions from `start` to `at`, forward for direction 0 and backward for 1."""
     r = at - start if direction == 0 else start - at
     return r if r >= 0 else r + n
 
@@ -332,25 +337,25 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
     breadth: NDArray,
     t0: int,
 ) -> int:
-    """Search an improving move that starts at t0; return its number of edges, or 0. Its gain is in gain[0].
+    """Search for an improving move that starts at t0; return its number of edges, or 0. Its gain is stored in gain[0].
 
     Nested loops, one per edge, are a quarter faster than one loop with a stack. Whether a move yields a single tour is
-    looked up by a key (`LEAVES_3`) to which each edge adds bits. That is a sixth faster than sorting the ends of all
+    looked up by a key (`LEAVES_3`) to which each edge adds bits. This is a sixth faster than sorting the ends of all
     moves with a gain, of which one in nine yields a single tour.
 
     ========== =============== ==========================================================
     candidates int32[n, k]     neighbours of every node, nearest first, -1 for none
     lengths    float64[n, k]   costs of those edges
-    breadth    int64[DEPTH]    candidates tried at each depth; entry 0 is not used
+    breadth    int64[DEPTH]    number of candidates tried at each depth; entry 0 is not used
     ========== =============== ==========================================================
 
-    Symbols: r is the number of positions of a node after t1, in the direction away from t0; `on` is 1 if the tour in
-    this direction reaches the even end of a removed edge first; m is the distance of the start of that edge.
+    Symbols: r is the number of positions from t1 to a node, in the direction away from t0; `on` is 1 if the tour
+    reaches the even end of a removed edge first in this direction; m is the distance from t1 to the start of that edge.
     Changes: move, gain.
     """
     ends, code, xy, n = move[ENDS], cost.code, cost.xy, len(node)
     free, tied_a, tied_b = cost.free, cost.tied_a, cost.tied_b
-    # A call of `travel` passes the whole cost model; straight costs need it only next to free and tied nodes.
+    # A call of `travel` passes the whole cost model. Straight costs need it only for free and tied nodes.
     quick = is_straight(cost) and t0 != free and t0 != tied_a and t0 != tied_b
     b1, b2, b3, b4 = breadth[1], breadth[2], breadth[3], breadth[4]
     for direction in range(2):
@@ -366,12 +371,12 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
             at2 = place[t2]
             ahead1, behind1 = neighbours_of_position(node, at2)
             if _is_either(ahead1, behind1, t1):
-                continue  # an edge of the tour: neither direction is useful
+                continue  # for an edge of the tour, neither direction is useful
             r2 = steps_between(at2, start, direction, n)
             ends[2] = t2
             for side1 in range(2):
                 t3 = ahead1 if side1 == 0 else behind1
-                # With two edges the direction decides; with more, the order of the positions.
+                # With two edges, the direction decides; with more edges, the order of the positions.
                 leaves = side1 != direction
                 if quick and _is_plain(free, tied_a, tied_b, t2) and _is_plain(free, tied_a, tied_b, t3):
                     removed, back = straight(xy, code, t2, t3), straight(xy, code, t3, t0)
@@ -487,8 +492,9 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
 def improve_queued(
     cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, breadth: NDArray, max_nodes: int
 ) -> float:
-    """Make improving moves at the queued nodes until the queue is empty, the log is full, or `max_nodes` are examined;
-    return the gain. Changes: tour.
+    """Make improving moves at the queued nodes, and return the gain.
+
+    The search ends when the queue is empty, the log is full, or `max_nodes` are examined. Changes: tour.
     """
     total = 0.0
     examined = 0
@@ -513,7 +519,7 @@ def improve_queued(
 
 @part
 def keep_or_undo(tour: Tour, gained: float) -> float:
-    """Undo the logged changes if they lengthen the tour or the log was too small; return the gain. Changes: tour."""
+    """Undo the logged changes if they lengthen the tour or if the log was too small; return the gain. Changes: tour."""
     if tour.counts[3] == 0 and gained >= -EPSILON:
         return gained
     while tour.counts[1] > 0:
@@ -524,7 +530,9 @@ def keep_or_undo(tour: Tour, gained: float) -> float:
 
 @part
 def segment_kick(cost: CostModel, tour: Tour, states: NDArray, k: int) -> float:
-    """Swap two adjacent pieces of 1 … 50 nodes at a random place; return the added cost. Changes: tour, states[k]."""
+    """Swap two adjacent pieces of 1 … 50 nodes at a random position; return the added cost. Changes: tour,
+    states[k].
+    """
     n = len(tour.node)
     longest = min(LONGEST_PIECE, (n - 2) // 2)
     p = below(states, k, n)
@@ -556,8 +564,9 @@ def kick_and_mend(
     k: int,
     kicks: int,
 ) -> float:
-    """Kick and repair `kicks` times, undoing results that lengthen the tour; return the total gain. Changes: tour,
-    states[k].
+    """Kick and repair `kicks` times, undo results that lengthen the tour, and return the total gain.
+
+    Changes: tour, states[k].
     """
     total = 0.0
     for _ in range(kicks):

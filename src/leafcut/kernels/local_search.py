@@ -1,7 +1,7 @@
 """2-opt and Or-opt on candidate lists with a queue of nodes to examine.
 
-All moves consist of one primitive, a 2-opt exchange given by its four nodes, which reverses the shorter side, so the
-direction of the array never matters.
+All moves consist of a single primitive, a 2-opt exchange given by its four nodes, which reverses the shorter side.
+Therefore the direction of the array never matters.
 """
 
 from __future__ import annotations
@@ -21,20 +21,21 @@ from leafcut.kernels.lin_kernighan import (
     successor,
 )
 
-#: Maximum length of a run moved by Or-opt (Or 1976).
+#: Maximum length of a run that Or-opt moves (Or 1976).
 LONGEST_SEGMENT = 3
 
 
 @part
 def beside(node: NDArray, place: NDArray, v: int, forward: bool) -> int:
-    """Return the node after (or before) v."""
+    """Return the node after v if `forward`, otherwise the node before v."""
     return successor(node, place, v) if forward else predecessor(node, place, v)
 
 
 @part
 def exchange(node: NDArray, place: NDArray, a: int, b: int, c: int, d: int) -> None:
-    """Replace the edges a–b and c–d by a–c and b–d, where b follows a and d follows c in the same direction. Changes:
-    node, place.
+    """Replace the edges a–b and c–d by a–c and b–d, where b follows a and d follows c in the same direction.
+
+    Changes: node, place.
     """
     if beside(node, place, a, True) == b and beside(node, place, c, True) == d:
         reverse(node, place, place[b], place[c])
@@ -75,7 +76,8 @@ def _within(place: NDArray, a: int, length: int, forward: bool, v: int) -> bool:
 def or_opt_move(cost: CostModel, node: NDArray, place: NDArray, candidates: NDArray, a: int, touched: NDArray) -> bool:
     """Move a run of 1 … 3 nodes that starts at a to a better position, in either direction, if that improves the tour.
 
-    Symbols: the run is a … e, p the node before a, q the node after e; it goes between c and d, with a next to c.
+    Symbols: the run is a … e, p is the node before a, and q the node after e; the run is moved between c and d, with a
+    next to c.
     Changes: node, place, touched int64[≥6].
     Source: I. Or, PhD thesis, Northwestern University 1976.
     """
@@ -111,7 +113,7 @@ def or_opt_move(cost: CostModel, node: NDArray, place: NDArray, candidates: NDAr
 
 @part
 def _move_run(node: NDArray, place: NDArray, p: int, a: int, e: int, q: int, c: int, d: int, c_first: bool) -> None:
-    """Turn p a…e q … c d into p q … c a…e d (c_first), or p a…e q … d c into p q … d e…a c. Changes: node, place."""
+    """Change p a…e q … c d to p q … c a…e d (c_first), or p a…e q … d c to p q … d e…a c. Changes: node, place."""
     if c_first:
         if c != q:
             exchange(node, place, p, a, c, d)  # p c…q e…a d
@@ -127,9 +129,9 @@ def _move_run(node: NDArray, place: NDArray, p: int, a: int, e: int, q: int, c: 
 
 @kernel
 def improve(cost: CostModel, tour: Tour, candidates: NDArray, max_moves: int) -> int:
-    """Improve the tour at the queued nodes until the queue is empty or `max_moves` are made; return their number.
+    """Improve the tour at the queued nodes until the queue is empty or `max_moves` are made; return the number made.
 
-    A node leaves the queue if no move at it improves the tour (its don't-look bit); the ends of every move enter it.
+    A node leaves the queue if no move at it improves the tour (its don't-look bit). The ends of each move enter it.
     Changes: tour.
     Source: J. L. Bentley, Fast algorithms for geometric travelling salesman problems, ORSA J. Computing 4 (1992).
     """

@@ -1,12 +1,13 @@
-"""Repair of long edges: one end stays, the other walks towards it along candidate edges.
+"""Repair of long edges: one end is fixed, and the other end walks towards it along candidate edges.
 
 Where fragments of a greedy tour end far apart, a long edge remains. No exchange of five edges shortens it, because the
-tour would first get longer on the way out of a cluster. Therefore one end takes many steps. Each step adds the edge to
-a candidate of the walking end, and removes the edge before that candidate. The node that loses it is the new end. The
-steps after the best position are undone.
+tour would first become longer on the way out of a cluster. Therefore one end takes many steps. Each step adds the edge
+to a candidate of the walking end, and removes the edge before that candidate. The node that loses this edge is the new
+end. The steps after the best position are undone.
 
 Source: S. Lin and B. W. Kernighan, Operations Research 21 (1973), section 1 (the step, the gain criterion, and that an
-added edge is not removed again). Differs: the candidate that leaves the shortest tour is taken.
+added edge is not removed again).
+Differs: the candidate that gives the shortest tour is used.
 """
 
 from __future__ import annotations
@@ -22,9 +23,10 @@ from leafcut.kernels.lin_kernighan import Tour, predecessor, push_to_queue, reve
 
 @part
 def _step(tour: Tour, fixed: int, moving: int, target: int) -> int:
-    """Replace the edge fixed–moving and the edge before `target` by moving–target and the edge of the new end.
+    """Replace the edge fixed–moving and the edge before `target` by moving–target and an edge to the new end.
 
-    The new end, next to `fixed`, is the node before `target`. Return the number of positions. Changes: node, place.
+    The new end, which is next to `fixed`, is the node before `target`. Return the number of positions written. Changes:
+    node, place.
     """
     node, place = tour.node, tour.place
     if successor(node, place, fixed) == moving:
@@ -37,7 +39,9 @@ def _walk_end(
     cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, joined_to: NDArray, steps: NDArray,
     fixed: int, moving: int, places: int,
 ) -> tuple[float, int]:  # fmt: skip
-    """Let one end of an edge walk; return the gain of the kept steps, and the remaining number of `places` to write.
+    """Let one end of an edge walk; return the gain of the remaining steps, and the remaining number of `places` to
+    write.
+
     Changes: tour, joined_to, steps.
     """
     open_length, best, kept, count = travel(cost, fixed, moving), 0.0, 0, 0
@@ -87,8 +91,8 @@ def shorten_by_walking(
     ========== =============== ==========================================================
     candidates int32[n, k]     neighbours of every node, nearest first, -1 for none
     lengths    float64[n, k]   costs of those edges
-    edges      int32[m, 2]     the edges; those that no longer exist are skipped
-    joined_to  int32[n]        node that an end walked to, -1 for none, also afterwards
+    edges      int32[m, 2]     the long edges; edges that no longer exist are skipped
+    joined_to  int32[n]        node to which an end walked, or -1; all -1 before and after the call
     steps      int32[most, 2]  steps of one walk: the walking end and its destination
     places     int             approximate maximum number of positions to write
     ========== =============== ==========================================================

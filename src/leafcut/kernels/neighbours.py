@@ -1,7 +1,7 @@
 """A k-d tree over the nodes: nearest neighbours per quadrant, and the nearest unvisited node.
 
-Points are numbered in the order of the leaves, so that a leaf is contiguous in memory, and points with close numbers
-are close to each other. Points at the same position ("twins") have consecutive numbers.
+Points are numbered in the order of the leaves, so that each leaf is contiguous in memory, and points with similar
+numbers are close to each other. Points at the same position ("twins") have consecutive numbers.
 
 Source: J. L. Bentley, K-d trees for semidynamic point sets, SoCG 1990 (bottom-up search, deletion by counting).
 """
@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: Points per leaf: a leaf is scanned completely, which is cheaper than another level for a few points.
+#: Number of points per leaf. A leaf is scanned completely, which is cheaper than another level for a few points.
 LEAF_SIZE = 8
 
 #: Maximum number of twins listed for a point.
 MOST_TWINS = 2
 
-#: Rows of `Nearby` after those of the quadrants 0 … 3.
+#: Rows of `Nearby` after the rows of quadrants 0 … 3.
 REST, TWINS = 4, 5
 
 
@@ -33,8 +33,8 @@ class Tree(NamedTuple):
     x, y    float64[n]    the points, in the order of the leaves
     leaf_of int32[n]      leaf of every point
     begin   int32[m]      first point of a tree node
-    stop    int32[m]      one past its last point
-    box     float64[m, 4] bounding box x0, y0, x1, y1 of its points
+    stop    int32[m]      index after the last point of a tree node
+    box     float64[m, 4] bounding box of its points, x0, y0, x1, y1
     child   int32[m]      left child; the right child is the next node; -1 for a leaf
     parent  int32[m]      -1 for the root
     ======= ============= ===================================================
@@ -54,10 +54,10 @@ class Nearby(NamedTuple):
     """Result of a search by quadrant: rows of points, nearest first; one object per worker.
 
     ====== ============= ============================================================================================
-    found  int32[6, w]   points by quadrant, the rest (row REST), and twins (row TWINS); -1 for none
+    found  int32[6, w]   points by quadrant, other points (row REST), and twins (row TWINS); -1 for none
     near   float64[6, w] their squared distances, infinite for none
     chosen int32[w]      selected points
-    limit  float64[6]    squared distance from which on a row accepts no more points
+    limit  float64[6]    squared distance at and above which a row accepts no more points
     stack  int32[64]     tree nodes to visit
     ====== ============= ============================================================================================
     """
@@ -78,7 +78,10 @@ def _swap(u: NDArray, v: NDArray, label: NDArray, i: int, j: int) -> None:
 
 @part
 def _select(u: NDArray, v: NDArray, label: NDArray, low: int, high: int, middle: int) -> None:
-    """Order the run low … high by u so that its `middle` is in place (quickselect). Changes: u, v, label."""
+    """Partially sort the run low … high by u so that position `middle` has its final value (quickselect).
+
+    Changes: u, v, label.
+    """
     while low < high:
         pivot = u[(low + high) // 2]
         i, j = low, high
@@ -101,7 +104,9 @@ def _select(u: NDArray, v: NDArray, label: NDArray, low: int, high: int, middle:
 
 @part
 def _split(u: NDArray, v: NDArray, label: NDArray, start: int, stop: int) -> int:
-    """Split the run of points near its middle by u, with equal values on one side; return the start of the right part.
+    """Split the run of points near its middle by u, with equal values on the same side; return the start of the right
+    part.
+
     Changes: u, v, label.
     """
     middle = (start + stop) // 2
@@ -116,7 +121,7 @@ def _split(u: NDArray, v: NDArray, label: NDArray, start: int, stop: int) -> int
         if u[i] == value:
             _swap(u, v, label, i, last)
             last += 1
-    # The run first … last - 1 has equal values; cut on the side nearer to the middle, if that is not empty.
+    # The run first … last - 1 has equal values. Cut on the side closer to the middle, unless that part is empty.
     if first > start and (last == stop or middle - first <= last - middle):
         return first
     return last if last < stop else middle
@@ -160,8 +165,8 @@ def grow_tree(
 ) -> int:
     """Sort the points into the order of the leaves, fill the arrays of a `Tree`, and return the number of tree nodes.
 
-    The last `n_separate` points (≤ LEAF_SIZE) get a leaf of their own and so keep their positions. The arrays need
-    space for 2n + 1 tree nodes: every leaf has a point.
+    The last `n_separate` points (≤ LEAF_SIZE) get their own leaf, so their positions in the arrays do not change. The
+    arrays need space for 2n + 1 tree nodes, because each leaf has at least one point.
     Changes: all arrays. `label` int32[n] is permuted with the points.
     """
     begin[0], stop[0], parent[0] = 0, len(x), -1
@@ -188,7 +193,8 @@ def grow_tree(
         child[node] = count
         begin[count], stop[count], parent[count] = b, cut, node
         begin[count + 1], stop[count + 1], parent[count + 1] = cut, s, node
-        # Left first and depth first, so that neighbours in the plane are close in memory, here and in every search.
+        # Divide left first and depth first, so that neighbours in the plane are close in memory, here and in every
+        # search.
         stack[height], stack[height + 1] = count + 1, count
         height += 2
         count += 2
@@ -197,7 +203,7 @@ def grow_tree(
 
 @part
 def _insert_sorted(points: NDArray, distances: NDArray, row: int, capacity: int, j: int, d: float) -> None:
-    """Insert j at squared distance d into the sorted row; drop the last of `capacity`. Changes: points, distances."""
+    """Insert j at the squared distance d into a sorted row of at most `capacity` points. Changes: points, distances."""
     slot = capacity - 1
     while slot > 0 and distances[row, slot - 1] > d:
         distances[row, slot], points[row, slot] = distances[row, slot - 1], points[row, slot - 1]
@@ -227,9 +233,9 @@ def _scan(
     per_quadrant: int,
     capacity: int,
 ) -> int:
-    """Keep the points of a run that are among the nearest of their quadrant, or of the rest as far as there is space.
+    """Record the points of a run that are among the nearest in their quadrant, and other points if there is space.
 
-    Of twins, only the first and the last are examined. Returns the space left for the rest.
+    Of twins, only the first and the last are examined. Returns the space that remains for other points.
     Changes: points, distances.
     """
     xi, yi, last = x[i], y[i], per_quadrant - 1
@@ -270,7 +276,7 @@ def squared_gap(box: NDArray, node: int, x: float, y: float) -> float:
 
 @part
 def _set_limits(points: NDArray, distances: NDArray, per_quadrant: int, capacity: int, limit: NDArray) -> None:
-    """Set the squared distance limit of each row; row REST gets the largest. Changes: limit."""
+    """Set the squared distance limit of each row; row REST has the largest limit. Changes: limit."""
     rest_limit = distances[REST, capacity - 1] if capacity > 0 else -1.0
     limit[REST] = 0.0
     for quadrant in range(4):
@@ -282,7 +288,7 @@ def _set_limits(points: NDArray, distances: NDArray, per_quadrant: int, capacity
 
 @part
 def _reaches(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> bool:
-    """Return whether a box reaches into a quadrant around (x, y) nearer than its limit, or may contain a twin."""
+    """Return whether a box extends into a quadrant around (x, y) within its limit, or may contain a twin."""
     d = squared_gap(box, node, x, y)
     if d >= limit[REST]:
         return False
@@ -300,11 +306,12 @@ def _reaches(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> boo
 
 @part
 def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -> None:
-    """Find the nearest points of point i per quadrant, the nearest of the rest up to k in total, and its twins.
+    """Find the points nearest to point i per quadrant, the nearest other points up to k in total, and its twins.
 
-    Quadrants are half open, so that every direction belongs to exactly one. Twins of i belong to none, as there may be
-    thousands: i gets the twins before and after it, so that they form a chain, or any others. Of twins at another
-    position, only the first and the last count, because more would crowd out other positions.
+    Quadrants are half open, so that each direction belongs to exactly one quadrant. Twins of i belong to no quadrant,
+    because there may be thousands. Instead, i gets the twins before and after it, so that they form a chain, or any
+    other twins. Of twins at another position, only the first and the last count, because more would displace other
+    positions.
     Changes: nearby.
     """
     x, y, box, child = tree.x, tree.y, tree.box, tree.child
@@ -353,7 +360,7 @@ def remove(tree: Tree, alive: NDArray, i: int) -> None:
 def nearest_unvisited(tree: Tree, alive: NDArray, visited: NDArray, i: int, stack: NDArray) -> int:
     """Return the unvisited point nearest to point i, or -1 if all are visited.
 
-    Symbols: alive int32[m], unvisited points below every tree node; visited uint8[n].
+    Symbols: alive int32[m], number of unvisited points below each tree node; visited uint8[n].
     Changes: stack int32[64].
     """
     box, x, y = tree.box, tree.x, tree.y

@@ -1,9 +1,9 @@
 """Minimum 1-trees on a sparse graph, and the subgradient ascent on node penalties for a lower bound.
 
-A 1-tree is a spanning tree of all nodes but one, the hub, plus two edges of the hub. Every tour is a 1-tree, so no tour
-costs less than the minimum 1-tree. A node penalty, added to the cost of all edges of the node, changes all tours
-equally, but 1-trees by their degrees. Penalties on nodes with many edges and rewards on leaves drive 1-trees towards
-tours.
+A 1-tree is a spanning tree of all nodes except one, the hub, plus two edges of the hub. Every tour is a 1-tree, so no
+tour costs less than the minimum 1-tree. If a node penalty is added to the cost of all edges of the node, the costs of
+all tours change equally, but the costs of 1-trees change by their degrees. Penalties on nodes with many edges and
+rewards on leaves drive 1-trees towards tours.
 
 Source: M. Held and R. M. Karp, The traveling-salesman problem and minimum spanning trees, Operations Research 18 (1970)
 and Mathematical Programming 1 (1971).
@@ -18,14 +18,15 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: Children per heap node: four share a cache line, and the heap is half as high as with two.
+#: Number of children per heap node: four share a cache line, and the heap is half as high as with two.
 WAYS = 4
 
 #: Values of `TreeScratch.place`: not in the heap yet; already in the tree.
 OUTSIDE, DONE = -1, -2
 
-#: Minimum width of a set, times the distance to the next node outside over the number of nodes inside; sets on a grid
-#: would have width 0. Tried on eight boards: 0 was worse for clustered holes, 1 for grids.
+#: Minimum width of a set, as a multiple of the distance to the next node outside divided by the number of nodes inside.
+#: Without a minimum, sets on a grid would have width 0. In a test on eight boards, 0 was worse for clustered holes, and
+#: 1 was worse for grids.
 SLACK = 0.3
 
 
@@ -34,8 +35,8 @@ class Graph(NamedTuple):
 
     ====== ============ =======================================================
     begin  int32[n+1]   the edges of node i are begin[i] … begin[i + 1] - 1
-    near   int32[2e]    other end
-    length float64[2e]  cost
+    near   int32[2e]    other end of each edge
+    length float64[2e]  cost of each edge
     ====== ============ =======================================================
     """
 
@@ -45,12 +46,12 @@ class Graph(NamedTuple):
 
 
 class Sets(NamedTuple):
-    """A hierarchy of node sets: set i < n is node i, each later set is the union of two earlier sets.
+    """A hierarchy of node sets: set i < n is node i, and each later set is the union of two earlier sets.
 
     ===== =========== ==============================================================================
     left  int32[2n]   one part of a set ≥ n
     right int32[2n]   the other part
-    width float64[2n] distance to the nearest node outside minus the gaps inside, or a minimum
+    width float64[2n] distance to the nearest node outside minus the gaps inside, or the minimum width
     ===== =========== ==============================================================================
     """
 
@@ -60,14 +61,14 @@ class Sets(NamedTuple):
 
 
 class TreeScratch(NamedTuple):
-    """The tree under construction, and scratch.
+    """The tree under construction, and work arrays.
 
     ====== =========== =================================================================================
     parent int32[n]    node through which a node joined the tree; -1 for the first
     key    float64[n]  penalised cost of that edge
     heap   int32[n]    nodes next to the tree, cheapest first
     place  int32[n]    position of a node in the heap
-    excess float64[2n] degree of a node minus two; for sets: the sum
+    excess float64[2n] degree of a node minus two; for a set, the sum over its nodes
     ====== =========== =================================================================================
     """
 
@@ -80,7 +81,7 @@ class TreeScratch(NamedTuple):
 
 @part
 def _insert_in_heap(heap: NDArray, place: NDArray, key: NDArray, hole: int, node: int) -> None:
-    """Insert a node into the heap at `hole` or above. Changes: heap, place."""
+    """Insert a node into the heap at position `hole` or above. Changes: heap, place."""
     while hole > 0:
         up = (hole - 1) // WAYS
         parent = heap[up]
@@ -148,9 +149,9 @@ def sparse_tree(graph: Graph, penalty: NDArray, root: int, work: TreeScratch) ->
 
 @part
 def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[int, int]:
-    """Return the neighbours of the hub along its two cheapest edges, including `tied` unless that is -1.
+    """Return the neighbours of the hub along its two cheapest edges; `tied` is one of them unless it is -1.
 
-    Symbols: spokes float64[n], the cost of the edge from the hub to every node.
+    Symbols: spokes float64[n], the cost of the edge from the hub to each node.
     """
     a, b = tied, -1
     first_cost = -math.inf if tied >= 0 else math.inf
@@ -167,9 +168,9 @@ def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[
 
 @part
 def close_tree(spokes: NDArray, hub: int, tied: int, root: int, penalty: NDArray, work: TreeScratch) -> float:
-    """Complete the spanning tree in `work` to a 1-tree, count its degrees, and return the cost to add.
+    """Complete the spanning tree in `work` to a 1-tree, count its degrees, and return the cost to be added.
 
-    This is the cost of the hub's two edges, minus the penalties' share of every tour. The hub has no penalty.
+    This cost is that of both edges of the hub, minus the total of the penalties in every tour. The hub has no penalty.
     Changes: work.excess, which is 0 at the hub.
     """
     a, b = two_spokes(spokes, penalty, hub, tied)
@@ -194,10 +195,10 @@ def join_sets(
     """Join the n nodes into sets along the edges of a spanning tree, shortest first (single linkage).
 
     ====== =========== =====================================
-    a, b   int32[e]    ends of the edges, length ascending
-    up     int32[2n]   scratch: the set that contains a set
-    formed float64[2n] scratch: length that joined a set
-    size   float64[2n] scratch: number of nodes in a set
+    a, b   int32[e]    ends of the edges, by ascending length
+    up     int32[2n]   work array: the set that contains a set
+    formed float64[2n] work array: length of the edge that formed a set
+    size   float64[2n] work array: number of nodes in a set
     ====== =========== =====================================
 
     Changes: up, formed, size, sets.
@@ -221,9 +222,9 @@ def join_sets(
 
 @part
 def penalty_direction(sets: Sets, n: int, excess: NDArray) -> float:
-    """Convert the excess of nodes to the direction of their penalties; return the inner product of the two.
+    """Convert the excess of nodes to a direction for their penalties; return the inner product of both.
 
-    Every set moves by its excess times its width, together with its nodes.
+    Each set moves by its excess times its width, together with its nodes.
     Changes: excess float64[2n].
     """
     last = 2 * n - 3
@@ -258,10 +259,10 @@ def climb(
     """Take the steps first … last - 1 of `steps` from `penalty`, keep the best penalties, and return their value.
 
     A step follows the excess of the minimum 1-tree. Its length would close the gap to `upper`, the cost of a tour, if
-    the value rose linearly; the steps shrink to zero.
+    the value increased linearly. The steps decrease to zero.
     Changes: penalty, best (float64[n] each), work.
     Source: M. Held, P. Wolfe and H. P. Crowder, Validation of subgradient optimization, Mathematical Programming 6
-    (1974) (the length); T. Volgenant and R. Jonker, European J. Operational Research 9 (1982) (the squared decline).
+    (1974) (the length); T. Volgenant and R. Jonker, European J. Operational Research 9 (1982) (the quadratic decrease).
     Differs: not only single nodes move, but all sets of `Sets`, each by its width. The sets correspond to the moats of
     M. Jünger and W. R. Pulleyblank (1993): a cluster of holes needs a common reward, which would take thousands of
     steps node by node.

@@ -1,4 +1,6 @@
-"""Orders of clusters within the precedence: construction by ants, inversions by fireflies, and the choice of nodes."""
+"""Orders of clusters that respect precedence: construction by ants, inversions by fireflies, and the choice of
+nodes.
+"""
 
 from __future__ import annotations
 
@@ -16,9 +18,9 @@ from leafcut.kernels.random import below, uniform
 def choose_next_cluster(
     weights: NDArray, nearness: NDArray, missing: NDArray, last: int, greedy_probability: float, states: NDArray, k: int
 ) -> int:
-    """Return the next cluster: the best with `greedy_probability`, otherwise drawn by weight. Changes: states[k].
+    """Return the next cluster: the best with `greedy_probability`, otherwise one drawn by weight. Changes: states[k].
 
-    If no step has pheromone, the nearness alone decides.
+    If no step has pheromone, only the nearness decides.
     Symbols: weights, nearness float64[m, m]; missing int32[m], 0 for clusters that may come next; last, the current
     cluster, or -1.
     Source: Dorigo and Stützle 2004, equations 3.2 and 3.10.
@@ -72,12 +74,12 @@ def construct_order(
     missing: NDArray,
     order: NDArray,
 ) -> None:
-    """Construct one order; with `local_rate` above 0, the trail of every step taken decays towards `initial`.
+    """Construct one order; if `local_rate` is above 0, the trail of each step taken decays towards `initial`.
 
-    Symbols: pheromone, nearness (η^β), weights (τ^α·η^β) float64[m, m]; missing int32[m] is scratch.
+    Symbols: pheromone, nearness (η^β), weights (τ^α·η^β) float64[m, m]; missing int32[m] is a work array.
     Changes: order int32[m], missing, states[k]; pheromone and weights if `local_rate` > 0.
-    Source: Dorigo and Stützle 2004, equations 3.2, 3.10 and 3.12. Differs: only clusters whose predecessors are all in
-    the order are drawn.
+    Source: Dorigo and Stützle 2004, equations 3.2, 3.10 and 3.12.
+    Differs: only clusters whose predecessors are all in the order are drawn.
     """
     m, last = len(order), NONE
     for c in range(m):
@@ -99,9 +101,9 @@ def construct_order(
 
 @kernel
 def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, sums: NDArray, links: NDArray) -> float:
-    """Choose the best node of every cluster of an order int32[m]; return the length of the ring.
+    """Choose the best node of each cluster in an order int32[m], and return the length of the ring.
 
-    Exact: the ring is cut at its smallest cluster, whose nodes are all tried.
+    The result is exact: the ring is cut at its smallest cluster, whose nodes are all tried.
     Changes: path, trial int32[m]; sums and links as in `choose_nodes_between`.
     """
     m, cut = len(order), 0
@@ -127,7 +129,7 @@ def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, 
 
 @part
 def may_invert(layers: Clusters, order: NDArray, place: NDArray, first: int, last: int) -> bool:
-    """Return whether the positions first … last of an order may be inverted: they contain no precedence pair."""
+    """Return whether the positions first … last of an order may be inverted, that is, contain no precedence pair."""
     for at in range(first, last):
         c = order[at]
         for e in range(layers.after_begin[c], layers.after_begin[c + 1]):
@@ -140,9 +142,9 @@ def may_invert(layers: Clusters, order: NDArray, place: NDArray, first: int, las
 def invert_runs(
     layers: Clusters, order: NDArray, place: NDArray, runs: int, longest: int, states: NDArray, k: int
 ) -> None:
-    """Invert `runs` nearby runs of 2 … `longest` clusters at a random position, as far as the precedence allows.
+    """Invert `runs` nearby runs of 2 … `longest` clusters at a random position, as far as precedence allows.
 
-    A run does not wrap around the end of an order, nor contain the fixed first cluster, if any.
+    A run does not wrap around the end of an order, and does not contain the fixed first cluster, if any.
     Changes: order, place int32[m], states[k].
     """
     m, fixed = len(order), int(layers.anchored[0])
@@ -162,7 +164,9 @@ def invert_runs(
 
 @kernel
 def steps_apart(order: NDArray, place: NDArray) -> int:
-    """Return the number of steps of an order int32[m] that are missing in another order with the places int32[m]."""
+    """Return the number of steps of an order int32[m] that are missing in another order, whose positions are `place`
+    int32[m].
+    """
     count = 0
     for index in range(1, len(order)):
         if place[order[index]] != place[order[index - 1]] + 1:

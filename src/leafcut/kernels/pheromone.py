@@ -1,7 +1,7 @@
 """Pheromone on candidate edges: evaporation, deposit, and the weights by which ants choose.
 
-`pheromone[i, c]` belongs to the edge from node i to its c-th candidate; an edge in the lists of both its nodes has two
-equal entries. Memory is n·k, not n².
+`pheromone[i, c]` belongs to the edge from node i to its c-th candidate. An edge in the lists of both its nodes has two
+equal entries. The memory is n·k instead of n².
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ from leafcut.kernels.cost import CostModel, travel
 
 @kernel
 def fill_nearness(cost: CostModel, candidates: NDArray, weight: float, offset: float, nearness: NDArray) -> None:
-    """Compute η^β = (1 / (cost + offset))^β of every candidate edge; the offset keeps it finite at distance 0. Changes:
-    nearness float64[n, k].
+    """Compute η^β = (1 / (cost + offset))^β for each candidate edge; with the offset, it is finite at distance 0.
+
+    Changes: nearness float64[n, k].
     """
     for i in range(candidates.shape[0]):
         for c in range(candidates.shape[1]):
@@ -36,7 +37,7 @@ def fill_weights(pheromone: NDArray, nearness: NDArray, pheromone_weight: float,
 
 @kernel
 def evaporate(pheromone: NDArray, rate: float, lowest: float) -> None:
-    """Reduce every trail by the share `rate`, but not below `lowest`. Changes: pheromone.
+    """Reduce each trail by the share `rate`, but not below `lowest`. Changes: pheromone.
 
     Source: Dorigo and Stützle 2004, equations 3.3 and 3.5 (lower trail limit of MAX–MIN: section 3.3.4).
     """
@@ -49,9 +50,9 @@ def evaporate(pheromone: NDArray, rate: float, lowest: float) -> None:
 def deposit(
     candidates: NDArray, tour: NDArray, kept: float, amount: float, highest: float, one_way: bool, pheromone: NDArray
 ) -> None:
-    """Change every edge of the closed tour to τ ← kept·τ + amount, up to `highest`; `one_way`: only in the direction of
-    the tour.
+    """Change each edge of the closed tour to τ ← kept·τ + amount, at most to `highest`.
 
+    If `one_way`, only edges in the direction of the tour change.
     Changes: pheromone.
     Source: Dorigo and Stützle 2004, equation 3.4 (kept = 1) and 3.11 (Ant Colony System: kept = 1 − ρ); upper trail
     limit of MAX–MIN: section 3.3.4.
@@ -89,10 +90,11 @@ def wear_edge(
 def branching_factor(candidates: NDArray, pheromone: NDArray, share: float) -> float:
     """Return the mean number of edges per node with a trail τ ≥ τ_min + λ·(τ_max − τ_min).
 
-    τ_min and τ_max are the smallest and the largest trail of that node; λ is `share`. The value falls from the length
-    of the lists to 2 as the ants converge.
-    Source: Dorigo and Stützle 2004, section 3.3.4 (mean λ-branching factor; λ = 0.05 there). Differs: only edges in the
-    candidate lists count; with full lists, all edges. An entry that leads back to its own node is ignored.
+    τ_min and τ_max are the smallest and the largest trail of the node, and λ is `share`. As the ants converge, the
+    value falls from the length of the lists to 2.
+    Source: Dorigo and Stützle 2004, section 3.3.4 (mean λ-branching factor; λ = 0.05 there).
+    Differs: only edges in the candidate lists count; with full lists, all edges. An entry that leads back to its own
+    node is ignored.
     """
     total, nodes = 0, 0
     for i in range(candidates.shape[0]):

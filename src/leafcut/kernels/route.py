@@ -1,9 +1,9 @@
-"""A directed path under improvement: exchanges and undo.
+"""A directed path being improved: exchanges and undo.
 
 The path is an array with an anchor at position 0 (the depot of an open path), treated as a circle: the first position
 follows the last. An exchange cuts it after up to three positions p < q < r into A = … p, B = p + 1 … q, C = q + 1 … r
 and D = r + 1 …, and reassembles it with B and C swapped, reversed, or both. The cost of reversing a piece is the
-difference of two prefix sums, so it is known without walking the piece.
+difference of two prefix sums, so it is known without visiting the piece.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from leafcut.kernels import kernel, part
 from leafcut.kernels.cost import CostModel, travel
 from leafcut.kernels.lin_kernighan import push_to_queue
 
-#: log2 of the number of positions that share one entry of `Route.shift`.
+#: Binary logarithm of the number of positions that share one entry of `Route.shift`.
 BLOCK = 8
 
 #: Columns of `Route.move`: the three cuts, and the changes of the two pieces between them.
@@ -27,27 +27,27 @@ P, Q, R, SWAPPED, TURNED_B, TURNED_C = 0, 1, 2, 3, 4, 5
 #: Entries of `Route.flags`.
 TWISTED, RING = 0, 1
 
-#: In the log, instead of the third cut of an exchange: another option of a node was chosen.
+#: Value in the log instead of the third cut of an exchange, if the option of a node was changed.
 CHOICE = -2
 
 
 class Route(NamedTuple):
-    """A path under improvement, with the state of the search; one object per worker.
+    """A path being improved, with the state of the search; one object per worker.
 
     ======== =============== ==========================================================================
     node     int32[n]        nodes in the order of the path
-    place    int32[n]        position of each node in it
+    place    int32[n]        position of each node in the path
     enter    int32[n]        row of `CostModel.xy` (or of its matrix) at which a node is entered
-    leave    int32[n]        row at which it is left
-    bias     float64[n]      with shift: excess cost of travel back to the anchor over travel from it
-    shift    float64[b]      added to `bias` of 2**BLOCK places each
+    leave    int32[n]        row at which a node is left
+    bias     float64[n]      with shift: cost of travel back to the anchor minus cost of travel from it
+    shift    float64[b]      value added to `bias` of 2**BLOCK positions each
     flags    int64[2]        TWISTED: some travel is asymmetric, otherwise bias is not used;
                              RING: the path may start anywhere, otherwise the node at position 0 is fixed
-    queue    int32[n]        ring buffer of nodes to examine; counts[0] is its first, counts[1] its length
+    queue    int32[n]        ring buffer of nodes to examine; counts[0] is its start, counts[1] its length
     queued   uint8[n]        1 for nodes in the queue
-    counts   int64[4]        first of the queue, length of the queue, entries in the log, 1 if the log was too small
+    counts   int64[4]        start and length of the queue, entries in the log, 1 if the log was too small
     log      int32[m]        overwritten entries, the last on top; m = 0 without a log
-    buffer   int32[b]        pieces being moved; an exchange that writes more positions is not made
+    buffer   int32[b]        pieces being moved; exchanges that write more than b positions are not made
     move     int64[6]        the exchange that was found
     ======== =============== ==========================================================================
     """
@@ -72,9 +72,9 @@ class Lists(NamedTuple):
 
     ========= ============== ===================================================
     near      int32[n, c]    nodes that are cheap to reach from a node
-    near_cost float64[n, c]  their costs; the minimum over several options
+    near_cost float64[n, c]  costs of travel to them; the minimum over several options
     back      int32[n, c]    nodes from which a node is cheap to reach
-    back_cost float64[n, c]
+    back_cost float64[n, c]  costs of travel from them
     ========= ============== ===================================================
     """
 
@@ -88,14 +88,14 @@ class Rules(NamedTuple):
     """Data that are constant during the improvement of a path.
 
     ============ ============= ==================================================================================
-    after_begin  int32[n + 1]  the nodes that must come after node v are after[after_begin[v] … after_begin[v+1] - 1]
+    after_begin  int32[n + 1]  successors of node v: after[after_begin[v] … after_begin[v+1] - 1]
     after        int32[k]
-    before_begin int32[n + 1]  likewise the nodes that must come before
+    before_begin int32[n + 1]  predecessors of a node, stored likewise
     before       int32[k]
-    way_begin    int32[n + 1]  likewise the options of a node, of which one is taken
-    way          int32[w]      row at which an option is entered
-    beyond       int64[1]      offset from this row to the row at which it is left
-    service      float64[rows] cost of an option itself, by its entry row
+    way_begin    int32[n + 1]  options of a node, stored likewise; the path uses exactly one of them
+    way          int32[w]      entry row of an option
+    beyond       int64[1]      exit row minus entry row of an option
+    service      float64[rows] cost within an option, by entry row
     onward       Lists         candidates along the path
     backward     Lists         the same for the reversed path
     ============ ============= ==================================================================================
@@ -115,7 +115,7 @@ class Rules(NamedTuple):
 
 @part
 def leg_cost(cost: CostModel, route: Route, u: int, v: int, s: int) -> float:
-    """Return the cost of travel from node u to node v; with s = -1, from v to u."""
+    """Return the cost of travel from node u to node v; if s = -1, from v to u."""
     if s > 0:
         return travel(cost, route.leave[u], route.enter[v])
     return travel(cost, route.leave[v], route.enter[u])
@@ -123,7 +123,7 @@ def leg_cost(cost: CostModel, route: Route, u: int, v: int, s: int) -> float:
 
 @part
 def set_bias(cost: CostModel, route: Route, low: int, high: int) -> None:
-    """Update bias and shift after changes of the nodes at the positions low … high. Changes: bias, shift."""
+    """Update bias and shift after the nodes at positions low … high have changed. Changes: bias, shift."""
     node, bias, shift, n = route.node, route.bias, route.shift, len(route.node)
     value = bias[low - 1] + shift[(low - 1) >> BLOCK] if low > 0 else 0.0
     for at in range(low, min(high + 2, n)):
@@ -151,7 +151,7 @@ def recompute_bias(cost: CostModel, route: Route) -> None:
 
 @part
 def keeps_order(route: Route, rules: Rules, p: int, q: int, r: int, swapped: bool, b: bool, c: bool) -> bool:
-    """Return whether precedence holds after an exchange: with pieces swapped, and B or C reversed."""
+    """Return whether precedence holds after an exchange in which the pieces are swapped, and B or C is reversed."""
     node, place, after_begin, after = route.node, route.place, rules.after_begin, rules.after
     if len(after) == 0:
         return True
@@ -194,7 +194,7 @@ def log_exchange(route: Route, p: int, r: int) -> bool:
 
 @part
 def make_exchange(cost: CostModel, route: Route) -> bool:
-    """Make the exchange in `move`, log the overwritten entries and queue the nodes at its cuts.
+    """Make the exchange in `move`, log the overwritten entries, and queue the nodes at its cuts.
 
     Return whether there was space in the log. Changes: node, place, bias, shift, queue, queued, counts, log, buffer.
     """
@@ -224,7 +224,7 @@ def make_exchange(cost: CostModel, route: Route) -> bool:
 
 @part
 def visit_cost(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> float:
-    """Return the cost of travel to node v, of its option entered at `row`, and of travel to the next node."""
+    """Return the cost of travel to node v, of its option with the entry row `row`, and of travel to the next node."""
     index = route.place[v]
     u, w = route.node[index - 1], route.node[index + 1 if index + 1 < len(route.node) else 0]
     arrival, departure = travel(cost, route.leave[u], row), travel(cost, row + rules.beyond[0], route.enter[w])
@@ -233,7 +233,7 @@ def visit_cost(cost: CostModel, route: Route, rules: Rules, v: int, row: int) ->
 
 @part
 def take_option(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> bool:
-    """Switch node v to the option entered at `row`, log the previous one, and queue v and its neighbours.
+    """Switch node v to the option with the entry row `row`, log the previous option, and queue v and its neighbours.
 
     Return whether there was space in the log. Changes: enter, leave, bias, shift, queue, queued, counts, log.
     """
@@ -255,7 +255,8 @@ def take_option(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -
 
 @part
 def choose_option(cost: CostModel, route: Route, rules: Rules, v: int, min_gain: float) -> float:
-    """Switch node v to its best option between its neighbours if it gains over `min_gain`; return the gain, or 0.
+    """Switch node v to its best option between its neighbours if the gain exceeds `min_gain`; return the gain, or 0.
+
     Changes: as `take_option`.
     """
     start, stop = rules.way_begin[v], rules.way_begin[v + 1]
@@ -299,11 +300,13 @@ def undo_exchanges(cost: CostModel, route: Route, rules: Rules) -> None:
 def build_cheapest_path(
     cost: CostModel, route: Route, rules: Rules, open_nodes: NDArray, open_index: NDArray, missing: NDArray
 ) -> None:
-    """Build a path from the node at position 0, always to the cheapest node whose predecessors are all on the path.
+    """Build a path from the node at position 0, always continuing to the cheapest node whose predecessors are on the
+    path.
 
-    Symbols: open_ int32[n], nodes that may come next, without the node at position 0; spot int32[n], index of each node
-    there, -1 for the others; missing int32[n], number of predecessors that are not on the path yet. The precedence has
-    no cycles. Candidates are tried first; if none may come next, all open nodes.
+    Symbols: open_nodes int32[n], nodes that may come next, without the node at position 0; open_index int32[n], index
+    of each node in open_nodes, -1 for the others; missing int32[n], number of predecessors that are not on the path
+    yet. The precedence has no cycles. Candidates are tried first; if none of them may come next, all open nodes are
+    tried.
     Changes: node, place, open_nodes, open_index, missing.
     """
     n, near = len(route.node), rules.onward.near

@@ -1,16 +1,18 @@
 """Local search for directed paths: asymmetric costs and precedence.
 
-Exchanges of two or three edges are found along candidate lists. With the pieces of `kernels.route` they produce
+Exchanges of two or three edges are found along candidate lists. With the pieces of `kernels.route`, they produce
 
     A C B D,   A B' D,   A C B' D,   A C' B D   or   A B' C' D   (' reversed).
 
-The first keeps all directions; alone it is the path-preserving exchange of the literature. Precedence is checked last,
-for exchanges with a gain. All functions are written for one direction and used for both, because a reversed path is a
-path as well. There, the coordinate of a node is its distance from the anchor against the direction.
+The first does not change any direction; alone, it is the path-preserving exchange of the literature. Precedence is
+checked last, for exchanges with a gain. All functions are written for one direction and used for both, because a
+reversed path is also a path. In the reversed direction, the coordinate of a node is its distance from the anchor
+against the direction of the path.
 
 Source: L. M. Gambardella and M. Dorigo, INFORMS J. Computing 12 (2000) (path-preserving exchanges of three edges, with
-precedence). Differs: candidate lists and gains along the exchange instead of labels in a search over all positions;
-pieces may be reversed; kicks as in `kernels.lin_kernighan`.
+precedence).
+Differs: candidate lists and gains along the exchange instead of labels in a search over all positions; pieces may be
+reversed; kicks as in `kernels.lin_kernighan`.
 """
 
 from __future__ import annotations
@@ -46,16 +48,18 @@ from leafcut.kernels.route import (
     visit_cost,
 )
 
-#: Maximum length of a piece moved by a kick, and maximum number of draws for a position that precedence allows.
+#: Maximum length of a piece that a kick moves, and maximum number of random positions tried until precedence allows
+#: one.
 LONGEST_PIECE, DRAWS = 50, 12
 
-#: Share of kicks that switch the option of a node, if nodes have several options.
+#: Share of kicks that change the option of a node, if nodes have several options.
 OPTION_SHARE = 0.3
 
-#: Maximum number of simultaneous kicks if the path may get longer: on short paths, a single kick is simply repaired.
+#: Maximum number of simultaneous kicks if the path may become longer, because on short paths a single kick is simply
+#: undone by the repair.
 MOST_AT_ONCE = 3
 
-#: Maximum number of exchanges searched after a kick.
+#: Maximum number of searches for an exchange after a kick.
 MOST_SEARCHES = constant(10_000)
 
 #: Flags of an exchange.
@@ -71,7 +75,7 @@ def coordinate_of(route: Route, v: int, s: int) -> int:
 
 @part
 def node_at(route: Route, x: int, s: int) -> int:
-    """Return the node at coordinate x = 0 … n in direction s; n is the anchor again."""
+    """Return the node at coordinate x = 0 … n in direction s; at n, it is the anchor again."""
     n = len(route.node)
     if x == 0 or x == n:
         return int(route.node[0])
@@ -80,7 +84,7 @@ def node_at(route: Route, x: int, s: int) -> int:
 
 @part
 def reversal_cost(route: Route, s: int, x: int, y: int) -> float:
-    """Return the cost of reversing the piece of coordinates x … y, within it."""
+    """Return the cost within the piece of coordinates x … y that is added by reversing it."""
     if route.flags[TWISTED] == 0:
         return 0.0
     n, bias, shift = len(route.bias), route.bias, route.shift
@@ -90,7 +94,7 @@ def reversal_cost(route: Route, s: int, x: int, y: int) -> float:
 
 @part
 def new_edge_cost(cost: CostModel, route: Route, rules: Rules, listed: float, u: int, v: int, s: int) -> float:
-    """Return the cost of travel from u to v: the listed cost if nodes have a single option."""
+    """Return the cost of travel from u to v, which is the listed cost if nodes have a single option."""
     if len(rules.way) <= len(route.node):
         return listed
     return leg_cost(cost, route, u, v, s)
@@ -100,7 +104,8 @@ def new_edge_cost(cost: CostModel, route: Route, rules: Rules, listed: float, u:
 def record_exchange(
     route: Route, rules: Rules, s: int, x: int, y: int, z: int, swapped: bool, b: bool, c: bool
 ) -> bool:
-    """Record the exchange that cuts the path after positions x < y ≤ z if it is allowed; return whether it is.
+    """If the exchange that cuts the path after positions x < y ≤ z is allowed, record it; return whether it is allowed.
+
     Changes: move.
     """
     n, move, capacity = len(route.node), route.move, len(route.buffer)
@@ -110,7 +115,7 @@ def record_exchange(
         p, q, r = n - 1 - z, n - 1 - y, n - 1 - x
         b, c = c, b
     if r - p > capacity or not keeps_order(route, rules, p, q, r, swapped, b, c):
-        # On a ring, A C B with empty D equals B A C: another order with respect to the precedence.
+        # On a ring, A C B with empty D equals B A C, which is a different order with respect to precedence.
         if not (route.flags[RING] == 1 and swapped and r == n - 1) or b or c:
             return False
         p, q, r = -1, p, q
@@ -126,10 +131,10 @@ def cut_before(
     cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: int, min_gain: float, s: int, x0: int, t1: int,
     c: int, gain: float,
 ) -> float:  # fmt: skip
-    """Search an exchange after which the path goes from x0 to c, and which removes the edge that led to c.
+    """Search for an exchange after which the path goes from x0 to c, and which removes the edge that led to c.
 
-    Symbols as in `find_exchange`; gain is that of the edge to c instead of the edge to t1. Returns the gain of the
-    exchange, which is in `move`, or 0. Changes: move.
+    Symbols as in `find_exchange`; gain is that of using the edge to c instead of the edge to t1. Returns the gain of
+    the exchange, which is stored in `move`, or 0. Changes: move.
     """
     n = len(route.node)
     xc = coordinate_of(route, c, s)
@@ -179,7 +184,9 @@ def cut_after(
     cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: int, min_gain: float, s: int, x0: int, t1: int,
     xc: int, gain: float,
 ) -> float:  # fmt: skip
-    """As `cut_before`, for the node at xc > x0 + 1: the edge that led on from it is removed."""
+    """Search for an exchange as in `cut_before`, but for the node at xc > x0 + 1, and remove the edge that led on from
+    it.
+    """
     n = len(route.node)
     d = node_at(route, xc + 1, s)
     gain += leg_cost(cost, route, node_at(route, xc, s), d, s)
@@ -223,7 +230,7 @@ def cut_after(
 def find_exchange(
     cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: NDArray, min_gain: float, s: int, t0: int,
 ) -> float:  # fmt: skip
-    """Search an exchange that gains more than `min_gain` and gives t0 another successor; return its gain, or 0.
+    """Search for an exchange that gains more than `min_gain` and gives t0 another successor; return its gain, or 0.
 
     ======= ======== ===============================================================
     lists   Lists    candidates in direction s
@@ -263,8 +270,9 @@ def find_exchange(
 def improve_route(
     cost: CostModel, route: Route, rules: Rules, breadth: NDArray, min_gain: float, max_searches: int
 ) -> float:
-    """Make exchanges at the queued nodes until the queue is empty, the log is full, or `max_searches` are done; return
-    the gain. Changes: route.
+    """Make exchanges at the queued nodes, and return the gain.
+
+    The search ends when the queue is empty, the log is full, or `max_searches` are done. Changes: route.
     """
     total = 0.0
     while route.counts[1] > 0 and route.counts[3] == 0 and max_searches > 0:
@@ -273,7 +281,7 @@ def improve_route(
             max_searches -= 1
             gain = choose_option(cost, route, rules, v, min_gain)
             if gain <= 0.0:
-                # Numba compiles one version for each constant direction; a common version is a third slower.
+                # Numba compiles a version for each constant direction; a common version would be a third slower.
                 gain = find_exchange(cost, route, rules, rules.onward, breadth, min_gain, 1, v)
                 if gain <= 0.0:
                     gain = find_exchange(cost, route, rules, rules.backward, breadth, min_gain, -1, v)
@@ -289,8 +297,9 @@ def improve_route(
 
 @part
 def swap_pieces(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int) -> float:
-    """Swap two adjacent pieces at a random position that precedence allows; return the added cost. Changes: route,
-    states[k].
+    """Swap two adjacent pieces at a random position that precedence allows; return the added cost.
+
+    Changes: route, states[k].
     """
     node, move, n = route.node, route.move, len(route.node)
     first = -1 if route.flags[RING] == 1 else 0
@@ -314,7 +323,7 @@ def swap_pieces(cost: CostModel, route: Route, rules: Rules, states: NDArray, k:
 
 @part
 def change_option(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int) -> float:
-    """Switch a random node to a random option; return the added cost. Changes: route, states[k]."""
+    """Change a random node to a random option; return the added cost. Changes: route, states[k]."""
     v = below(states, k, len(route.node))
     start, stop = rules.way_begin[v], rules.way_begin[v + 1]
     if stop - start < 2:
@@ -348,10 +357,10 @@ def kick_route(
     k: int,
     kicks: int,
 ) -> float:
-    """Kick and repair `kicks` times, undoing results that lengthen the path; return the total gain.
+    """Kick and repair `kicks` times, undo results that lengthen the path, and return the total gain.
 
-    With `heat` above 0, several kicks are repaired at once, and a path longer by x is accepted with probability
-    exp(-x / heat), as in simulated annealing.
+    If `heat` is above 0, several kicks are repaired at once, and a path that is longer by x is accepted with
+    probability exp(-x / heat), as in simulated annealing.
     Changes: route, states[k].
     """
     total = 0.0

@@ -1,7 +1,7 @@
 """Minimum spanning trees over all pairs of nodes, under penalties: the proof of a lower bound.
 
-One node, `apart`, is left out: the hub of a 1-tree. The penalised cost of an edge is d(i, j) + (p_i + p_j), added in
-this order, so that both its ends get the same number.
+One node is left out, which is the hub of a 1-tree. The penalised cost of an edge is d(i, j) + (p_i + p_j), added in
+this order, so that both its ends have the same value.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ def dense_tree(
     a: NDArray,
     b: NDArray,
 ) -> None:
-    """Find the minimum spanning tree by a scan of all n² pairs; any metric, O(n) memory.
+    """Find the minimum spanning tree by a scan of all n² pairs; for any metric, with O(n) memory.
 
-    Among edges of equal cost, the edge to the node that joined last is taken: chains rather than stars.
-    Changes: outside, near int32[n], key float64[n] (scratch); a, b int32[n-2], the edges.
+    Among edges of equal cost, the edge to the node that joined last is used, so that chains form rather than stars.
+    Changes: outside, near int32[n], key float64[n] (work arrays); a, b int32[n-2], the edges.
     Source: R. C. Prim, Bell System Technical Journal 36 (1957).
     """
     size = 0
@@ -44,7 +44,7 @@ def dense_tree(
     for e in range(len(a)):
         nearest = 0
         for s in range(size):
-            # In a matrix a lookup suffices, because tied and free edges are edges of the hub.
+            # For a matrix, a lookup is enough, because tied and free edges are edges of the hub.
             d = cost.matrix[i, outside[s]] if cost.code == EXPLICIT else travel(cost, i, outside[s])
             c = d + (penalty[i] + penalty[outside[s]])
             if c <= key[s]:
@@ -58,17 +58,17 @@ def dense_tree(
 
 
 class ForestParts(NamedTuple):
-    """The parts of a forest that are merged to a tree, round by round.
+    """The parts of a forest that are merged into a tree, round by round.
 
     =========== ========== ==============================================================================
     up          int64[n]   union–find: a part is identified by the root of its nodes
     part        int32[n]   part of every node
     low         int32[m]   smallest id of a part that has points in a box of the k-d tree
-    high        int32[m]   largest id; -1 for none
+    high        int32[m]   largest such id; -1 for none
     min_penalty float64[m] smallest penalty of its points
     nearest     int32[n]   cheapest node of another part found for a node, or -1
-    reach       float64[n] lower bound of the cost to other parts; the cost of `nearest`, if there is one
-    best        float64[n] of every part: the cheapest edge that leaves it, from `leave` to `arrive`
+    reach       float64[n] lower bound on the cost to other parts; if `nearest` exists, its cost
+    best        float64[n] cost of the cheapest edge that leaves each part, from `leave` to `arrive`
     leave       int64[n]
     arrive      int64[n]
     stack       int64[128] boxes to visit
@@ -110,8 +110,9 @@ def leave_by_tree(
 ) -> int:
     """Find the cheapest edge that leaves each part; return the number of visits, or -1 if it exceeds `max_visits`.
 
-    Every metric of positions increases with |dx| and |dy|, also after rounding, and a lift only adds to it. Therefore
-    no edge into a box costs less than to its nearest point. Existing values in `parts.best` prune the search.
+    Every metric of positions increases with |dx| and |dy|, even after rounding, and a lift only increases it. Therefore
+    no edge into a box costs less than an edge to the nearest point of the box. Existing values in `parts.best` prune
+    the search.
     Changes: parts.nearest, reach, best, leave, arrive, stack.
     """
     part, best, nearest, reach, low, high = parts.part, parts.best, parts.nearest, parts.reach, parts.low, parts.high
@@ -139,7 +140,7 @@ def leave_by_tree(
                 continue
             right = tree.child[box_node] + 1
             if right > 0:
-                # The nearer box is visited first: its result lowers the limit for the other.
+                # The nearer box is visited first, because its result lowers the limit for the other.
                 second = 0 if squared_gap(box, right, x, y) < squared_gap(box, right - 1, x, y) else 1
                 stack[height], stack[height + 1] = right - 1 + second, right - second
                 height += 2
@@ -170,8 +171,8 @@ def _root(up: NDArray, i: int) -> int:
 def join_parts(excluded: int, parts: ForestParts, a: NDArray, b: NDArray, count: int) -> int:
     """Merge the parts along the edges that leave them; return the number of edges.
 
-    Edges of equal cost are harmless. Of two that would close a cycle, the second is dropped. It costs no less than the
-    edge by which its part was merged.
+    Ties are harmless: if two edges of equal cost would close a cycle, the second is dropped, because it costs no less
+    than the edge that has already merged its part.
     Changes: parts.up, part; a, b int32[n-2] from `count` on.
     Source: O. Borůvka, Práce Moravské přírodovědecké společnosti 3 (1926).
     """

@@ -1,4 +1,4 @@
-"""The largest empty discs next to a path, and the point at which they touch it again."""
+"""The largest empty discs next to a path, and the point where each touches the path again."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from leafcut.kernels import kernel, part
 from leafcut.kernels.bands import Bands, band_at, first_right_of
 
-#: Radius of the search around the centre of a disc, in reaches, with a margin for rounding.
+#: Search radius around the centre of a disc, as a multiple of the reach, with a margin for rounding.
 HALF = 0.5 + 1e-9
 
 
 class Reaches(NamedTuple):
-    """Search distance for a neighbour, mm: starts at `least`, doubles each time, ends at `most`."""
+    """Search distance for a neighbour, mm: it starts at `least`, doubles each time, and ends at `most`."""
 
     least: float
     most: float
@@ -23,7 +23,9 @@ class Reaches(NamedTuple):
 
 @part
 def smallest_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float) -> float:
-    """Return the smallest radius of the discs through a point of the bands that touch the tangent at (x, y)."""
+    """Return the smallest radius of the discs that touch the tangent at (x, y) and pass through a point of the
+    bands.
+    """
     smallest, middle_x, middle_y, half = math.inf, x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
     for band in range(band_at(bands, middle_y - half), band_at(bands, middle_y + half) + 1):
         index = first_right_of(bands, band, middle_x - half)
@@ -39,7 +41,7 @@ def smallest_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach:
 
 @part
 def highest_touched(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float, largest: float) -> int:
-    """Return the point highest above the tangent whose disc is small enough; the last of equals.
+    """Return the point that is highest above the tangent and whose disc is small enough; among equals, the last.
 
     largest  radius of the disc, mm, at most half the reach
     """
@@ -71,7 +73,7 @@ def find_neighbours(
     row: NDArray,
     radius: NDArray,
 ) -> None:
-    """Find the smallest disc that touches the tangent at each point, on the side of its normal, and another point.
+    """For each point, find the smallest disc that touches its tangent, on the side of its normal, and another point.
 
     A disc through q that touches the tangent at p has the radius (q − p)² / (2 n·(q − p)). The points q within the
     reach determine all discs smaller than half the reach, so the reach grows until a disc is found. Among discs with
@@ -80,9 +82,9 @@ def find_neighbours(
     ============ =========== ==============================================
     x, y, nx, ny float64[n]  points p, mm, and unit normals there
     equal        float       relative tolerance
-    height       float64[n]  of q above the tangent, mm; 0 if none is found
+    height       float64[n]  height of q above the tangent, mm; 0 if none is found
     row          int64[n]    number of q
-    radius       float64[n]  of the disc, mm
+    radius       float64[n]  radius of the disc, mm
     ============ =========== ==============================================
 
     Changes: height, row, radius.

@@ -1,4 +1,4 @@
-"""A mesh seen from above: the maximum height of its triangles in every cell, and maxima within a reach."""
+"""A mesh seen from above: the maximum height of its triangles in each cell, and maxima within a reach."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: Relative distance of a cell centre outside a triangle up to which it counts as on its edge.
+#: Maximum relative distance between a triangle and a cell centre outside that counts as being on its edge.
 _ON_EDGE = 1e-6
 
 
@@ -17,7 +17,7 @@ _ON_EDGE = 1e-6
 def _highest_in_column(
     x0: float, y0: float, z0: float, x1: float, y1: float, z1: float, left: float, right: float, low: float, high: float
 ) -> float:
-    """Return the maximum height of an edge inside a rectangle, −∞ if it is outside (Liang–Barsky clipping)."""
+    """Return the maximum height of an edge inside a rectangle, or −∞ if it is outside (Liang–Barsky clipping)."""
     enter, leave = 0.0, 1.0
     for axis in range(2):
         start = x0 if axis == 0 else y0
@@ -39,16 +39,16 @@ def _highest_in_column(
 
 @kernel
 def raise_whole_cells(triangles: NDArray, x: float, y: float, cell: float, heights: NDArray) -> None:
-    """Raise every cell to the maximum height of the triangles in it.
+    """Raise each cell to the maximum height of the triangles in it.
 
-    On a rectangle, a plane is highest at a corner. A triangle is highest at a corner of the rectangle below the
-    triangle, or on one of its own edges. Both are checked, so the height is exact.
+    On a rectangle, a plane is highest at a corner. A triangle is highest at a corner of the rectangle below it, or on
+    one of its own edges. Both are checked, so the height is exact.
 
     ========= ================ ==================================================================
     triangles float64[n, 3, 3] vertices, mm
     x, y      float            lower left corner of the first cell, mm
-    cell      float            side of a cell, mm
-    heights   float64[r, c]    row by row from the lowest y; −∞ where empty
+    cell      float            side length of a cell, mm
+    heights   float64[r, c]    heights row by row from the lowest y; −∞ where empty
     ========= ================ ==================================================================
 
     Changes: heights.
@@ -86,11 +86,11 @@ def raise_whole_cells(triangles: NDArray, x: float, y: float, cell: float, heigh
 
 @kernel
 def maximum_within_reach(heights: NDArray, reach: NDArray, widest: NDArray) -> None:
-    """Set every cell to the maximum of the cells within reach.
+    """Set each cell to the maximum of the cells within reach.
 
     ======= ============= ====================================================================
-    heights float64[r, c] of the cells
-    reach   int64[2d + 1] by row from −d to d: number of columns to both sides within reach
+    heights float64[r, c] heights of the cells
+    reach   int64[2d + 1] for rows −d to d: number of columns within reach on each side
     widest  float64[r, c] result
     ======= ============= ====================================================================
 
@@ -110,14 +110,14 @@ def maximum_within_reach(heights: NDArray, reach: NDArray, widest: NDArray) -> N
 
 @kernel
 def heights_at(triangles: NDArray, first: NDArray, x: NDArray, y: NDArray, top: NDArray, under: NDArray) -> None:
-    """Find the maximum and minimum height of triangles at given points, without vertical triangles.
+    """Find the maximum and minimum height of the triangles at given points; vertical triangles are ignored.
 
     ========= ================ =====================================================
     triangles float64[n, 3, 3] vertices, mm
     first     int64[n]         first point that is not left of a triangle
     x, y      float64[m]       points, mm, sorted by x
-    top       float64[m]       −∞ without a triangle
-    under     float64[m]       ∞ without a triangle
+    top       float64[m]       maximum height; −∞ without a triangle
+    under     float64[m]       minimum height; ∞ without a triangle
     ========= ================ =====================================================
 
     Changes: top, under.
@@ -138,7 +138,7 @@ def heights_at(triangles: NDArray, first: NDArray, x: NDArray, y: NDArray, top: 
                 continue
             u = ((x[i] - ax) * (cy - ay) - (cx - ax) * (y[i] - ay)) / area
             v = ((bx - ax) * (y[i] - ay) - (x[i] - ax) * (by - ay)) / area
-            # At a common edge of two triangles, rounding must not leave a gap.
+            # Rounding must not leave a gap at a common edge of two triangles.
             if u >= -1e-9 and v >= -1e-9 and u + v <= 1.0 + 1e-9:
                 z = az + u * (bz - az) + v * (cz - az)
                 top[i] = max(top[i], z)
@@ -146,7 +146,9 @@ def heights_at(triangles: NDArray, first: NDArray, x: NDArray, y: NDArray, top: 
 
 
 def reach_in_cells(radius: float, cell: float) -> NDArray[np.int64]:
-    """Return the `reach` of `maximum_within_reach` for a radius, mm: cells with any point within the radius of ours."""
+    """Return the `reach` of `maximum_within_reach` for a radius, mm: all cells with a point within the radius of this
+    cell.
+    """
     d = math.floor(radius / cell) + 1
     gap = np.maximum(np.abs(np.arange(-d, d + 1)) - 1, 0) * cell
     half_width = np.sqrt(np.maximum(radius**2 - gap**2, 0.0))
@@ -156,12 +158,12 @@ def reach_in_cells(radius: float, cell: float) -> NDArray[np.int64]:
 
 @kernel
 def raise_cell_middles(heights: NDArray, x: float, y: float, cell: float, triangles: NDArray) -> int:
-    """Raise every cell to the highest triangle above its centre; return the number of triangles used.
+    """Raise each cell to the highest triangle above its centre; return the number of triangles used.
 
     heights    float32[rows, columns]  height of the material, mm
     x, y       centre of the first cell, mm
-    cell       its side, mm
-    triangles  float64[n, 3, 3]        vertices, mm; vertical triangles have no area from above
+    cell       side length of a cell, mm
+    triangles  float64[n, 3, 3]        vertices, mm; vertical triangles have no area seen from above
 
     Changes: heights.
     """

@@ -1,4 +1,4 @@
-"""Cut a height field: a tool on a straight move lowers every cell below it to its lowest surface there."""
+"""Cut a height field: a tool on a straight move lowers each cell below it to its lowest surface there."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: Newton's method for the minimum of a round corner on a slope: final step per corner radius (the next would be about
-#: its square), and maximum number of steps. A few steps suffice; each at least halves the error, which bounds their
-#: number.
+#: Newton's method for the minimum of a round corner on a slope: final step relative to the corner radius (the next step
+#: would be about its square), and maximum number of steps. A few steps are enough; each step at least halves the error,
+#: which limits their number.
 _CLOSE, _MOST_STEPS = 1e-7, 40
 
 
 class ToolShape(NamedTuple):
-    """Numbers of a tool's shape, mm: see `leafcut.model.cutter.Cutter`; slope 0 is a cylinder."""
+    """Dimensions of a tool's shape, mm (see `leafcut.model.cutter.Cutter`); slope 0 is a cylinder."""
 
     radius: float
     flat: float
@@ -30,11 +30,11 @@ class CellRows(NamedTuple):
     """Some rows of a height field.
 
     =========== ====================== ======================================================================
-    heights     float32[rows, columns] height of the material in every cell, mm
-    lowered     float32[rows, columns] height of cells lowered by rapids; or float32[0, 0]: not requested
+    heights     float32[rows, columns] height of the material in each cell, mm
+    lowered     float32[rows, columns] height of cells lowered by rapids; float32[0, 0] if not requested
     first, last int                    the rows: first … last − 1
     x, y        float                  centre of the first cell of the field, mm
-    cell        float                  side of a cell, mm
+    cell        float                  side length of a cell, mm
     =========== ====================== ======================================================================
     """
 
@@ -49,7 +49,7 @@ class CellRows(NamedTuple):
 
 @part
 def tool_surface_height(shape: ToolShape, r: float) -> float:
-    """Return the height of a tool's surface above its tip, mm, at the distance r ≤ radius from its axis."""
+    """Return the height of a tool's surface above its tip, mm, at a distance r ≤ radius from its axis."""
     if r <= shape.flat:
         return 0.0
     if r <= shape.reach:
@@ -62,7 +62,7 @@ def tool_surface_height(shape: ToolShape, r: float) -> float:
 def rises_at(shape: ToolShape, d: float, grade: float, w: float) -> bool:
     """Return whether the corner's arc at the offset w ≥ 0 rises at least as fast as the path falls.
 
-    d, grade  as in `lowest_offset`; the point lies on the arc
+    d, grade  as in `lowest_offset`; the point is on the arc
     """
     r2 = d * d + w * w
     out = math.sqrt(r2) - shape.flat
@@ -71,7 +71,7 @@ def rises_at(shape: ToolShape, d: float, grade: float, w: float) -> bool:
 
 @part
 def lowest_distance(shape: ToolShape, d: float, grade: float, max_distance: float) -> float:
-    """Return the distance from the axis at which the tool's corner cuts deepest, at a distance d < reach from its path.
+    """Return the distance from the axis at which a tool corner cuts deepest, at a distance d < reach from its path.
 
     flat, corner > 0; grade  as in `lowest_offset`
     max_distance             upper bound of the result, mm
@@ -85,16 +85,16 @@ def lowest_distance(shape: ToolShape, d: float, grade: float, max_distance: floa
     """
     square, corner_term = 1.0 + grade * grade, grade * grade * shape.corner * shape.corner
     r = max_distance
-    if d < shape.flat:  # upper bound of the root, from the maximum d²/r² at the edge of the flat
+    if d < shape.flat:  # upper bound on the root, from the maximum d²/r² at the edge of the flat
         turn = square - d * d / (shape.flat * shape.flat)
         if turn > 0.0:
             r = min(max_distance, shape.flat + math.sqrt(corner_term / turn))
-    elif d > shape.flat:  # a Newton step from d, below the root, reaches or passes it
+    elif d > shape.flat:  # a Newton step from d, which is below the root, reaches or passes the root
         out = d - shape.flat
         r = min(max_distance, d + (corner_term - out * out * grade * grade) / (2.0 * out * (grade * grade + out / d)))
     for _ in range(_MOST_STEPS):
         out, share = r - shape.flat, d * d / (r * r)
-        if out <= 0.0:  # the path is so flat that the root rounds to the edge of the flat
+        if out <= 0.0:  # the path is so flat that the root is rounded to the edge of the flat
             return shape.flat
         turn = square - share
         step = (out * out * turn - corner_term) / (2.0 * out * (turn + out * share / r))
@@ -106,18 +106,18 @@ def lowest_distance(shape: ToolShape, d: float, grade: float, max_distance: floa
 
 @part
 def lowest_offset(shape: ToolShape, d: float, grade: float, min_offset: float, max_offset: float) -> float:
-    """Return the offset ahead, towards the lower end, at which the tool cuts deepest at a distance d from its path.
+    """Return the offset towards the lower end of a path at which the tool cuts deepest, at a distance d from the path.
 
     d            distance of the point from the path of the tool, mm
     grade        descent of the path per mm, > 0
     min_offset, max_offset  range of offsets on the path, mm: the caller clamps the result to it. If the deepest offset
                  lies outside, any offset on the same side may be returned.
 
-    The height is surface(√(d² + w²)) − grade · w, convex in w, so its only minimum is where the slope is 0.
+    The height is surface(√(d² + w²)) − grade · w. It is convex in w, so its only minimum is where the slope is 0.
     """
     at_reach = math.sqrt(max(shape.reach * shape.reach - d * d, 0.0))
     if d >= shape.reach or (shape.slope > 0.0 and shape.slope * at_reach < grade * shape.reach):
-        if shape.slope <= grade:  # a cylinder, or a cone flatter than the descent
+        if shape.slope <= grade:  # a cylinder, or a cone that is flatter than the descent
             return max_offset
         return max(grade * d / math.sqrt(shape.slope * shape.slope - grade * grade), at_reach)
     inner = math.sqrt(max(shape.flat * shape.flat - d * d, 0.0))
@@ -138,7 +138,7 @@ def lowest_offset(shape: ToolShape, d: float, grade: float, min_offset: float, m
 
 @part
 def row_stretch(y: float, dx: float, dy: float, radius: float) -> tuple[float, float]:
-    """Return the range in x that a disc moving from (0, 0) by (dx, dy) covers in the row at y; low > high: none.
+    """Return the range in x that a disc moving from (0, 0) by (dx, dy) covers in the row at y; low > high means none.
 
     Its edge is farthest out where its normal is perpendicular to the path, or at an end of the path.
     """
@@ -171,7 +171,7 @@ def rows_under(y: float, dy: float, radius: float, first: int, last: int, cell: 
 
 @part
 def columns_under(low: float, high: float, columns: int, cell: float) -> tuple[int, int]:
-    """Return the first and the last column whose centres lie in low … high, including touching edges."""
+    """Return the first and the last column whose centres are within low … high, including touching edges."""
     return max(0, math.ceil(low / cell - 1e-9)), min(columns - 1, math.floor(high / cell + 1e-9))
 
 
@@ -179,10 +179,10 @@ def columns_under(low: float, high: float, columns: int, cell: float) -> tuple[i
 def lowest_height(
     shape: ToolShape, margin: float, along: float, d: float, length: float, grade: float, bound_limit: float
 ) -> float:
-    """Return the lowest height of a tool above a point under its path, relative to the tip's start, mm.
+    """Return the lowest height of a tool above a point under its path, relative to the start of the tip, mm.
 
-    along, d     the point: along the path from its start, and beside it, mm
-    length       of the path in the plane, mm; 0: vertical
+    along, d     position of the point: along the path from its start, and beside it, mm
+    length       length of the path in the plane, mm; 0 if vertical
     grade        rise of the path per mm
     bound_limit  above this height, any lower bound of the result may be returned, mm
     """
@@ -190,7 +190,7 @@ def lowest_height(
         return tool_surface_height(shape, min(math.sqrt(d * d + along * along) + margin, shape.radius))
     w = min(max(0.0, -along), length - along)
     if grade != 0.0:
-        # Lower bound: the tip at its lowest, the point at its nearest.
+        # Lower bound: the lowest height of the tip, at the smallest distance of the point.
         bound = min(0.0, grade * length) + tool_surface_height(
             shape, min(math.sqrt(d * d + w * w) + margin, shape.radius)
         )
@@ -208,10 +208,10 @@ def lowest_height(
 
 @part
 def material_over_tool(rows: CellRows, shape: ToolShape, move: NDArray, margin: float) -> float:
-    """Return the maximum height of material over a tool that is wider by a margin all round, along its path, mm.
+    """Return the maximum height of material above a tool that is wider by a margin all around, along its path, mm.
 
-    Negative: below the tool; −∞: no material under it in these rows. On a sloped move, every point counts as passed at
-    the lowest height of the move, at its nearest.
+    A negative value means that the material is below the tool, and −∞ that there is no material under it in these rows.
+    On a sloped move, each point counts as passed at the lowest height of the move, at its smallest distance.
     """
     xa, ya, z_low = move[0] - rows.x, move[1] - rows.y, min(move[2], move[5])
     dx, dy = move[3] - move[0], move[4] - move[1]
@@ -242,14 +242,14 @@ def material_over_tool(rows: CellRows, shape: ToolShape, move: NDArray, margin: 
 def body_depth(
     rows: CellRows, radius: float, body: ToolShape, above: float, move: NDArray, film: float
 ) -> tuple[float, float]:
-    """Return the maximum depth of a part above the flutes in the material during a move, and the number of cells.
+    """Return the maximum depth in material of a part above the flutes during a move, and the number of cells.
 
-    radius  of the cutting tool, mm: a point under it is cut and no longer in the way of the part above
+    radius  radius of the cutting tool, mm; a point under it is cut and cannot hit the part above
     body    underside of the part, as a surface above its lower end
     above   height of that lower end above the tip, mm
 
-    The part is reduced by a cell all round, otherwise it would meet each wall that its tool has just cut. A part no
-    wider than its tool meets only material that the tool enters deeper than its flute length.
+    The part is reduced by one cell all around; otherwise it would hit each wall that its tool has just cut. A part no
+    wider than its tool hits only material that the tool enters deeper than its flute length.
     """
     xa, ya, za = move[0] - rows.x, move[1] - rows.y, move[2] + above
     dx, dy, dz = move[3] - move[0], move[4] - move[1], move[5] - move[2]
@@ -263,7 +263,7 @@ def body_depth(
         length, za = 0.0, lowest
     else:
         ux, uy, grade = dx / length, dy / length, dz / length
-    # Contact with the material ahead happens at the tool's own edge.
+    # The tool contacts the material ahead at its own edge.
     search_radius = max(inner_radius, radius)
     row_low, row_high = rows_under(ya, dy, search_radius, rows.first, rows.last, rows.cell)
     for row in range(row_low, row_high + 1):
@@ -298,8 +298,9 @@ def body_depth(
 def meet_bodies(
     rows: CellRows, shape: ToolShape, move: NDArray, film: float, top: float, bodies: NDArray, result: NDArray
 ) -> None:
-    """Check all parts of a tool above its flutes against the material during a move; see `sweep`. Changes: result[6],
-    result[7], result[8].
+    """Check all parts of a tool above its flutes against the material during a move (see `sweep`).
+
+    Changes: result[6], result[7], result[8].
     """
     for b in range(len(bodies)):
         above = bodies[b, 6]
@@ -333,11 +334,11 @@ def sweep(
     moves        float64[m, 6]           start and end of the tip, mm
     selected     int64[k]                moves to process, in order
     inset        float64[m]              reduction of the tool radius for rapids, mm; otherwise 0
-    margin       additional radius of the tool for `result[:, 5]`, mm; negative: not requested
-    film         thinner layers, mm, are rounding: they are removed, but count only by their volume
-    top          upper bound of the material, mm
+    margin       additional radius of the tool for `result[:, 5]`, mm; negative if not requested
+    film         thickness below which layers, mm, are rounding errors: they are removed, but only their volume counts
+    top          upper bound on the height of the material, mm
     bodies       float64[b, 8]           parts of the tool above its flutes: the six numbers of a `ToolShape`, height of
-                                         its lower end above the tip, mm, and 0 for a shank, 1 for a holder
+                                         the lower end above the tip, mm, and 0 for a shank or 1 for a holder
     result       float64[k, 9]           per move: removed height, mm summed over cells; cut cells; deepest cut, mm;
                                          minimum and maximum distance to the left of the path at which it cut, mm;
                                          height of material over the wider tool, mm; depths of the shank and of the
