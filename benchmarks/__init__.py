@@ -7,7 +7,7 @@ from pathlib import Path
 
 #: Root of the checkout.
 ROOT = Path(__file__).parents[1]
-#: Runs a command of a checkout; older checkouts have it in other modules.
+#: Code that runs a command of a checkout; in older checkouts, the command is in other modules.
 COMMAND = """
 try:
     from leafcut.__main__ import main
@@ -27,7 +27,7 @@ def environment_of(source: Path, cache: Path) -> dict[str, str]:
 
 
 def shared(variable: str, name: str) -> Path:
-    """Return the folder that the environment variable names, by default shared/NAME beside the checkout."""
+    """Return the folder that the environment variable names, or by default shared/NAME next to the checkout."""
     return Path(os.environ.get(variable) or ROOT.parent / "shared" / name)
 
 

@@ -1,4 +1,4 @@
-"""Run a benchmark: `python -m benchmarks NAME [options]`. Without a name: list the benchmarks."""
+"""Run a benchmark: `python -m benchmarks NAME [options]`. Without a name, list the benchmarks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def titles() -> dict[str, str]:
-    """Return the benchmarks with the first line of their docstrings; no module is imported."""
+    """Return the first line of each benchmark's docstring, by name; no module is imported."""
     title_of = {}
     for file in sorted(Path(__file__).parent.glob("[!_]*.py")):
         tree = ast.parse(file.read_text(encoding="utf-8"))
@@ -20,7 +20,7 @@ def titles() -> dict[str, str]:
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run the benchmark that the command line names; return its exit status."""
+    """Run the benchmark named on the command line, and return its exit status."""
     known = titles()
     if not argv or argv[0] in ("-h", "--help"):
         print("python -m benchmarks NAME [options]; --help after a name lists its options\n")

@@ -1,6 +1,6 @@
-"""Measured boards, and a judge of tours that shares no code with leafcut.
+"""Benchmark boards, and a check of tours that shares no code with leafcut.
 
-The judge checks that a tour visits every node once. It adds up the length with NumPy alone, rounded by the rules of
+The check verifies that a tour visits every node once. It computes the length only with NumPy, rounded by the rules of
 TSPLIB (G. Reinelt, TSPLIB 95, section 2).
 """
 
@@ -16,22 +16,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from benchmarks import data_folder
 
-#: Default boards: drilled boards, then large maps.
+#: Default boards: drilling patterns, then large maps.
 BOARDS = (
     "pcb442", "d1291", "fl1577", "u1817", "d2103", "u2319", "pcb3038", "fl3795", "rl5915", "rl11849", "pla85900",
     "mona-lisa100K", "uniform:1000000",
 )  # fmt: skip
 
-#: Best known lengths without a proof, and their source; the lower bound is 5,757,084 (Concorde, 2012).
+#: Best known lengths that are not proved optimal, with their source; the lower bound is 5,757,084 (Concorde, 2012).
 #: Source: https://www.math.uwaterloo.ca/tsp/data/ml/monalisa.html
 BEST_KNOWN = {"mona-lisa100K": (5_757_191.0, "best known, Nagata 2009")}
 
-#: The shortest tour of n random points on an area A tends to this times √(nA).
+#: Factor on √(nA) that the length of the shortest tour of n random points on an area A approaches.
 #: Source: D. S. Johnson, L. A. McGeoch and E. E. Rothberg, Asymptotic experimental analysis for the Held–Karp traveling
 #: salesman bound, SODA 1996.
 UNIFORM_CONSTANT = 0.7124
 
-#: Side of the square of the random points.
+#: Side length of the square that contains the random points.
 SIDE = 1e6
 
 #: Relative rounding error of a sum of a million square roots in any order.
@@ -54,12 +54,12 @@ class Board:
         return len(self.xy)
 
     def gap_percent(self, length: float) -> float:
-        """Return the gap between a length and the reference, percent."""
+        """Return the gap between a length and the reference, in percent."""
         return 100.0 * (length / self.reference - 1.0)
 
 
 def load(name: str) -> Board:
-    """Return the board of a TSPLIB file in the data folder, or of ``uniform:N[:SEED]``.
+    """Return the board from a TSPLIB file in the data folder, or from ``uniform:N[:SEED]``.
 
     Raises
     ------
@@ -87,7 +87,9 @@ def optimum(name: str) -> float:
 
 
 def uniform(n: int, seed: int = 1) -> Board:
-    """Return n random points, uniform in a square; the reference is the asymptotic length of the shortest tour."""
+    """Return n random points, uniformly distributed in a square; the reference is the asymptotic length of the shortest
+    tour.
+    """
     xy = np.random.default_rng(seed).uniform(0.0, SIDE, (n, 2))
     words = f"{UNIFORM_CONSTANT}·√(nA)"
     return Board(f"uniform:{n}" + (f":{seed}" if seed != 1 else ""), xy, "euclidean",
@@ -95,7 +97,7 @@ def uniform(n: int, seed: int = 1) -> Board:
 
 
 def rounded(rule: str, distance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return Euclidean distances, rounded by a rule of TSPLIB.
+    """Return Euclidean distances, rounded by a TSPLIB rule.
 
     Raises
     ------
@@ -112,7 +114,7 @@ def rounded(rule: str, distance: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def matrix(board: Board, dtype: str) -> NDArray[Any]:
-    """Return all distances, [n, n] of an integer type; computed row by row to save memory."""
+    """Return all distances, [n, n], in an integer type; they are computed row by row to save memory."""
     whole: NDArray[Any] = np.empty((board.n, board.n), dtype=dtype)
     for row, place in zip(whole, board.xy, strict=True):
         row[:] = rounded(board.rule, np.hypot(*(board.xy - place).T))
@@ -120,7 +122,7 @@ def matrix(board: Board, dtype: str) -> NDArray[Any]:
 
 
 def checked_length(board: Board, tour: ArrayLike, stated: float | None = None) -> float:
-    """Return the length of a tour, added up here; `stated` is the length that the solver reports.
+    """Check a tour and return its independently computed length; `stated` is the length that the solver reports.
 
     Raises
     ------

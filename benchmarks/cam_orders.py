@@ -1,4 +1,4 @@
-"""Create the drilling programs of other CAM programs' hole orders, for the experiment `cam_orders` of `leafcut lab`.
+"""Create drilling programs with the hole orders of other CAM programs, for the lab experiment `cam_orders`.
 
     python -m benchmarks cam_orders              writes src/leafcut/lab/parts/cam_orders/CAM/PLATE.nc
 
@@ -6,9 +6,9 @@ The three CAM programs order the holes of each drill:
 
 * FreeCAD: its drilling operation, run by `freecadcmd`.
 * pcb2gcode: nearest neighbour and 2-opt, implemented here.
-* dxf2gcode: a genetic algorithm, implemented here; it depends on chance, and seed 1 is stored.
+* dxf2gcode: a genetic algorithm, implemented here; its result depends on chance, so the order for seed 1 is stored.
 
-All programs have the same tools, heights, feeds and cycle, so they differ in the order of the holes only.
+All programs have the same tools, heights, feeds and cycle, so they differ only in the order of the holes.
 """
 
 from __future__ import annotations
@@ -30,29 +30,30 @@ from benchmarks import ROOT, page
 PARTS = ROOT / "src" / "leafcut" / "lab" / "parts"
 PLATES, PROGRAMS = PARTS / "plates", PARTS / "cam_orders"
 
-#: Spindle speed, rpm, and feed, mm/min, by the drill's diameter, mm: those that `leafcut drill` assumes for mild steel.
+#: Spindle speed, rpm, and feed, mm/min, by drill diameter, mm, as `leafcut drill` assumes for mild steel.
 CUTTING = {3.175: (2005, 127.3), 6.35: (1003, 127.4)}
-#: Thickness of the plates, clearance height and height of the retract plane, mm.
+#: Thickness of the plates, clearance height, and height of the retract plane, mm.
 THICKNESS, CLEARANCE, RETRACT = 6.35, 10.0, 2.0
-#: Length of the tip of a drill of 118°, by its diameter, and distance below the plate, mm.
+#: Length of the tip of a 118° drill relative to its diameter, and distance drilled below the plate, mm.
 TIP, BELOW = 0.5 / math.tan(math.radians(59.0)), 0.5
-#: Minimum gain of a 2-opt move, mm: smaller gains are rounding errors.
+#: Minimum gain of a 2-opt move, mm; smaller gains are rounding errors.
 LEAST_GAIN = 1e-9
 #: Position before the first hole.
 ORIGIN = (0.0, 0.0)
-#: Defaults of dxf2gcode: most tours of a population, most generations, and share of mutations that reverse a section.
+#: Defaults of dxf2gcode: maximum population, maximum number of generations, and share of mutations that reverse a
+#: section.
 MOST_TOURS, MOST_GENERATIONS, REVERSALS = 20, 6, 0.75
 
 Point = tuple[float, float]
-#: Returns the holes of one drill in the order of a CAM program.
+#: Function that returns the holes of one drill in the order of a CAM program.
 HoleOrder = Callable[[Sequence[Point]], list[Point]]
 
 
 def pcb2gcode_order(holes: Sequence[Point]) -> list[Point]:
-    """Return the holes in the order of pcb2gcode, which starts at the origin and ends at any hole.
+    """Return the holes in the order of pcb2gcode, which starts at the origin and may end at any hole.
 
-    Lengths are Chebyshev distances. The nearest-neighbour order replaces the given order if it is shorter. Sweeps over
-    all sections then reverse each section that shortens the path, until a sweep finds none.
+    Lengths are Chebyshev distances. The nearest-neighbour order replaces the given order if it is shorter. Then
+    repeated sweeps over all sections reverse each section whose reversal shortens the path, until a sweep finds none.
 
     Source: pcb2gcode, tsp_solver.hpp, with its default options. Differs: `LEAST_GAIN`.
     """
@@ -73,14 +74,14 @@ def pcb2gcode_order(holes: Sequence[Point]) -> list[Point]:
 
 
 def dxf2gcode_order(holes: Sequence[Point], seed: int = 1) -> list[Point]:
-    """Return the holes in the order of dxf2gcode: the shortest tour through the origin of a genetic algorithm.
+    """Return the holes in the order of dxf2gcode: the shortest tour through the origin that a genetic algorithm finds.
 
-    The first tours are nearest-neighbour tours from random starts. In a generation, pairs compete twice: the winners
-    of the second round are kept, and each pair of winners of the first round has a child. Both enter the next
-    generation unchanged and mutated.
+    The first tours are nearest-neighbour tours from random starts. In each generation, pairs compete twice. The winners
+    of the second round survive, and each pair of winners of the first round has a child. All of these enter the next
+    generation, both unchanged and mutated.
 
-    Source: dxf2gcode 20191025, postpro/tspoptimisation.py, with its default options. Differs: its mutation rate
-    of 0.95 is omitted, because it is rounded to all tours of each possible population.
+    Source: dxf2gcode 20191025, postpro/tspoptimisation.py, with its default options. Differs: its mutation rate of 0.95
+    is omitted, because with rounding it applies to all tours of every possible population.
     """
     if len(holes) < 2:
         return list(holes)
@@ -109,7 +110,7 @@ def _from_origin(tour: list[int]) -> list[int]:
 
 
 def _winners(tours: Sequence[list[int]], stops: Sequence[Point], rng: random.Random) -> list[list[int]]:
-    """Return the shorter tour of each of the random pairs of tours."""
+    """Return the shorter tour of each pair in a random pairing of the tours."""
     drawn = rng.sample(list(tours), len(tours))
     return [min(pair, key=lambda tour: tour_length(tour, stops)) for pair in zip(drawn[::2], drawn[1::2], strict=False)]
 
@@ -120,7 +121,7 @@ def _section(length: int, rng: random.Random) -> tuple[int, int]:
 
 
 def _child(mother: list[int], father: list[int], rng: random.Random) -> list[int]:
-    """Return the tour of `father` with a random section of `mother` moved to a random position."""
+    """Return the tour of `father` with a random section of `mother` inserted at a random position."""
     first, last = _section(len(mother), rng)
     section = mother[first : last + 1]
     rest = [stop for stop in father if stop not in section]
@@ -129,7 +130,7 @@ def _child(mother: list[int], father: list[int], rng: random.Random) -> list[int
 
 
 def _mutated(tour: list[int], rng: random.Random) -> list[int]:
-    """Return the tour with a random section reversed, or with two of its stops exchanged."""
+    """Return the tour with a random section reversed, or with two of its stops swapped."""
     changed = list(tour)
     first, last = _section(len(tour), rng)
     if rng.random() < REVERSALS:
@@ -187,14 +188,14 @@ def freecad_order(holes: Sequence[Point], freecadcmd: str = "freecadcmd") -> lis
     return order
 
 
-#: The order of each CAM program, by the name of its folder.
+#: Ordering function of each CAM program, by the name of its folder.
 ORDERS: dict[str, HoleOrder] = {
     "freecad": freecad_order, "pcb2gcode": pcb2gcode_order, "dxf2gcode": dxf2gcode_order,
 }  # fmt: skip
 
 
 def holes_of(plate: Path) -> dict[float, list[Point]]:
-    """Return the holes of a plate by diameter, mm, the smallest diameter first."""
+    """Return the holes of a plate by diameter, mm, smallest diameter first."""
     holes: dict[float, list[Point]] = {}
     with plate.open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
@@ -203,7 +204,7 @@ def holes_of(plate: Path) -> dict[float, list[Point]]:
 
 
 def program(comment: str, holes: dict[float, list[Point]]) -> str:
-    """Return the drilling program of holes in this order, by diameter."""
+    """Return the drilling program for holes in this order, by diameter."""
     lines = ["%", "O0001", f"({comment})", "G21", "G17 G90 G40 G49 G80", "G94 G54", "G53 G0 Z0."]
     for tool, (diameter, order) in enumerate(holes.items(), 1):
         speed, feed = CUTTING[diameter]

@@ -1,10 +1,10 @@
-"""Report of the full experiments of `leafcut lab`, from a file of results.
+"""Report on the full experiments of `leafcut lab`, from a results file.
 
     leafcut lab run machining_time --results all.sqlite          and so on, for the names in `leafcut lab list`
     python -m benchmarks experiments --results all.sqlite
 
-Each section states the number of finished runs, the machine and its load. `--write` replaces the sections of the
-experiments with results, and keeps the other sections.
+Each section states the number of finished runs, the machine and its load. `--write` replaces the sections of those
+experiments that have results, and keeps the other sections.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from leafcut.lab.results import ReportBlock, Results, Table
 from leafcut.lab.running import can_run, rows_of
 from leafcut.lab.store import Row, Store
 
-#: Most rows of a table; `leafcut lab report` writes all rows to a CSV file.
+#: Maximum number of rows of a table; `leafcut lab report` writes all rows to a CSV file.
 MOST_ROWS = 36
-#: Most rows of a table of published figures, which has no other place in the page.
+#: Maximum number of rows of a table of published results, which are shown nowhere else on the page.
 MOST_PUBLISHED = 100
-#: Last column of the tables of pairs, which only `leafcut lab report` shows.
+#: Last column of the tables of pairwise comparisons, which only `leafcut lab report` shows.
 _PAIRS = "Differ"
 
 
@@ -59,7 +59,7 @@ def section(experiment: Description, rows: list[Row]) -> str:
 
 
 def shown(block: ReportBlock, most_rows: int = MOST_ROWS) -> list[str]:
-    """Return a block of a report without its charts."""
+    """Return a report block as lines of Markdown, without its charts."""
     lines = [f"### {block.title}", ""]
     for words in block.words:
         lines += [f"* {words}"]
@@ -72,7 +72,7 @@ def shown(block: ReportBlock, most_rows: int = MOST_ROWS) -> list[str]:
 
 
 def markdown(table: Table) -> list[str]:
-    """Return a table in Markdown."""
+    """Return a table as lines of Markdown."""
     rules = ["---" if k < table.texts else "---:" for k in range(len(table.columns))]
     return [
         "| " + " | ".join(word.replace("|", "/") for word in row) + " |" for row in (table.columns, rules, *table.rows)
@@ -80,14 +80,14 @@ def markdown(table: Table) -> list[str]:
 
 
 def replaced(text: str, sections: Sequence[str]) -> str:
-    """Return a page with new sections in place of the sections with the same headings, or at its end."""
+    """Replace the sections of a page that have the same headings as the new sections; append the others at the end."""
     head, *old = re.split(r"^(?=## )", text, flags=re.MULTILINE)
     by_heading = {part.partition("\n")[0]: part.strip() for part in (*old, *sections)}
     return "\n\n".join([head.strip(), *by_heading.values()])
 
 
 def main(argv: Sequence[str]) -> int:
-    """Publish the sections of all experiments with results."""
+    """Publish the sections of all experiments that have results."""
     parser = page.parser("experiments", __doc__)
     parser.add_argument("names", nargs="*", default=list(shipped()), help="names of experiments (default: all)")
     parser.add_argument("--results", type=Path, required=True, help="file of `leafcut lab run --results`")

@@ -1,7 +1,7 @@
-"""Script for `freecadcmd`: drill the holes of a file by FreeCAD's drilling operation, and write their order.
+"""Script for `freecadcmd`: drill the holes in a file with FreeCAD's drilling operation, and write their order.
 
-Environment variables: file of hole centres x,y in mm (HOLES), and file of the drilled centres in order (ORDER).
-FreeCAD ends with status 0 whatever a script does, so this script ends it.
+Environment variables: HOLES, the file of hole centres x,y in mm, and ORDER, the file for the drilled centres in order.
+FreeCAD ends with status 0 regardless of the script, so this script ends FreeCAD.
 """
 
 import csv

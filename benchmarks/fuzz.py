@@ -1,13 +1,13 @@
-"""Mutated inputs for every reader, both interpreters, `verify`, the posts and whole runs: crashes and hangs.
+"""Mutated inputs for readers, interpreters, `verify`, post-processors and whole runs, to find crashes and hangs.
 
     python -m benchmarks fuzz --inputs 500000 --state /tmp/fuzz
 
 Input k of a target is always the same, so an interrupted sweep continues from its state (`--state`), and any input can
 be repeated (``--again gcode:1234``). A second process watches the worker: an input may use `MOST_SECONDS` of processor
-time and `MOST_MEMORY`, and may only raise an error of leafcut with a short message of one line. Everything else is a
-fault; the folder of the state keeps its input and traceback.
+time and `MOST_MEMORY`, and may raise only a leafcut error with a short message of one line. Everything else is a fault,
+whose input and traceback are stored in the folder of the state.
 
-The cases in ``data/fuzz`` are seeds of the target at the start of their names.
+The cases in ``data/fuzz`` are seeds of the target whose name starts their file names.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from pathlib import Path
 from benchmarks import ROOT, data_folder, page
 from leafcut.errors import LONGEST_MESSAGE, LONGEST_QUOTE, LeafcutError
 
-#: Most processor seconds and resident bytes of an input.
+#: Maximum processor time, s, and resident memory, bytes, for an input.
 MOST_SECONDS, MOST_MEMORY = 10.0, 1_500_000_000
-#: Largest seed, bytes: thousands of inputs run in a minute.
+#: Maximum size of a seed, bytes, so that thousands of inputs run in a minute.
 LARGEST_SEED = 12_000
-#: Largest input, bytes.
+#: Maximum size of an input, bytes.
 LARGEST = 400_000
 
 DATA = data_folder()
@@ -48,7 +48,7 @@ Target = Callable[[bytes, Path], None]
 
 
 def _reader(module: str, function: str, *more: str) -> Target:
-    """Return a target that calls a reader directly, without the error handling of `registry.run`."""
+    """Return a target that calls a reader directly, without the error handling in `registry.run`."""
 
     def read(data: bytes, place: Path) -> None:
         from importlib import import_module
@@ -98,7 +98,7 @@ def _picture(data: bytes, place: Path) -> None:
 
 
 def _any(data: bytes, place: Path) -> None:
-    """Choose the format by the content, as every command does, then read the input."""
+    """Choose the format by the content, as every command does, and read the input."""
     from leafcut.options import ReadOptions
     from leafcut.read.format import Source
     from leafcut.read.registry import BUILT_IN, choose, run
@@ -149,7 +149,7 @@ def _verify(data: bytes, _: Path) -> None:
 
 
 def _posts(data: bytes, _: Path) -> None:
-    """Write a program in every dialect, and read the result back."""
+    """Write a program in every dialect, and read the result."""
     from leafcut.errors import PostError
     from leafcut.gcode.dialects import dialect, dialects
     from leafcut.gcode.interpreter import interpret
@@ -164,7 +164,7 @@ def _posts(data: bytes, _: Path) -> None:
         options = PostOptions(output_units="inch" if inch else "mm", line_numbers=numbers)
         with contextlib.suppress(PostError):
             text = write_program(path, dialect(name), options, header=["fuzz", "a (b) ; %"])
-            with contextlib.suppress(LeafcutError):  # foreign words: `verify` refuses them
+            with contextlib.suppress(LeafcutError):  # `verify` refuses foreign words
                 interpret(text, dialect(name))
 
 
@@ -219,10 +219,10 @@ TARGETS: dict[str, tuple[Target, tuple[str, ...], float]] = {
 }
 
 
-#: Targets that start threads; their process cannot fork afterwards.
+#: Targets that start threads, so that their process cannot fork afterwards.
 WHOLE = ("reorder", "drill", "cut")
 
-#: Seeds without a file; a line of dashes separates several seeds of a target.
+#: Seeds that are not in files; a line of dashes separates several seeds of a target.
 OWN_SEEDS: dict[str, str] = {
     "xml": """<?xml version="1.0" encoding="UTF-8"?>
 <map units="mm"><city name="A" x="1" y="2" d="3"/><hole><x>4</x><y>5.5</y><diameter>2</diameter></hole></map>
@@ -444,8 +444,8 @@ M2
 """,
 }
 _BLANKS, _MANY, _ENDLESS = b" " * 40_000, b"9" * 400, b"9" * 5000
-#: Inputs of former faults: quadratic patterns on long runs of blanks, numbers with too many digits for a float or a
-#: Python integer, long words repeated in a message.
+#: Inputs that once caused faults: long runs of blanks for quadratic patterns, numbers with too many digits for a float
+#: or a Python integer, and long words that a message repeated.
 BROKE_BEFORE: dict[str, tuple[bytes, ...]] = {
     "wkt": (
         b"x" + _BLANKS + b"POLYGON ((0 0, 9 0, 9 9, 0 0))", b"POLYGON" + _BLANKS + b"x",
@@ -471,10 +471,10 @@ BROKE_BEFORE: dict[str, tuple[bytes, ...]] = {
     "cutchart": (b"process,material,thickness_mm,cut_speed_mm_min\nplasma,steel," + _MANY + b",1\n",),
     "nestlist": (b"a.dxf;" + _ENDLESS + b";0 90\n",),
 }  # fmt: skip
-#: Targets with the seeds of another target.
+#: Targets that use the seeds of another target.
 _LIKE = {"cut": "svg", "drill": "csv", "any": "csv", "verify": "gcode", "posts": "gcode", "reorder": "gcode"}
 
-#: Insertions: invalid, huge and long numbers, unbalanced brackets, control characters.
+#: Texts to insert: invalid, huge and long numbers, unbalanced brackets, control characters.
 _WORDS = (
     b"1e9", b"-1e9", b"1e309", b"nan", b"inf", b"-0", b"0", b"1", b"999999999999", b"0.000000001", b"1" * 400,
     b"9" * 5000, b"(", b")", b"[", b"]", b"[" * 50, b"[" * 2000, b"<", b">", b'"', b"'", b"#", b"%", b"/", b"*", b"=",
@@ -484,7 +484,7 @@ _WORDS = (
 
 
 def mutated(seeds: Sequence[bytes], chance: random.Random) -> bytes:
-    """Return a seed with some mutations, or (one in fifty) unchanged."""
+    """Return a seed with some mutations, or (once in fifty times) without any."""
     data = bytearray(chance.choice(seeds))
     for _ in range(chance.choice((0, *[1] * 16, *[2] * 12, *[4] * 10, *[12] * 8, 60, 300, 1000))):
         at = chance.randrange(len(data) + 1)
@@ -504,7 +504,7 @@ def mutated(seeds: Sequence[bytes], chance: random.Random) -> bytes:
                 other = chance.choice(seeds)
                 begin = chance.randrange(len(other) + 1)
                 data[at:to] = other[begin : begin + chance.choice((4, 30, 300))]
-            case 6:  # another digit, sign or point in a number
+            case 6:  # a different digit, sign or decimal point in a number
                 digits = [k for k in range(at, min(at + 200, len(data))) if chr(data[k]) in "0123456789"]
                 if digits:
                     data[chance.choice(digits)] = ord(chance.choice("0123456789.-eE"))
@@ -527,7 +527,7 @@ def mutated(seeds: Sequence[bytes], chance: random.Random) -> bytes:
 
 
 def seeds_of(name: str) -> list[bytes]:
-    """Return the seeds of a target in a fixed order: files of the project, files of the data, texts above."""
+    """Return the seeds of a target in a fixed order: files of the project, files of the data, then the texts above."""
     _, endings, _ = TARGETS[name]
     folders = [ROOT / "examples", ROOT / "tests" / "golden", ROOT / "src" / "leafcut" / "machines", DATA]
     files = [f for folder in folders if folder.is_dir() for f in sorted(folder.rglob("*")) if f.suffix in endings]
@@ -546,7 +546,7 @@ def seeds_of(name: str) -> list[bytes]:
 
 
 def fault_of(name: str, data: bytes, place: Path) -> str:
-    """Run a target on an input; return the fault, or an empty text."""
+    """Run a target on an input, and return the fault, or an empty text."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -573,7 +573,7 @@ _STATE = struct.Struct("=q")
 
 @dataclass
 class Sweep:
-    """State of a sweep: next input of every target, and all faults."""
+    """State of a sweep: the next input of each target, and all faults."""
 
     seed: int
     folder: Path
@@ -607,7 +607,7 @@ class Sweep:
         part.replace(self.file)
 
     def keep(self, name: str, number: int, data: bytes, fault: str) -> None:
-        """Keep a fault, once for each place in the code."""
+        """Store a fault, but only one for each position in the code."""
         last = next((line for line in reversed(fault.splitlines()) if "File " in line), fault[:60])
         kind = f"{name}: {last.strip()} {fault.strip().splitlines()[-1][:100]}"
         if kind in self.found:
@@ -620,13 +620,13 @@ class Sweep:
 
 
 def _work(name: str, seeds: list[bytes], sweep: Sweep, count: int, place: Path, shared: mmap.mmap) -> None:
-    """Run inputs one after the other in a worker process; write the faults to a file."""
+    """Run inputs one after the other in a worker process, and write the faults to a file."""
     first = sweep.next.get(name, 0)
     with _faults_file(place).open("w", encoding="utf-8") as faults:
         for number in range(first, first + count):
             shared[: _STATE.size] = _STATE.pack(number)
             data = input_of(name, seeds, sweep.seed, number)
-            Path("/proc/self/clear_refs").write_text("5")  # resets the peak for this input
+            Path("/proc/self/clear_refs").write_text("5")  # resets the peak memory for this input
             fault = fault_of(name, data, place)
             peak, resident = _memory(os.getpid())
             if not fault and peak > MOST_MEMORY:
@@ -635,11 +635,11 @@ def _work(name: str, seeds: list[bytes], sweep: Sweep, count: int, place: Path, 
                 faults.write(json.dumps([number, fault]) + "\n")
                 faults.flush()
             if resident > 0.4 * MOST_MEMORY:
-                return  # the next input starts in a new worker
+                return  # the next input runs in a new worker
 
 
 def _memory(process: int) -> tuple[float, float]:
-    """Return peak and current resident memory of a process, bytes; zeros after its end."""
+    """Return the peak and current resident memory of a process, bytes; zeros after its end."""
     try:
         lines = Path(f"/proc/{process}/status").read_text().splitlines()
     except OSError:
@@ -653,7 +653,7 @@ def _faults_file(place: Path) -> Path:
 
 
 def _spent(process: int) -> float:
-    """Return the processor seconds of a process; zero after its end."""
+    """Return the processor time of a process, s; zero after its end."""
     try:
         fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
     except OSError:
@@ -662,7 +662,9 @@ def _spent(process: int) -> float:
 
 
 def run_batch(name: str, sweep: Sweep, count: int, place: Path) -> None:
-    """Run `count` more inputs of a target; kill a worker that hangs or grows, and continue after its input."""
+    """Run `count` more inputs of a target. If a worker hangs or grows too large, kill it and continue after its
+    input.
+    """
     seeds = seeds_of(name)
     end = sweep.next.get(name, 0) + count
     while sweep.next.get(name, 0) < end:
@@ -688,7 +690,7 @@ def run_batch(name: str, sweep: Sweep, count: int, place: Path) -> None:
 
 
 def _watch(worker: int, shared: mmap.mmap) -> tuple[int, str]:
-    """Wait for a worker, and kill it if it hangs or grows; return its last input and the fault."""
+    """Wait for a worker, and kill it if it hangs or grows too large; return its last input and the fault."""
     last, since, why = -1, 0.0, ""
     while True:
         done, status = os.waitpid(worker, os.WNOHANG)
@@ -709,7 +711,7 @@ def _watch(worker: int, shared: mmap.mmap) -> tuple[int, str]:
 
 
 def warm_up() -> None:
-    """Import all modules of the targets before the first fork; a child process compiles the kernels of whole runs."""
+    """Import all modules of the targets before the first fork; a child process compiles the kernels for whole runs."""
     with tempfile.TemporaryDirectory() as folder:
         child = os.fork()
         for name in TARGETS:
@@ -736,7 +738,7 @@ def _compile_searches() -> None:
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run a sweep, or repeat an input; return 1 if the sweep has faults."""
+    """Run a sweep, or repeat an input; return 1 if the sweep finds faults."""
     parser = page.parser("fuzz", __doc__, writes=False)
     parser.add_argument("--inputs", type=int, default=10_000, help="total number, inputs of earlier sweeps included")
     parser.add_argument("--seed", type=int, default=1)

@@ -1,12 +1,12 @@
-"""Output of every process, byte for byte, to compare two states of the code.
+"""Output of every process, to compare two revisions of the code byte for byte.
 
     python -m benchmarks golden write FOLDER        with the code before a change
     python -m benchmarks golden write OTHER         with the code after the change
     python -m benchmarks golden compare FOLDER OTHER
 
-It writes programs, JSON answers, report pages, plan files and studio drawings, for the shipped examples and for the
-programs in ``tests/styles``, each on three machines, and for sheets on which each option of cutting has an effect.
-Without the measured seconds the output repeats (same seed, same program). A refusal is written as its message.
+It writes programs, JSON answers, report pages, plan files and studio drawings: for the included examples, for the
+programs in ``tests/styles`` on three machines each, and for sheets on which each cutting option has an effect. Except
+for measured times, the output is reproducible (same seed, same program). If a job is refused, the message is written.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ DRILLS = ("haas-vf2", "grbl-3018", "fagor-8055")
 CUTTERS = ("plasma-table", "laser-table", "water-table")
 MILLS = ("linuxcnc-mill", "haas-vf2", "grbl-3018")
 
-#: Holes are only spotted.
+#: Options of a job in which holes are only spot-drilled.
 SPOTS: dict[str, Any] = {"depth": 1.0, "depth_to": "tip"}
 
-#: Jobs whose options change the course: name → drawing or program, process, options.
+#: Jobs whose options change the sequence of steps: name → drawing or program, process, options.
 VARIANTS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "drill-library": ("plate_70.dxf", "drill", {"tools": "examples/tools.toml", "thickness": 6.0}),
     "drill-given-order": ("plate_27.dxf", "drill", {**SPOTS, "algorithm": "none", "start_point": (0.0, 0.0)}),
@@ -65,8 +65,8 @@ VARIANTS: dict[str, tuple[str, str, dict[str, Any]]] = {
 
 _PLASMA = {"machine": "plasma-table", "thickness": 6.0, "iterations": 20}
 _LASER = {"machine": "laser-table", "thickness": 3.0, "iterations": 20}
-#: Sheets that `drawn_sheets` draws: name → (drawing, options). ``planned`` is True for the plan of the same sheet by
-#: nearest neighbours, a part of whose choices is fixed.
+#: Sheets that `drawn_sheets` draws: name → (drawing, options). If ``planned`` is True, the job follows the
+#: nearest-neighbour plan of the same sheet, in which some choices are fixed.
 SHEETS: dict[str, tuple[str, dict[str, Any]]] = {
     "leads": ("crowded", _PLASMA),
     "leads-again": ("tight", _PLASMA),
@@ -111,7 +111,8 @@ SHEETS: dict[str, tuple[str, dict[str, Any]]] = {
     "ants": ("tight", {**_PLASMA, "algorithm": "mmas", "local_search": False}),
 }
 
-#: Measured seconds: keys in JSON; on a report page the computing time, a chart, and the rows of the workers.
+#: Measured times to be omitted: keys in JSON; on a report page, the computing time, a chart, and the rows of the
+#: workers.
 _CLOCKED = {"seconds", "search_seconds", "compile_seconds", "history"}
 _CLOCK_WORDS = re.compile(
     r"[^,<>]* of computing|<svg[^>]*><title>Cost against seconds.*?</svg>|(?<=<th>Worker</th>).*?</tbody>", re.DOTALL
@@ -119,7 +120,7 @@ _CLOCK_WORDS = re.compile(
 
 
 def jobs() -> Iterator[tuple[str, str, str, dict[str, Any]]]:
-    """Yield (name, input, process, options) of every output."""
+    """Yield (name, input, process, options) of each output."""
     plates = sorted(p.name for p in (ROOT / "examples").glob("*.dxf") if p.name.startswith(("plate", "board")))
     for machine in DRILLS:
         for plate in plates:
@@ -141,7 +142,7 @@ def jobs() -> Iterator[tuple[str, str, str, dict[str, Any]]]:
 
 
 def write(folder: Path, only: str) -> None:
-    """Write all outputs with `only` in their name to `folder`."""
+    """Write all outputs whose names contain `only` to `folder`."""
     with contextlib.chdir(ROOT):
         for name, source, process, options in jobs():
             if only in name:
@@ -158,7 +159,9 @@ def write(folder: Path, only: str) -> None:
 
 
 def drawn_sheets(folder: Path) -> None:
-    """Draw the sheets of `SHEETS`: parts with holes 12 mm and 7 mm apart, one kerf apart, and parts without holes."""
+    """Draw the sheets of `SHEETS`: parts with holes 12 mm and 7 mm apart, parts one kerf apart, and parts without
+    holes.
+    """
     import ezdxf
 
     for name, columns, rows, gap in (
@@ -225,7 +228,7 @@ def _styles() -> list[Path]:
 
 
 def _write(place: Path, source: str, process: str, options: dict[str, Any], elsewhere: str = "") -> None:
-    """Write the outputs of a job; the folder `elsewhere` of its input is left out of them."""
+    """Write the outputs of a job, without the folder `elsewhere` of its input."""
     import leafcut
     from leafcut.processes.registry import report_of
     from leafcut.report.json_answer import as_json
@@ -253,7 +256,7 @@ def _write(place: Path, source: str, process: str, options: dict[str, Any], else
 
 
 def _named(text: str, *folders: str) -> str:
-    """Return a text without the names of folders."""
+    """Remove the names of folders from a text."""
     for folder in filter(None, folders):
         text = text.replace(folder, "")
     return text
@@ -296,7 +299,7 @@ def compare(one: Path, other: Path) -> list[str]:
 
 
 def main(argv: Sequence[str]) -> int:
-    """Write or compare; return 1 if two folders differ."""
+    """Write or compare outputs; return 1 if two folders differ."""
     parser = page.parser("golden", __doc__, writes=False)
     parser.add_argument("action", choices=("write", "compare"))
     parser.add_argument("folders", type=Path, nargs="+")

@@ -4,9 +4,9 @@
     python -m benchmarks grbl_time drill arcs
     python -m benchmarks grbl_time --recorded
 
-The board's clock runs from the first motor step to the last, about as fast as real time: all programs take ten minutes.
-`--recorded` compares with the recorded times in `grbl_recorded.toml`. LEAFCUT_GRBL names the folder of the board
-(``grblrun.c`` and the firmware), by default ../shared/grbl.
+The board's clock runs from the first motor step to the last, at about the speed of real time; all programs take ten
+minutes. `--recorded` compares with the recorded times in `grbl_recorded.toml`. LEAFCUT_GRBL names the folder of the
+board (``grblrun.c`` and the firmware), which is ../shared/grbl by default.
 """
 
 from __future__ import annotations
@@ -43,15 +43,15 @@ STYLES = ROOT / "tests" / "styles"
 RECORDED = Path(__file__).parent / "grbl_recorded.toml"
 FIRMWARE = "grbl-1.1h-uno.elf"
 
-#: Most relative error of a program, and of a program that only waits for the next line.
+#: Maximum relative error for a program, and for a program that only waits for the next line.
 WORST, WORST_STARVED = 0.01, 0.04
 
-#: Prefix of the programs that only wait for the next line.
+#: Name prefix of programs that only wait for the next line.
 STARVED = "starved"
 
 
 def machine_of(steps: Sequence[float], rates: Sequence[float], accelerations: Sequence[float], head: Head) -> Machine:
-    """Return a machine with a GRBL board: steps/mm, mm/min, mm/s²."""
+    """Return a machine with a GRBL board, from steps/mm, mm/min and mm/s²."""
     base = load_machine("grbl-laser-5w" if head is Head.LASER else "grbl-3018")
     x, y, z = (rate / 60.0 for rate in rates)
     return replace(
@@ -74,13 +74,13 @@ HEAD = ["G21 G90 G94 G17"]
 
 
 def holes(count: int) -> list[tuple[float, float]]:
-    """Return random positions of holes, mm."""
+    """Return random hole positions, mm."""
     rng = random.Random(7)
     return [(round(rng.uniform(2, 60), 3), round(rng.uniform(2, 60), 3)) for _ in range(count)]
 
 
 def drilling(count: int, feed: int) -> list[str]:
-    """Return holes as lines of G0 and G1."""
+    """Return a program that drills holes with G0 and G1."""
     lines = [*HEAD, "M3 S1000", "G4 P0.5", "G0 Z5"]
     for x, y in holes(12)[:count]:
         lines += [f"G0 X{x} Y{y}", "G0 Z2", f"G1 Z-3 F{feed}", "G0 Z5"]
@@ -88,7 +88,7 @@ def drilling(count: int, feed: int) -> list[str]:
 
 
 def posted() -> list[str]:
-    """Return 8 holes with pecks from leafcut's post for GRBL."""
+    """Return a program for 8 holes with pecks, written by leafcut's post-processor for GRBL."""
     builder = ToolpathBuilder()
     builder.rapid(z=5.0)
     for x, y in holes(8):
@@ -98,7 +98,7 @@ def posted() -> list[str]:
 
 
 def pecks() -> list[str]:
-    """Return 8 holes, each with pecks and a dwell."""
+    """Return a program for 8 holes, each with pecks and a dwell."""
     lines = [*HEAD, "G0 Z5"]
     for x, y in holes(8):
         lines += [f"G0 X{x} Y{y}", "G0 Z1"]
@@ -109,7 +109,7 @@ def pecks() -> list[str]:
 
 
 def arcs() -> list[str]:
-    """Return arcs, circles and helices."""
+    """Return a program with arcs, circles and helices."""
     lines = [*HEAD, "G0 X5 Y0"]
     for i in range(14):
         word, feed = ("G2", " F1500") if i % 2 else ("G3", "  F1200")
@@ -121,7 +121,7 @@ def arcs() -> list[str]:
 
 
 def wave(step: float, feed: int, count: int) -> list[str]:
-    """Return a wave in short moves."""
+    """Return a program that follows a wave in short moves."""
     lines, x = [*HEAD, "G0 X0 Y0", f"G1 F{feed}"], 0.0
     for _ in range(count):
         x += step
@@ -140,7 +140,7 @@ def raster() -> list[str]:
 
 
 def outlines() -> list[str]:
-    """Return outlines cut by laser."""
+    """Return a program for outlines cut by laser."""
     lines = [*HEAD, "M4 S500"]
     for k in range(10):
         x, y = (k % 4) * 15, (k // 4) * 15
@@ -149,7 +149,7 @@ def outlines() -> list[str]:
 
 
 def switched() -> list[str]:
-    """Return cuts with M3 and M5 between, without laser mode."""
+    """Return a program of cuts with M3 and M5 between them, without laser mode."""
     lines = [*HEAD, "G1 F1500"]
     for k in range(12):
         x, y = (k % 4) * 15, (k // 4) * 15
@@ -158,13 +158,13 @@ def switched() -> list[str]:
 
 
 def powers() -> list[str]:
-    """Return moves with another S in every block."""
+    """Return a program of moves with a different S in every block."""
     lines = [*HEAD, "M3 S100", "G1 F1500"]
     return [*lines, *(f"G1 X{(k % 2) * 10 + k * 0.1:.1f} S{100 + k * 10}" for k in range(40)), "M5", "M30"]
 
 
 def dwells() -> list[str]:
-    """Return short moves with a dwell after each."""
+    """Return a program of short moves, each followed by a dwell."""
     lines = [*HEAD, "G1 F1500"]
     for k in range(10):
         lines += [f"G1 X{k + 1}", f"G4 P{0.02 * k:.2f}"]
@@ -172,7 +172,7 @@ def dwells() -> list[str]:
 
 
 def zigzag() -> list[str]:
-    """Return a pocket in lines."""
+    """Return a program that clears a pocket in zigzag lines."""
     lines = [*HEAD, "G0 Z2", "G0 X0 Y0", "G1 Z-1 F200"]
     for k in range(12):
         lines += [f"G1 X{30 if k % 2 == 0 else 0} F1500", f"G1 Y{1.5 * (k + 1)}"]
@@ -180,12 +180,12 @@ def zigzag() -> list[str]:
 
 
 def short(form: str, count: int, step: float) -> list[str]:
-    """Return moves that are too short and fast for the serial line."""
+    """Return a program of moves that are too short and fast for the serial line."""
     return ["G21G90G94G17", "G1F6000", *(form.format(step * (i + 1)) for i in range(count))]
 
 
 def rings() -> list[str]:
-    """Return circles that are too small and fast for the processor."""
+    """Return a program of circles that are too small and fast for the processor."""
     lines = ["G21G90G94G17", "G0X0Y0", "G1F6000"]
     for r in (1, 2, 4):
         lines += [f"G2X0Y0I{r}J0", f"G3X0Y0I0J{r}"] * 2
@@ -250,7 +250,7 @@ def settings_of(machine: Machine) -> list[str]:
 
 
 def missing() -> str:
-    """Return the missing requirements of the board in words, or an empty text."""
+    """Return the missing requirements of the board as text, or an empty text."""
     if not (BOARD / "grblrun.c").exists() or not (BOARD / FIRMWARE).exists():
         return f"{BOARD}/grblrun.c and {FIRMWARE} (LEAFCUT_GRBL)"
     if shutil.which("cc") is None or not Path("/usr/include/simavr/sim_avr.h").exists():
@@ -259,7 +259,7 @@ def missing() -> str:
 
 
 def build_board(folder: Path) -> Path:
-    """Compile the program of the simulated board into a folder, and return its path.
+    """Compile the simulated board into a folder, and return the path of the executable.
 
     Raises
     ------
@@ -275,7 +275,7 @@ def build_board(folder: Path) -> Path:
 
 
 def board_seconds(board: Path, lines: Sequence[str], machine: Machine) -> float:
-    """Return the seconds from the first step to the last, by the board's clock.
+    """Return the time from the first step to the last, s, by the clock of the board.
 
     Raises
     ------
@@ -295,13 +295,13 @@ def board_seconds(board: Path, lines: Sequence[str], machine: Machine) -> float:
 
 
 def our_seconds(lines: Sequence[str], machine: Machine) -> float:
-    """Return leafcut's estimate, without the stops before the first move and after the last move."""
+    """Return leafcut's estimate, s, without the stops before the first move and after the last move."""
     path = interpret_program("\n".join(lines), dialect(machine.controller), units="mm").path
     sent = sent_lines(lines)
     whole = measure_toolpath(path, machine, start=(0.0, 0.0), lines=sent)
     timed = time_rows(path, machine, sent)
     moving = timed.path.kind <= Kind.ARC_CCW
-    # Only a move away from zero has a known length at the start.
+    # At the start, only a move away from zero has a known length.
     away = np.abs(np.nan_to_num(timed.path.end)).max(axis=1) > 0.0
     moves = np.flatnonzero(moving & (away | (timed.seconds > 0.0)))
     outside = np.ones(len(timed.path), dtype=np.bool_)
@@ -310,13 +310,13 @@ def our_seconds(lines: Sequence[str], machine: Machine) -> float:
 
 
 def recorded() -> dict[str, float]:
-    """Return the recorded seconds of the board, by program."""
+    """Return the recorded times of the board, s, by program."""
     seconds: dict[str, float] = tomllib.loads(RECORDED.read_text(encoding="utf-8"))["seconds"]
     return seconds
 
 
 def main(argv: Sequence[str]) -> int:
-    """Compare both times of every program and publish the table."""
+    """Compare both times of each program, and publish the table."""
     parser = page.parser("grbl_time", __doc__)
     parser.add_argument("names", nargs="*", help="only programs with one of these texts in their name")
     parser.add_argument("--recorded", action="store_true", help="compare with the recorded times of the board")

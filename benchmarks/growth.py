@@ -3,9 +3,9 @@
     python -m benchmarks growth
     python -m benchmarks growth cut reorder --part 0.25
 
-Each run is a separate process: processor seconds and peak resident memory include the interpreter and the libraries. An
-uncounted run of the largest size compiles all kernels first. For t = a + b nᵖ, the power p is the base-two logarithm of
-(t(4n) - t(2n)) / (t(2n) - t(n)), whatever the start takes: 1 is linear, 2 is quadratic.
+Each run is a separate process; processor time and peak resident memory include the interpreter and the libraries. An
+uncounted run of the largest size compiles all kernels first. For t = a + b nᵖ, the power p is the binary logarithm of
+(t(4n) - t(2n)) / (t(2n) - t(n)), however long the start takes: 1 is linear, and 2 is quadratic.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import ezdxf.units
 from benchmarks import page
 from benchmarks.verify_large import END, HEAD, contours, run
 
-#: Lines of a wave, and the distances between waves and between columns of waves, mm.
+#: Number of lines of a wave, and distances between waves and between columns of waves, mm.
 _LINES, _APART, _COLUMN = 19, 0.5, 12.0
 
 
@@ -48,7 +48,7 @@ def panel(count: int, file: Path) -> None:
 
 
 def sheet(count: int, file: Path, columns: int = 0) -> None:
-    """Draw contours on a sheet: stars with two holes each, as a square or in a number of columns."""
+    """Draw contours on a sheet: stars with two holes each, in a square or in the given number of columns."""
     drawing, chance = ezdxf.new(units=ezdxf.units.MM), random.Random(1)
     model, parts = drawing.modelspace(), max(count // 3, 1)
     side = columns or math.ceil(math.sqrt(parts))
@@ -62,7 +62,7 @@ def sheet(count: int, file: Path, columns: int = 0) -> None:
 
 
 def strokes(count: int, file: Path) -> None:
-    """Draw open strokes to engrave, each a bent line, and one part around all strokes."""
+    """Draw open strokes to engrave, each of them a bent line, and one part around all strokes."""
     drawing, chance, side = ezdxf.new(units=ezdxf.units.MM), random.Random(1), math.ceil(math.sqrt(count))
     model = drawing.modelspace()
     for k in range(count):
@@ -75,7 +75,7 @@ def strokes(count: int, file: Path) -> None:
 
 
 def islands(count: int, file: Path) -> None:
-    """Draw a pocket with round islands: its rings divide and join at each island."""
+    """Draw a pocket with round islands, so that its rings divide and join at each island."""
     drawing, side = ezdxf.new(units=ezdxf.units.MM), math.ceil(math.sqrt(count))
     model, wide = drawing.modelspace(), 40.0 * side + 20.0
     model.add_lwpolyline([(0, 0), (wide, 0), (wide, wide), (0, wide)], close=True)
@@ -87,7 +87,7 @@ def islands(count: int, file: Path) -> None:
 
 
 def pockets(count: int, file: Path) -> None:
-    """Draw pockets apart from each other."""
+    """Draw pockets that are apart from each other."""
     drawing, side = ezdxf.new(units=ezdxf.units.MM), math.ceil(math.sqrt(count))
     model = drawing.modelspace()
     for k in range(count):
@@ -109,7 +109,7 @@ def program(lines: int, file: Path) -> None:
 
 
 def shuffled(lines: int, file: Path) -> None:
-    """Write a program of contours, and other.nc with the contours in another order."""
+    """Write a program of contours, and other.nc with the contours in a different order."""
     cuts = contours(lines)
     file.write_text(HEAD + "".join(cuts) + END)
     random.Random(1).shuffle(cuts)
@@ -159,13 +159,13 @@ WORKS = {
 
 
 def exponent(three: Sequence[float]) -> str:
-    """Return the power of the growth over three doubled sizes, or a dash without growth."""
+    """Return the power of the growth over three sizes, each twice the previous one, or a dash if there is no growth."""
     first, second = three[1] - three[0], three[2] - three[1]
     return f"{math.log2(second / first):.1f}" if first > 0.05 * three[1] and second > 0 else "–"
 
 
 def measured(name: str, work: Work, most: int, compiled: bool) -> Iterator[list[str]]:
-    """Yield a row for each size; unless `compiled`, an uncounted run of the largest size comes first."""
+    """Yield a row for each size; unless `compiled`, run the largest size first without counting it."""
     times, peaks = list[float](), list[float]()
     sizes = [most // 4, most // 2, most]
     for number, count in enumerate(sizes if compiled else [most, *sizes]):

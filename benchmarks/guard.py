@@ -4,8 +4,8 @@
     python -m benchmarks guard --write         also replace docs/results/guard.md, the record of the release
 
 Each job has a fixed seed and a fixed number of generations or kicks, few and many. Its result is the same on every
-machine and under any load, so a change above `WORSE` counts. The unit of processor time is a NumPy loop, measured
-before and after the job; it varies between runs, so only a factor above `SLOWER` counts.
+machine and under any load, so any change above `WORSE` counts. Processor time is measured in units of a NumPy loop that
+runs before and after the job. It varies between runs, so only a factor above `SLOWER` counts.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from benchmarks.growth import holes
 from leafcut.model.outcome import Outcome
 
 EXAMPLES = ROOT / "examples"
-#: Least relative growth of machine time or gap that counts as worse; least factor of processor time.
+#: Minimum relative increase of machine time or gap that counts as worse, and minimum factor of processor time.
 WORSE, SLOWER = 1e-6, 1.5
-#: Holes of the drilled board.
+#: Number of holes in the drilled board.
 HOLES = 800
 HEAD = ["work", "budget", "machine time, s", "gap, %", "done", "processor, loops"]
 
 
 @dataclass(frozen=True)
 class Figure:
-    """Result of a job: machine time in seconds, gap as a fraction, iterations, and processor time in loops."""
+    """Result of a job: machine time, s, gap as a fraction, iterations, and processor time in loops."""
 
     seconds: float
     gap: float | None
@@ -50,16 +50,16 @@ class Figure:
 
     @classmethod
     def of_cells(cls, cells: Sequence[str]) -> Figure:
-        """Return the figure of a row of the table."""
+        """Return the result given by the cells of a row of the table."""
         seconds, gap, iterations, loops = cells
         return cls(float(seconds), None if gap == "–" else float(gap) / 100.0, int(iterations), float(loops))
 
 
-#: Name of a job and its budget → its result.
+#: Name and budget of a job → its result.
 Figures = dict[tuple[str, str], Figure]
 
-#: Input, options and budgets of every job. The path of a pocket has no budget. A job without an input drills a board of
-#: `HOLES` holes of two sizes.
+#: Input, options and budgets of each job. The path of a pocket has no budget. A job without an input drills a board
+#: with `HOLES` holes of two sizes.
 JOBS: dict[str, tuple[str, dict[str, Any], tuple[dict[str, int], ...]]] = {
     "drilling board": ("", {"process": "drill", "machine": "haas-vf2", "thickness": 3.0},
                        ({"iterations": 1}, {"iterations": 100})),
@@ -75,7 +75,7 @@ JOBS: dict[str, tuple[str, dict[str, Any], tuple[dict[str, int], ...]]] = {
 
 
 def loop_seconds() -> float:
-    """Return the processor seconds of a loop without leafcut: sorting, and sums of squares."""
+    """Return the processor time of a loop without leafcut, s: sorting, and sums of squares."""
     values = np.random.default_rng(1).random(200_000)
     began = time.process_time()
     for _ in range(10):
@@ -84,7 +84,7 @@ def loop_seconds() -> float:
 
 
 def results() -> Iterator[tuple[tuple[str, str], Figure]]:
-    """Run every job and yield its result."""
+    """Run each job and yield its result."""
     with tempfile.TemporaryDirectory() as folder:
         board = Path(folder) / "board.dxf"
         holes(HOLES, board)
@@ -100,12 +100,12 @@ def results() -> Iterator[tuple[tuple[str, str], Figure]]:
 
 
 def words_of(budget: dict[str, int]) -> str:
-    """Return a budget in words."""
+    """Return a budget as text."""
     return ", ".join(f"{count} {name}" for name, count in budget.items()) or "whole path"
 
 
 def figure_of(outcome: Outcome[Any], loops: float) -> Figure:
-    """Return the figure of an outcome."""
+    """Return the result of an outcome; `loops` is its processor time in loops."""
     solutions = [operation.solution for operation in outcome.operations if operation.solution is not None]
     cost, bounds = sum(s.cost for s in solutions), [s.lower_bound for s in solutions]
     least = sum(bound for bound in bounds if bound is not None)
@@ -114,7 +114,7 @@ def figure_of(outcome: Outcome[Any], loops: float) -> Figure:
 
 
 def text_of(figures: Figures, argv: Sequence[str]) -> str:
-    """Return the page of results."""
+    """Return the results page."""
     rows = [[*key, *figure.cells()] for key, figure in figures.items()]
     return f"""# Results of a fixed amount of work
 
@@ -126,12 +126,12 @@ Machine time, gap to the lower bound and iterations repeat on every machine. A l
 
 
 def figures_of(text: str) -> Figures:
-    """Return the figures of a page of results."""
+    """Return the results on a results page."""
     return {(row[0], row[1]): Figure.of_cells(row[2:]) for row in page.rows_of(text)}
 
 
 def worse(before: Figures, after: Figures) -> list[str]:
-    """Return a line for every figure that became worse and for every missing job; new jobs do not count."""
+    """Return a line for each result that became worse and for each missing job; new jobs are ignored."""
     lines = []
     for key, old in before.items():
         name = ", ".join(key)
@@ -150,7 +150,7 @@ def worse(before: Figures, after: Figures) -> list[str]:
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run all jobs and compare them with the record; return 1 if any became worse."""
+    """Run all jobs and compare them with the record; return 1 if any result became worse."""
     given = page.parser("guard", __doc__).parse_args(argv)
     record = page.RESULTS / "guard.md"
     before = record.read_text(encoding="utf-8") if record.exists() else ""

@@ -3,8 +3,8 @@
     python -m benchmarks limits
     python -m benchmarks limits drill cut --limits 1 5 --load 4
 
-Each run is a separate process; it measures its searches with their lower bounds, and the whole run, by the clock.
-Loading compiled kernels is not part of a search. `--load` adds busy processes.
+Each run is a separate process. It measures the wall-clock time of its searches, including their lower bounds, and of
+the whole run. Loading compiled kernels is not part of a search. `--load` adds busy processes.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from typing import Any
 from benchmarks import ROOT, page
 from benchmarks.growth import WORKS, Work
 
-#: Sizes of the work: large enough that most searches do not end within 20 s.
+#: Sizes of the work, which are so large that most searches do not end within 20 s.
 SIZES = {
     "drill": 2000,
     "panel": 200,
@@ -38,20 +38,20 @@ SIZES = {
     "pockets": 9,
     "nest": 60,
 }
-#: Modules and functions of the searches. A search within a search counts once.
+#: Modules and functions of the searches. A search inside a search counts only once.
 SEARCHES = (
     ("leafcut.order.solve", "solve"),
     ("leafcut.processes.pocket.plan.connected_rings", "best"),
     ("leafcut.nesting.plan.nesting", "variants"),
 )
-#: Functions that load kernels, within a search.
+#: Functions inside a search that load kernels.
 LOADING = (("leafcut.order.solve", "warm_up"),)
 #: A run is late if its searches exceed the limit by 10 % and 0.1 s.
 LATE, LEAST = 0.1, 0.1
 
 
 class Watch:
-    """A stopwatch that runs inside its context."""
+    """A stopwatch that runs while its context is active."""
 
     def __init__(self) -> None:
         self.seconds, self._inside, self._began = 0.0, 0, 0.0
@@ -63,7 +63,7 @@ class Watch:
 
     @contextmanager
     def loading(self) -> Iterator[None]:
-        """Stop the running watch inside this context."""
+        """Stop the running watch while this context is active."""
         began = time.monotonic()
         try:
             yield
@@ -77,7 +77,7 @@ class Watch:
 
 
 def run_watched(words: list[str]) -> None:
-    """Run a leafcut command; print the seconds of its searches and of the whole run, as JSON."""
+    """Run a leafcut command, and print the times of its searches and of the whole run, s, as JSON."""
     from leafcut.cli.app import run
 
     watch, began = Watch(), time.monotonic()
@@ -97,7 +97,7 @@ def run_watched(words: list[str]) -> None:
 
 
 def watched(function: Callable[..., Any], watch: Watch) -> Callable[..., Any]:
-    """Return a function or generator that runs the watch."""
+    """Return the function or generator with the watch running during its execution."""
 
     def yielding(*given: Any, **named: Any) -> Iterator[Any]:
         values = function(*given, **named)
@@ -117,7 +117,7 @@ def watched(function: Callable[..., Any], watch: Watch) -> Callable[..., Any]:
 
 
 def seconds(work: Work, count: int, limit: float, folder: str) -> tuple[float, float]:
-    """Return the seconds of a run by the clock: searches and whole run.
+    """Return the wall-clock times of the searches and of the whole run, s.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def loaded(count: int) -> Iterator[None]:
 
 
 def above_zero(limit: str) -> float:
-    """Return a time limit from the command line, s; refuse limits that never end a search."""
+    """Return a time limit from the command line, s; refuse limits with which a search would never end."""
     try:
         taken = float(limit)
     except ValueError:

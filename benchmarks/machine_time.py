@@ -4,7 +4,7 @@
     python -m benchmarks machine_time plasma relief
 
 LinuxCNC counts its own servo cycles, so its time does not depend on the host. LEAFCUT_LINUXCNC names the folder of the
-simulation (``simrun.py``), by default ../shared/linuxcnc.
+simulation (``simrun.py``), which is ../shared/linuxcnc by default.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from leafcut.timing.toolpath import measure_toolpath
 
 SIMULATION = shared("LEAFCUT_LINUXCNC", "linuxcnc")
 
-#: Python of the simulation: LinuxCNC's modules belong to the system's Python.
+#: Python for the simulation, because the modules of LinuxCNC belong to the Python of the system.
 PYTHON = "/usr/bin/python3"
 
 #: Required programs and their Debian packages.
@@ -46,12 +46,12 @@ TOOL_TABLE = "".join(f"T{tool} P{tool} D3.0 Z0 ;\n" for tool in range(1, 100))
 #: host it stops a program early, or starves it of lines, which lengthens its time.
 SPEED, SPEED_WITH_DWELLS, REAL_TIME = 20, 5, 1
 
-#: Most relative error of any program, and of a program that leafcut wrote.
+#: Maximum relative error of any program, and of a program that leafcut wrote.
 WORST, WORST_OWN = 0.05, 0.02
 
 
 def check_tools() -> None:
-    """Refuse to run without LinuxCNC, faketime and the simulation.
+    """Raise an error unless LinuxCNC, faketime and the simulation are installed.
 
     Raises
     ------
@@ -64,9 +64,9 @@ def check_tools() -> None:
 
 
 def run_simulation(text: str, speed: int, limit: float = 3600.0) -> dict[str, Any]:
-    """Run a program in the simulated LinuxCNC for at most `limit` seconds of the machine; return its answer."""
+    """Run a program in the simulated LinuxCNC for at most `limit` seconds of machine time, and return its answer."""
     with tempfile.TemporaryDirectory() as folder:
-        # A copy of the simulation, with a table of all tools that programs call.
+        # Use a copy of the simulation, with a table of all tools that programs call.
         for part in SIMULATION.iterdir():
             shutil.copy(part, folder)
         program, tools = Path(folder, "part.ngc"), Path(folder, "tool.tbl")
@@ -83,7 +83,7 @@ def run_simulation(text: str, speed: int, limit: float = 3600.0) -> dict[str, An
 
 
 def simulated_seconds(text: str, slow: bool = False) -> float:
-    """Return the seconds from the first to the last change of the commanded position in the simulated LinuxCNC.
+    """Return the time from the first to the last change of the commanded position in the simulated LinuxCNC, s.
 
     Raises
     ------
@@ -100,7 +100,9 @@ def simulated_seconds(text: str, slow: bool = False) -> float:
 
 
 def estimated_seconds(text: str) -> float:
-    """Return leafcut's seconds on the same machine; the path starts at machine zero as the simulation does."""
+    """Return the time that leafcut estimates for the same machine, s; like the simulation, the path starts at machine
+    zero.
+    """
     path = interpret_program(text, dialect("linuxcnc")).path
     return measure_toolpath(_from_zero(path), load_machine("linuxcnc-sim")).time_s
 
@@ -118,9 +120,9 @@ def _from_zero(path: Toolpath) -> Toolpath:
 
 @dataclass(frozen=True)
 class Group:
-    """A table: introduction, programs, simulated runs of each, and most relative error.
+    """A table: introduction, programs, number of simulated runs of each program, and maximum relative error.
 
-    Other load of the host only lengthens the many stops of a sheet, so the shortest run counts.
+    Other load on the host can only lengthen the many stops of a sheet, so the shortest run counts.
     """
 
     words: str
@@ -158,7 +160,7 @@ walls.""",
 
 
 def main(argv: Sequence[str]) -> int:
-    """Compare both times of every program and publish the tables."""
+    """Compare both times of each program, and publish the tables."""
     parser = page.parser("machine_time", __doc__)
     parser.add_argument("names", nargs="*", help="only programs with one of these texts in their name")
     given = parser.parse_args(argv)
@@ -181,7 +183,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def compared(group: Group, chosen: dict[str, Callable[[], str]]) -> str:
-    """Return the table of some programs of a group, and a summary of the errors."""
+    """Return the table of some programs in a group, and a summary of the errors."""
     rows, errors = [], []
     for name, text_of in chosen.items():
         text = text_of()

@@ -3,12 +3,13 @@
     python -m benchmarks pace --simulate 900
     python -m benchmarks pace enclosure kb35
 
-leafcut optimizes every program whose stock can be derived, with all three options. The stock is the block that
-`leafcut stock` reports: the bounds of all cuts below Z0. If LinuxCNC's interpreter accepts the original, it must accept
-the new program. With `--simulate`, the simulated LinuxCNC runs all new programs up to that machine time, without stops
-and without lines after the last move. leafcut estimates the same program, and both times are compared.
+leafcut optimizes every program whose stock can be derived, with all three options. The stock is the block reported by
+`leafcut stock`, which is the bounding box of all cuts below Z0. If LinuxCNC's interpreter accepts the original, it must
+also accept the new program. With `--simulate`, the simulated LinuxCNC runs all new programs up to that machine time,
+without stops and without lines after the last move. leafcut estimates the time of the same program, and both times are
+compared.
 
-A chip above its limit, or an error of the time above 2 %, stops the benchmark.
+The benchmark stops if a chip exceeds its limit, or if the error of a time exceeds 2 %.
 """
 
 from __future__ import annotations
@@ -34,11 +35,11 @@ from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.pace_change import PaceChange
 from leafcut.model.toolpath import MOTIONS
 
-#: Profile of the simulated machine; width of tools without a description, mm.
+#: Profile of the simulated machine, and width of tools without a description, mm.
 MACHINE, WIDTH = "linuxcnc-sim", 3.0
 #: Maximum relative error of a time.
 WORST = 0.02
-#: Speeds of the simulation, as factors of real time, until leafcut's time agrees.
+#: Speeds of the simulation, as multiples of real time, that are tried until leafcut's time agrees.
 SPEEDS = (20, 8, 4, 4)
 #: Maximum machine time of a simulation, s.
 LONGEST = 20_000.0
@@ -46,13 +47,13 @@ HEAD = ["program", "before, s", "order", "retracts", "air", "feeds", "after, s",
 
 
 def real_files() -> list[Path]:
-    """Return the programs of the shared data, short programs first."""
+    """Return the programs in the shared data, shortest first."""
     files = [path for path in (data_folder() / "gcode").iterdir() if path.suffix != ".md"]
     return sorted(files, key=lambda path: path.stat().st_size)
 
 
 def for_linuxcnc(text: str) -> str:
-    """Return a program that LinuxCNC accepts, with the same moves: no O number, units and end stated."""
+    """Return a program with the same moves that LinuxCNC accepts: without an O number, and with units and an end."""
     if "M98" not in text:
         text = re.sub(r"(?m)^[ \t]*O[0-9]+", "", text)
     if not re.search(r"(?i)G ?2[01](?![0-9])", text):
@@ -67,7 +68,7 @@ def accepted(text: str) -> bool:
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "tool.tbl").write_text(TOOL_TABLE)
         Path(folder, "part.ngc").write_text(text, encoding="utf-8")
-        # rs274 truncates a memory map in its home at the start: two runs in one home kill each other.
+        # At its start, rs274 truncates a memory map in its home folder, so two runs in the same folder kill each other.
         done = subprocess.run(
             [program, "-g", "-t", "tool.tbl", "part.ngc"],
             cwd=folder, env={**os.environ, "HOME": folder}, capture_output=True, check=False,
@@ -76,7 +77,7 @@ def accepted(text: str) -> bool:
 
 
 def moves_only(text: str) -> str:
-    """Return a program without stops, which wait for a person, and without lines after its last move.
+    """Remove stops, which wait for a person, and lines after the last move from a program.
 
     The simulation does not count a dwell at the end.
     """
@@ -87,10 +88,10 @@ def moves_only(text: str) -> str:
 
 
 def simulated(text: str, ours: float) -> float:
-    """Return LinuxCNC's seconds of a program.
+    """Return the time of a program in LinuxCNC, s.
 
-    Other load of the host only lengthens a run: while the time differs from `ours`, the program runs again, more
-    slowly, and the shortest run counts.
+    Other load on the host can only lengthen a run. Therefore, while the time differs from `ours`, the program is run
+    again more slowly, and the shortest run counts.
     """
     truth = math.inf
     for speed in SPEEDS:
@@ -102,7 +103,7 @@ def simulated(text: str, ours: float) -> float:
 
 
 def run(path: Path, longest: float) -> list[str]:
-    """Return the row of a program, or its name and the reason of a refusal."""
+    """Return the table row of a program, or its name and the reason why it was refused."""
     try:
         stock = leafcut.stock(path, machine=MACHINE, tool_diameter=WIDTH)
         block = ",".join(f"{side:.6f}" for side in (*stock.block.low, *stock.block.high))

@@ -1,4 +1,4 @@
-"""Pages of results: each benchmark writes docs/results/NAME.md when it runs with `--write`."""
+"""Result pages: a benchmark that is run with `--write` writes docs/results/NAME.md."""
 
 from __future__ import annotations
 
@@ -19,14 +19,17 @@ from leafcut.files.whole_files import write_whole
 
 RESULTS = ROOT / "docs" / "results"
 
-#: Columns of text, aligned left; all others hold figures and are aligned right.
+#: Columns of text, which are left-aligned; all other columns contain numbers and are right-aligned.
 TEXT_COLUMNS = (
     "answer", "board", "budget", "chip", "judged", "note", "program", "run", "solver", "state", "what runs", "work",
 )  # fmt: skip
 
 
 def parser(name: str, doc: str | None, *, writes: bool = True) -> argparse.ArgumentParser:
-    """Return the parser of a benchmark; `doc` is its docstring. `writes`: the benchmark has a page of results."""
+    """Return the argument parser of a benchmark; `doc` is its docstring.
+
+    `writes` is true if the benchmark has a results page.
+    """
     made = argparse.ArgumentParser(
         prog=f"python -m benchmarks {name}", description=doc, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -38,7 +41,7 @@ def parser(name: str, doc: str | None, *, writes: bool = True) -> argparse.Argum
 def one_of(names: Collection[str]) -> Callable[[str], str]:
     """Return an argument type that accepts only these names.
 
-    Before Python 3.12 `choices` of argparse refuses an empty list of names.
+    Before Python 3.12, `choices` in argparse refuses an empty list of names.
     """
 
     def taken(name: str) -> str:
@@ -57,14 +60,14 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def rows_of(text: str) -> list[list[str]]:
-    """Return the rows of the first table in a page, without its head."""
+    """Return the rows of the first table in a page, without its header."""
     lines = text[text.index("| ") :].splitlines() if "| " in text else []
     rows = [re.split(r" \| ", line[2:-2]) for line in takewhile(lambda line: line.startswith("| "), lines)]
     return rows[2:]
 
 
 def facts(name: str, argv: Sequence[str], packages: Sequence[str]) -> str:
-    """Return date, machine, versions and command of a run."""
+    """Return the date, machine, versions and command of a run."""
     load = f", load average {os.getloadavg()[0]:.1f} at the end" if hasattr(os, "getloadavg") else ""
     versions = [f"Python {platform.python_version()}", *(f"{package} {_version(package)}" for package in packages)]
     lines = [
@@ -77,7 +80,7 @@ def facts(name: str, argv: Sequence[str], packages: Sequence[str]) -> str:
 
 
 def publish(name: str, text: str, write: bool) -> None:
-    """Print the results, and write them to docs/results/NAME.md if asked."""
+    """Print the results and, if `write`, write them to docs/results/NAME.md."""
     print(text)
     if write:
         RESULTS.mkdir(exist_ok=True)
@@ -101,7 +104,7 @@ def _version(package: str) -> str:
 
 
 def _commit() -> str:
-    """Return the measured commit, or an empty text outside a repository."""
+    """Return the commit that is measured, or an empty text outside a repository."""
     command = ["git", "describe", "--always", "--dirty", "--exclude", "*"]
     try:
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)

@@ -2,8 +2,8 @@
 
     python -m benchmarks peers pcb442 pcb3038 --times 1,10 --seeds 3
 
-The extra `bench` installs the peers (`pip install -e '.[bench]'`). The table names the peers that are not installed or
-cannot solve a board. Each run is a separate process. Solvers take turns, so that other load affects all of them.
+The extra `bench` installs the other solvers (`pip install -e '.[bench]'`). The table names those that are not installed
+or cannot solve a board. Each run is a separate process. Solvers take turns, so that other load affects all of them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from benchmarks.tsplib import NO_TOUR, problem_of, search_parser, warm_up
 from leafcut.options import SolveOptions
 from leafcut.order.solve import solve
 
-#: Most time for imports, file and matrix, and for the end of a run after its time limit, s.
+#: Maximum time for imports, file and matrix, and maximum time until a run ends after its time limit, s.
 PATIENCE = 120.0
 
 #: Tour, and its length if the solver reports it.
@@ -37,7 +37,7 @@ Answer = tuple[ArrayLike, float | None]
 
 @dataclass(frozen=True)
 class Task:
-    """One run: time limit in seconds, seed and threads, as far as the solver supports them."""
+    """One run: time limit, s, seed and threads, as far as the solver supports them."""
 
     seconds: float
     seed: int
@@ -48,8 +48,8 @@ class Task:
 class Peer:
     """A solver: name, required package, reason to refuse a board, and preparation.
 
-    `prepare` does the unmeasured work (import, matrix) and returns the measured function. `anytime` solvers stop at the
-    time limit. The others run once, until they finish.
+    `prepare` does the work that is not measured (import, matrix), and returns the function that is measured. `anytime`
+    solvers stop at the time limit. The others run only once, until they finish.
     """
 
     name: str
@@ -61,7 +61,7 @@ class Peer:
 
 @dataclass(frozen=True)
 class Result:
-    """Gap in percent, and time by the clock and by the processors, s; or the reason of a failure."""
+    """Gap in percent, wall-clock time and processor time, s; or the reason of a failure."""
 
     gap: float = math.inf
     wall: float = 0.0
@@ -70,7 +70,7 @@ class Result:
 
 
 def prepare_leafcut(board: Board, task: Task, algorithm: str = "auto") -> Callable[[], Answer]:
-    """Return leafcut's search with loaded kernels; it builds the neighbour lists itself."""
+    """Return leafcut's search with loaded kernels; the search builds the neighbour lists itself."""
     options = SolveOptions(
         algorithm=algorithm, time_limit=task.seconds, seed=task.seed, threads=task.threads, bound=False
     )
@@ -90,7 +90,7 @@ def prepare_2opt(board: Board, task: Task) -> Callable[[], Answer]:
 
 
 def prepare_fast_tsp(board: Board, task: Task) -> Callable[[], Answer]:
-    """Return fast-tsp's search with its matrix."""
+    """Return fast-tsp's search with its distance matrix."""
     fast_tsp = import_module("fast_tsp")
     distances = boards.matrix(board, "uint16")
 
@@ -102,7 +102,7 @@ def prepare_fast_tsp(board: Board, task: Task) -> Callable[[], Answer]:
 
 
 def prepare_elkai(board: Board, task: Task) -> Callable[[], Answer]:
-    """Return one run of LKH with its defaults, without time limit and seed."""
+    """Return one run of LKH with its default settings, without time limit and seed."""
     cities = import_module("elkai").Coordinates2D({str(i): (x, y) for i, (x, y) in enumerate(board.xy.tolist())})
 
     def run() -> Answer:
@@ -112,7 +112,7 @@ def prepare_elkai(board: Board, task: Task) -> Callable[[], Answer]:
 
 
 def prepare_ortools(board: Board, task: Task) -> Callable[[], Answer]:
-    """Return guided local search of OR-Tools from its cheapest-arc start, with model and matrix."""
+    """Return guided local search in OR-Tools from a cheapest-arc start, with model and matrix."""
     routing: Any = import_module("ortools.constraint_solver.pywrapcp")
     enums: Any = import_module("ortools.constraint_solver.routing_enums_pb2")
     manager = routing.RoutingIndexManager(board.n, 1, 0)
@@ -141,7 +141,7 @@ def _whole(board: Board) -> str:
 
 
 def _small(board: Board, most: int, bytes_each: int) -> str:
-    """Return the reason to refuse a matrix of more than `most` nodes."""
+    """Return the reason why a matrix of more than `most` nodes is refused, or an empty text."""
     return "" if board.n <= most else f"its matrix of n² distances would take {board.n**2 * bytes_each / 1e9:,.1f} GB"
 
 
@@ -156,7 +156,7 @@ def _refused_by_elkai(board: Board) -> str:
 
 
 def _refused_by_ortools(board: Board) -> str:
-    # A list of lists of Python numbers: about 40 bytes for each distance.
+    # A list of lists of Python numbers takes about 40 bytes for each distance.
     return _whole(board) or _small(board, 6_000, 40)
 
 
@@ -170,7 +170,7 @@ PEERS = (
 
 
 def work(connection: Connection, peer: int, name: str, task: Task) -> None:
-    """Run one peer in this process; send ``ready`` when the clock starts, then a `Result` or the failed check."""
+    """Run one solver in this process; send ``ready`` when the clock starts, then a `Result` or the failed check."""
     try:
         board = boards.load(name)
         run = PEERS[peer].prepare(board, task)
@@ -187,7 +187,7 @@ def work(connection: Connection, peer: int, name: str, task: Task) -> None:
 
 
 def measure(peer: int, name: str, task: Task, limit: float) -> Result:
-    """Return the result of one peer in a separate process, killed after `limit` seconds.
+    """Return the result of one solver in a separate process, which is killed after `limit` seconds.
 
     Raises
     ------
@@ -217,7 +217,7 @@ def measure(peer: int, name: str, task: Task, limit: float) -> Result:
 
 
 def refusal(peer: Peer, board: Board) -> str:
-    """Return the reason to skip a peer on a board, or an empty text."""
+    """Return the reason why a solver is skipped on a board, or an empty text."""
     if peer.package and importlib.util.find_spec(peer.package) is None:
         return "not installed (pip install -e '.[bench]')"
     return peer.refusal(board)
@@ -226,7 +226,7 @@ def refusal(peer: Peer, board: Board) -> str:
 def results_of(
     board: Board, times: Sequence[float], seeds: int, threads: int, patience: float
 ) -> dict[tuple[int, float], list[Result]]:
-    """Return the results of all peers on a board, by peer and time; peers without time limit have time 0."""
+    """Return the results of all solvers on a board, by solver and time; solvers without a time limit have time 0."""
     found: dict[tuple[int, float], list[Result]] = {}
     able = [k for k, peer in enumerate(PEERS) if not refusal(peer, board)]
     for seed, seconds, peer in _turns(able, times, seeds):
@@ -239,7 +239,9 @@ def results_of(
 
 
 def _turns(able: Sequence[int], times: Sequence[float], seeds: int) -> Iterator[tuple[int, float, int]]:
-    """Yield (seed, seconds, peer): all peers in turn for each seed and time; once the peers without time limit."""
+    """Yield (seed, seconds, solver): all solvers in turn for each seed and time, but those without a time limit only
+    once.
+    """
     for seed in range(1, seeds + 1):
         for seconds in times:
             yield from ((seed, seconds, k) for k in able if PEERS[k].anytime)
@@ -247,7 +249,7 @@ def _turns(able: Sequence[int], times: Sequence[float], seeds: int) -> Iterator[
 
 
 def cell(results: Sequence[Result]) -> str:
-    """Return the median gap, and the median seconds by clock and processors: ``0.120 (1.0 / 1.0)``."""
+    """Return the median gap, and the median wall-clock and processor time, such as ``0.120 (1.0 / 1.0)``."""
     good = [r for r in results if not r.why]
     if 2 * len(good) <= len(results):
         return NO_TOUR
@@ -256,7 +258,7 @@ def cell(results: Sequence[Result]) -> str:
 
 
 def rows_of(board: Board, times: Sequence[float], found: dict[tuple[int, float], list[Result]]) -> Iterator[list[str]]:
-    """Yield a row for every peer, skipped peers included."""
+    """Yield a row for each solver, including skipped ones."""
     for k, peer in enumerate(PEERS):
         note = refusal(peer, board)
         mine = [r for (number, _), results in found.items() if number == k for r in results]
@@ -273,7 +275,7 @@ def rows_of(board: Board, times: Sequence[float], found: dict[tuple[int, float],
 
 
 def results(rows: Sequence[Sequence[str]], times: Sequence[float], words: str, references: str, facts: str) -> str:
-    """Return the page of results; `references` names the reference lengths of the boards."""
+    """Return the results page; `references` names the reference lengths of the boards."""
     head = ["board", "solver", *(f"{t:g} s" for t in times), "note"]
     return f"""# leafcut and other solvers
 
@@ -288,7 +290,7 @@ licence is for research only, and leafcut does not use it. Reference lengths of 
 
 
 def main(argv: Sequence[str]) -> int:
-    """Measure all peers and publish the table."""
+    """Measure all solvers, and publish the table."""
     parser = search_parser("peers", __doc__, "1,10", 3)
     parser.add_argument("--patience", type=float, default=60.0, help="most seconds for solvers without a time limit")
     arguments = parser.parse_args(argv)

@@ -1,9 +1,9 @@
-"""Start time: a drawing of 70 holes to its program, in processor seconds and by the clock.
+"""Start time: from a drawing with 70 holes to its program, in processor time and wall-clock time.
 
     python -m benchmarks start [--runs N] [--beside CHECKOUT]
 
-Cold is the first run of a new installation, with an empty folder for compiled code; warm is any later run. Byte code
-exists before both, as after an installation by pip. The import of three packages is the measure for a warm run.
+A cold run is the first run of a new installation, with an empty folder for compiled code. A warm run is any later run.
+Byte code exists before both, as after an installation by pip. A warm run is compared with the import of three packages.
 `--beside` also measures another checkout, in turns. Both must write the same program.
 """
 
@@ -21,7 +21,7 @@ from pathlib import Path
 
 from benchmarks import COMMAND, ROOT, environment_of, page
 
-#: Runs the command, or imports three packages.
+#: Code that runs the command, or imports three packages.
 _CODE = f"""
 import sys
 if sys.argv[1:] == ["imports"]:
@@ -46,7 +46,7 @@ WORK = {
 
 
 def run(source: Path, words: Sequence[str], cache: Path) -> tuple[float, float, bytes]:
-    """Return processor seconds, clock seconds and output of a run."""
+    """Return the processor time, wall-clock time and output of a run."""
     environment = environment_of(source, cache)
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     command = [sys.executable, "-c", _CODE, *words]
@@ -57,9 +57,9 @@ def run(source: Path, words: Sequence[str], cache: Path) -> tuple[float, float, 
 
 
 def figures(sources: dict[str, Path], runs: int, caches: dict[str, Path]) -> list[list[str]]:
-    """Return the rows of the table for every checkout, and compare the written programs.
+    """Return the rows of the table for each checkout, and compare the programs written.
 
-    All commands run in turns, so that other work on the machine slows all of them alike.
+    All commands are run in turns, so that other work on the machine slows all of them equally.
     """
     took: dict[tuple[str, str, str], list[tuple[float, float]]] = {}
     for number in range(runs + 1):

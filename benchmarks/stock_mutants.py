@@ -1,11 +1,11 @@
-"""Mutated programs judged by the stock model: changed parts that it misses, and false alarms.
+"""Mutated programs checked by the stock model: changed parts that it does not detect, and false alarms.
 
     python -m benchmarks stock_mutants --mutants 500 --seed 1 --reorder
 
-Every program cuts features apart from each other, so the effect of a mutation is known. Another depth, place, length or
-tool, or a missing feature, changes the part. Another order, feed or speed, or a repeated cut, does not. *Missed* is a
-changed part with the verdict "same"; a *false alarm* is the opposite. `--reorder` selects the judge of `leafcut
-reorder`; its cells are larger, so places and lengths change by more.
+Each program cuts features that are apart from each other, so the effect of a mutation is known. A different depth,
+position, length or tool, or a missing feature, changes the part. A different order, feed or speed, or a repeated cut,
+does not. *Missed* means that the part changed but the verdict is "same"; a *false alarm* is the opposite. `--reorder`
+selects the check used by `leafcut reorder`; its cells are larger, so positions and lengths change by more.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from leafcut.processes.program.reading import read_foreign
 from leafcut.processes.program.stock_proof import stock_judge
 from leafcut.processes.settings import collect_settings
 
-#: Comment of every tool, with its diameter and shape.
+#: Comment for each tool, with its diameter and shape.
 TOOLS = {1: "D=6. CR=0. - flat end mill", 2: "D=4. CR=2. - ball end mill", 3: "D=5. TAPER=118deg - drill"}
-#: Cell and pitch of the features, mm: no cut reaches the next feature.
+#: Cell size, and pitch of the features, mm; no cut reaches the next feature.
 CELL, PITCH = 0.1, 24.0
-#: Least change of a depth and of a place, mm: the tolerance is 0.01 mm, and a wall may move by a cell.
+#: Minimum change of a depth and of a position, mm; the tolerance is 0.01 mm, and a wall may move by a cell.
 LEAST_DEPTH, LEAST_PLACE = 0.02, 0.25
-#: Least change of a place for `leafcut reorder`, mm: its cells are a twentieth of the smallest tool.
+#: Minimum change of a position for `leafcut reorder`, mm; its cells are a twentieth of the smallest tool.
 LEAST_REORDERED = 0.45
 
 
 class Feature(NamedTuple):
-    """A cut: its kind, tool, place, length and depth, mm."""
+    """A cut: kind, tool, position, length and depth, mm."""
 
     kind: str
     tool: int
@@ -50,7 +50,7 @@ class Feature(NamedTuple):
     feed: int = 300
 
     def text(self) -> str:
-        """Return the blocks, from the safe height and back."""
+        """Return the blocks of the cut, from the safe height and back."""
         x, y, end, depth = self.x, self.y, self.x + self.length, -self.depth
         over = f"G0 X{x:.3f} Y{y:.3f}\nG0 Z2.\n"
         down = f"G1 Z{depth:.3f} F{self.feed}\n"
@@ -65,7 +65,7 @@ class Feature(NamedTuple):
 
 
 def features(chance: random.Random) -> list[Feature]:
-    """Return some features in a grid, sorted by tool."""
+    """Return some random features in a grid, sorted by tool."""
     cuts = []
     for place in range(chance.randint(4, 9)):
         kind = chance.choice(("hole", "slot", "arc", "ramp", "helix"))
@@ -76,7 +76,7 @@ def features(chance: random.Random) -> list[Feature]:
 
 
 def program(cuts: list[Feature], speed: int = 900) -> str:
-    """Return the program of the features in this order."""
+    """Return a program with the features in this order."""
     lines, tool = ["G21 G90 G17 G40 G94\n"], 0
     for cut in cuts:
         if cut.tool != tool:
@@ -89,7 +89,7 @@ def program(cuts: list[Feature], speed: int = 900) -> str:
 def mutant(cuts: list[Feature], chance: random.Random, least: float = LEAST_PLACE) -> tuple[str, str, bool]:
     """Return the kind of the mutation, the new program, and whether the part changes.
 
-    `least` is the least change of a place, mm.
+    `least` is the minimum change of a position, mm.
     """
     at = chance.randrange(len(cuts))
     cut, others = cuts[at], [*cuts[:at], *cuts[at + 1 :]]
@@ -101,7 +101,7 @@ def mutant(cuts: list[Feature], chance: random.Random, least: float = LEAST_PLAC
         step = sign * chance.uniform(least, 2)
         changed = cut._replace(x=cut.x + step) if chance.random() < 0.5 else cut._replace(y=cut.y + step)
     elif how == "length":
-        # A hole has no length, so its part stays the same.
+        # A hole has no length, so the part does not change.
         changed = cut._replace(length=cut.length + chance.uniform(2 * least, 2))
     elif how == "tool":
         changed = cut._replace(tool={1: 2, 2: 1, 3: 1}[cut.tool])
@@ -125,7 +125,7 @@ def differ(original: Path, new: Path) -> bool:
 
 
 def reordered(original: Path, new: Path) -> bool:
-    """Return whether the judge of `leafcut reorder` refuses the new program."""
+    """Return whether the check in `leafcut reorder` refuses the new program."""
     settings = collect_settings({})
     job = Job(settings, machine_of(settings), Deadline())
     words = dialect("linuxcnc")
@@ -162,7 +162,7 @@ def run(
 
 
 def main(argv: Sequence[str]) -> int:
-    """Judge all mutants and print the verdicts; return 1 after a missed mutant or a false alarm."""
+    """Check all mutants and print the verdicts; return 1 if a mutant is missed or there is a false alarm."""
     parser = page.parser("stock_mutants", __doc__, writes=False)
     parser.add_argument("--mutants", type=int, default=500)
     parser.add_argument("--seed", type=int, default=1)

@@ -32,25 +32,25 @@ FILES = (
     "ugs_enclosure_cambam.nc",
 )
 
-#: Too many blocks per second for a fast simulation.
+#: Programs with too many blocks per second for a fast simulation.
 SLOW = "3000 segments of 0.05 mm, 5000 mm/min, G64"
 
 
 def drilling(cycle: str, words: str, count: int, seed: int) -> str:
-    """Return a program of holes at random positions with one canned cycle."""
+    """Return a program that drills holes at random positions with one canned cycle."""
     places = random.Random(seed)
     at = [f"X{places.uniform(0, 160):.2f} Y{places.uniform(0, 100):.2f}" for _ in range(count)]
     return f"{HEAD.format(mode='G64')}G99 {cycle} {at[0]} R2 {words} F300\n" + "\n".join(at[1:]) + "\nG80\nG0 Z20\nM2\n"
 
 
 def pocket(feed: int, mode: str, passes: int = 20) -> str:
-    """Return a zigzag with a step of 2 mm."""
+    """Return a program that follows a zigzag with a step of 2 mm."""
     cuts = [f"G1 Y{2 * i} F{feed}\nG1 X{60 if i % 2 == 0 else 0}" for i in range(passes)]
     return HEAD.format(mode=mode) + "G1 Z-1 F300\n" + "\n".join(cuts) + "\nG0 Z20\nM2\n"
 
 
 def arcs(feed: int, mode: str, count: int = 30) -> str:
-    """Return tangent half circles of 2 to 30 mm radius, alternately G2 and G3."""
+    """Return a program of tangent half circles with a radius of 2 to 30 mm, alternately G2 and G3."""
     lines, x, up = ["G1 Z-1 F300"], 0.0, True
     for i in range(count):
         radius = 2 + (i * 7) % 29
@@ -61,7 +61,7 @@ def arcs(feed: int, mode: str, count: int = 30) -> str:
 
 
 def segments(feed: int, mode: str, count: int = 1500, length: float = 0.3) -> str:
-    """Return a wavy line of many short segments."""
+    """Return a program that follows a wavy line of many short segments."""
     lines, x, y = ["G1 Z-1 F300"], 0.0, 0.0
     for i in range(count):
         angle = 1.2 * math.sin(i / 60.0)
@@ -71,7 +71,7 @@ def segments(feed: int, mode: str, count: int = 1500, length: float = 0.3) -> st
 
 
 def spiral(feed: int, mode: str, turns: int = 12, step: float = 3.0) -> str:
-    """Return an outward spiral of half circles."""
+    """Return a program that follows an outward spiral of half circles."""
     lines, x, side = ["G1 Z-1 F300"], 0.0, 1
     for i in range(2 * turns):
         across = step * (i + 1)
@@ -82,7 +82,9 @@ def spiral(feed: int, mode: str, turns: int = 12, step: float = 3.0) -> str:
 
 
 def sheet(mode: str, count: int = 12) -> str:
-    """Return plasma parts: pierce, lead-in, rectangle with round corners, torch on and off at each."""
+    """Return a program for plasma parts: pierce, lead-in, and rectangle with round corners, with torch on and off for
+    each.
+    """
     lines = []
     for i in range(count):
         x, y = 70 * (i % 4), 60 * (i // 4)
@@ -95,7 +97,7 @@ def sheet(mode: str, count: int = 12) -> str:
 
 
 def contour(feed: int, mode: str, layers: int = 4) -> str:
-    """Return a slot with round ends in layers, with tangent arcs as lead-in and lead-out."""
+    """Return a program for a slot with round ends in layers, with tangent arcs as lead-in and lead-out."""
     lines = [
         f"G0 X50 Y-8\nG0 Z1\nG1 Z{-1 - layer} F200\nG3 X58 Y0 I0 J8 F{feed}\nG1 X100\nG3 X100 Y30 I0 J15\nG1 X20\n"
         "G3 X20 Y0 I0 J-15\nG1 X58\nG3 X66 Y8 I0 J8\nG0 Z5"
@@ -105,14 +107,14 @@ def contour(feed: int, mode: str, layers: int = 4) -> str:
 
 
 def polygon(feed: int, mode: str, corners: int = 24, rounds: int = 3) -> str:
-    """Return rounds along a regular polygon: corners of 15 degrees."""
+    """Return a program of rounds along a regular polygon, with corners of 15 degrees."""
     at = [(40 * math.cos(math.tau * i / corners), 40 * math.sin(math.tau * i / corners)) for i in range(corners)]
     lines = [f"G1 X{x:.4f} Y{y:.4f} F{feed}" for _ in range(rounds) for x, y in at]
     return HEAD.format(mode=mode) + "G0 X40 Y0\nG1 Z-1 F300\n" + "\n".join(lines) + "\nG0 Z20\nM2\n"
 
 
 def helix(feed: int, mode: str, holes: int = 10) -> str:
-    """Return holes milled by helices; the first turn of each is the steepest."""
+    """Return a program for holes milled by helices; the first turn of each helix is the steepest."""
     lines = []
     for i in range(holes):
         turns = [f"G3 X{20 * i + 4} Y0 I-4 J0 Z{-0.5 * k:.2f} F{feed}" for k in range(8)]
@@ -121,7 +123,7 @@ def helix(feed: int, mode: str, holes: int = 10) -> str:
 
 
 def corners(feed: int, mode: str, count: int = 60, seed: int = 3) -> str:
-    """Return lines and arcs that meet at random angles."""
+    """Return a program of lines and arcs that meet at random angles."""
     chance = random.Random(seed)
     lines, x, y = [], 0.0, 0.0
     for _ in range(count):
@@ -134,7 +136,7 @@ def corners(feed: int, mode: str, count: int = 60, seed: int = 3) -> str:
 
 
 def relief(feed: int, mode: str, lines: int = 8) -> str:
-    """Return an engraved relief: rows of 0.5 mm segments that rise and fall."""
+    """Return a program for an engraved relief: rows of 0.5 mm segments that rise and fall."""
     out = []
     for row in range(lines):
         xs = [0.5 * i for i in range(121)]
@@ -151,7 +153,7 @@ NEST = ROOT / "src" / "leafcut" / "lab" / "parts" / "nests" / "nest_018.dxf"
 
 
 def perforated(thickness: float, columns: int = 4, rows: int = 3, holes: int = 9) -> str:
-    """Return leafcut's program for plates in a grid, each with small holes of four sizes in rows."""
+    """Return leafcut's program for plates in a grid, each with rows of small holes of four sizes."""
     outline = rounded_rectangle(120.0, 90.0, 6.0)
     places = [(20.0 + 40.0 * (k % 3), 15.0 + 30.0 * (k // 3), 3.0 + k % 4) for k in range(holes)]
     paths = [outline, *(Polyline.circle(*place) for place in places)]
@@ -192,7 +194,7 @@ def cut_program(drawing: str, thickness: float) -> str:
 
 
 def programs() -> dict[str, Callable[[], str]]:
-    """Return the writers of the programs by name."""
+    """Return functions that create the programs, by name."""
     found: dict[str, Callable[[], str]] = {
         "100 holes, G81": partial(drilling, "G81", "Z-5", 100, 1),
         "40 holes, G83 Q1.5": partial(drilling, "G83", "Z-8 Q1.5", 40, 2),
@@ -221,7 +223,7 @@ def programs() -> dict[str, Callable[[], str]]:
 
 
 def sheets() -> dict[str, Callable[[], str]]:
-    """Return the writers of leafcut's programs for sheets of mild steel, by name."""
+    """Return functions that create leafcut's programs for sheets of mild steel, by name."""
     return {
         "nest of 18 parts with arcs, holes and slots, 2 mm": lambda: cut_program(NEST.read_text(encoding="utf-8"), 2.0),
         "12 plates with 108 small holes, 2 mm": partial(perforated, 2.0),
@@ -245,7 +247,7 @@ def milled(text: str, **options: Any) -> str:
 
 
 def pockets() -> dict[str, Callable[[], str]]:
-    """Return the writers of leafcut's programs for pockets with a mill of 10 mm, by name."""
+    """Return functions that create leafcut's programs for pockets with a 10 mm mill, by name."""
     import shapely
 
     plate = shapely.box(12, 12, 108, 68).buffer(12, quad_segs=64)
@@ -259,9 +261,9 @@ def pockets() -> dict[str, Callable[[], str]]:
 
 
 def real_program(name: str) -> str:
-    """Return the text of a real file; a file without G61 and G64 gets G64 as its first line.
+    """Return the text of a real file; if it has neither G61 nor G64, G64 is added as its first line.
 
-    LinuxCNC starts in G64. A fast simulation may plan the first moves before it sets that mode.
+    LinuxCNC starts in G64, but a fast simulation may plan the first moves before it sets that mode.
     """
     text = (data_folder() / "gcode" / name).read_text(encoding="utf-8", errors="replace")
     return text if re.search(r"G6[14]", text) else f"G64\n{text}"

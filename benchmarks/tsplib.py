@@ -2,8 +2,9 @@
 
     python -m benchmarks tsplib pcb442 pcb3038 --times 1,10 --seeds 5
 
-Each seed and time is one run with that time limit, since the colony plans by the limit. A tour after the limit does not
-count. The clock covers the search with neighbour lists and start tour, not import, compiling and file reading.
+For each seed and time there is a separate run with that time limit, because the colony plans by the limit. A tour found
+after the limit does not count. The measured time covers the search with neighbour lists and start tour, but not
+imports, compilation and file reading.
 """
 
 from __future__ import annotations
@@ -28,13 +29,13 @@ from leafcut.order.algorithms import warm_up as compile_kernels
 from leafcut.order.solve import solve
 
 NO_TOUR = "–"
-#: Most nodes of a warm-up: enough to compile all code that `auto` runs on large boards.
+#: Maximum number of nodes in a warm-up; enough to compile all code that `auto` runs on large boards.
 WARM_NODES = 3000
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One search: history (seconds, length), tour, and its time by the clock and by the processors, s."""
+    """One search: history (seconds, length), tour, and its wall-clock time and processor time, s."""
 
     history: tuple[tuple[float, float], ...]
     tour: NDArray[np.int32]
@@ -43,17 +44,17 @@ class Run:
     processor: float
 
     def length_at(self, seconds: float) -> float:
-        """Return the length of the best tour at that time; inf without a tour."""
+        """Return the length of the best tour at that time, or inf without a tour."""
         return min((length for t, length in self.history if t <= seconds), default=math.inf)
 
 
 def problem_of(board: Board) -> RoutingProblem:
-    """Return the closed problem of a board."""
+    """Return the routing problem of a board, which is closed."""
     return RoutingProblem.of_points(board.xy, Metric(board.rule), closed=True, name=board.name)
 
 
 def warm_up(board: Board, options: SolveOptions) -> None:
-    """Load or compile every kernel, and allocate the memory of all threads, before the measurement."""
+    """Load or compile all kernels, and allocate the memory of all threads, before the measurement."""
     few = boards.uniform(min(board.n, WARM_NODES))
     problem = RoutingProblem.of_points(few.xy, Metric(board.rule), closed=True)
     solve(problem, replace(options, iterations=1, time_limit=0.5, bound=False))
@@ -61,7 +62,7 @@ def warm_up(board: Board, options: SolveOptions) -> None:
 
 
 def run_leafcut(board: Board, options: SolveOptions) -> Run:
-    """Return one checked search of a board."""
+    """Run one search on a board, and check its tour."""
     problem = problem_of(board)
     wall, processor = time.perf_counter(), time.process_time()
     found = solve(problem, replace(options, bound=False))
@@ -71,7 +72,7 @@ def run_leafcut(board: Board, options: SolveOptions) -> Run:
 
 
 def gap_words(board: Board, lengths: Sequence[float]) -> str:
-    """Return the median gap with the lowest and the highest: ``0.120 (0.080 to 0.210)``, percent."""
+    """Return the median gap with the lowest and highest gap in percent, such as ``0.120 (0.080 to 0.210)``."""
     gaps = [board.gap_percent(length) for length in lengths]
     if not math.isfinite(min(gaps)):
         return NO_TOUR
@@ -80,7 +81,7 @@ def gap_words(board: Board, lengths: Sequence[float]) -> str:
 
 
 def row(board: Board, runs: Mapping[float, Sequence[Run]]) -> list[str]:
-    """Return the row of a board from its runs at every time limit."""
+    """Return the row of a board from its runs at each time limit."""
     gaps = [gap_words(board, [run.length_at(t) for run in repeated]) for t, repeated in runs.items()]
     longest = runs[max(runs)]
     spent = [f"{median(run.wall for run in longest):.1f}", f"{median(run.processor for run in longest):.1f}"]
@@ -88,7 +89,7 @@ def row(board: Board, runs: Mapping[float, Sequence[Run]]) -> list[str]:
 
 
 def results(rows: Sequence[Sequence[str]], times: Sequence[float], words: str, facts: str) -> str:
-    """Return the page of results."""
+    """Return the results page."""
     head = ["board", "nodes", "compared with", *(f"{t:g} s" for t in times), "clock, s", "processor, s"]
     return f"""# Gap to the optimum
 
@@ -101,7 +102,7 @@ compiling and file reading. {NO_TOUR}: no tour within this time. The last column
 
 
 def numbers(text: str) -> list[float]:
-    """Return the positive numbers of a list with commas, in rising order."""
+    """Return the positive numbers in a comma-separated list, in ascending order."""
     found = sorted(float(word) for word in text.split(","))
     if not all(0.0 < number < math.inf for number in found):
         raise ValueError(text)
@@ -109,7 +110,7 @@ def numbers(text: str) -> list[float]:
 
 
 def search_parser(name: str, doc: str | None, times: str, seeds: int) -> argparse.ArgumentParser:
-    """Return the parser of a benchmark of searches."""
+    """Return the argument parser of a benchmark that runs searches."""
     parser = page.parser(name, doc)
     parser.add_argument("boards", nargs="*", default=list(boards.BOARDS), help="TSPLIB names, or uniform:N[:SEED]")
     parser.add_argument("--times", type=numbers, default=numbers(times), help="seconds by the clock, with commas")

@@ -3,9 +3,9 @@
     python -m benchmarks unseen --beside CHECKOUT
     python -m benchmarks unseen --beside CHECKOUT loops holes
 
-The benchmark generates all files. Each run is a separate process: processor seconds are user and system time of all its
-threads, peak memory is resident, and both include the interpreter and the libraries. A run that compiles kernels is
-repeated. The table is in docs/results/unseen_files.md, which also holds trials with public files.
+The benchmark generates all files. Each run is a separate process. Processor time is the user and system time of all its
+threads, peak memory is resident memory, and both include the interpreter and the libraries. A run that compiles kernels
+is repeated. The table is in docs/results/unseen_files.md, which also contains trials with public files.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ import ezdxf.units
 from benchmarks import COMMAND, ROOT, data_folder, environment_of, growth, page
 from benchmarks.verify_large import launch, picture
 
-#: Reads a drawing as the studio does; version 0.2.0 has the function in another module.
+#: Code that reads a drawing as the studio does; in version 0.2.0, the function is in another module.
 _PREVIEW = """
 import json, sys
 try:
@@ -38,7 +38,7 @@ except ImportError:
 seen = read_preview(sys.argv[1])
 print(json.dumps({"facts": dict(seen.facts), "error": seen.error}))
 """
-#: Packs a strip by spyrrow alone, with its default number of threads.
+#: Code that packs a strip with spyrrow alone, with its default number of threads.
 _SPYRROW = """
 import json, sys
 import spyrrow
@@ -55,7 +55,10 @@ print(json.dumps({"width": instance.solve(config).width}))
 
 @dataclass(frozen=True)
 class Run:
-    """Processor seconds, peak memory in bytes, exit status, and the JSON answer; `stopped` after too many seconds."""
+    """Processor time, s, peak memory, bytes, exit status, and the JSON answer.
+
+    If the run was stopped, `stopped` is the time limit, s.
+    """
 
     seconds: float
     peak: float
@@ -64,24 +67,24 @@ class Run:
     stopped: int = 0
 
     def cost(self) -> str:
-        """Return seconds and memory as text."""
+        """Return time and memory as text."""
         seconds = f"> {self.stopped} s" if self.stopped else f"{self.seconds:.1f} s"
         return f"{seconds}, {self.peak / 2**20:.0f} MiB"
 
 
 @dataclass(frozen=True)
 class Checkout:
-    """A checkout, its folder for compiled code, and the processor seconds after which a run is stopped (0: never)."""
+    """A checkout, its folder for compiled code, and the maximum processor time of a run, s (0 for no limit)."""
 
     source: Path
     cache: Path
     most: int
 
     def python(self, code: str, words: Sequence[str], folder: Path, most: int | None = None) -> Run:
-        """Run code with the modules of this checkout; repeat it if it compiled kernels."""
+        """Run code with the modules of this checkout; repeat the run if it compiled kernels."""
         most = self.most if most is None else most
         environment = environment_of(self.source, self.cache)
-        for _ in range(4):  # a run that does not wait for compilation can need further kernels
+        for _ in range(4):  # a run that does not wait for compilation may need more kernels
             command = [sys.executable, "-c", code, *words]
             seconds, peak, status = launch(command, str(folder), most, environment)
             text, errors = ((folder / name).read_text(errors="replace") for name in ("stdout", "stderr"))
@@ -118,12 +121,12 @@ def _pocket(file: Path, width: float, height: float, islands: Sequence[tuple[flo
 
 
 def contours(count: int, columns: int = 0) -> Callable[[Path], None]:
-    """Return the function that draws a sheet with this number of contours, as `growth.sheet` does."""
+    """Return a function that draws a sheet with this number of contours, as `growth.sheet` does."""
     return lambda folder: growth.sheet(count, folder / "sheet.dxf", columns)
 
 
 def passes(folder: Path) -> None:
-    """Write 7,221 lines: passes of a mill of 3 mm, 0.5 mm apart, so that each touches its neighbours."""
+    """Write 7,221 lines: passes of a 3 mm mill, 0.5 mm apart, so that each touches its neighbours."""
     text = ["G21 G90 G17 G94", "(T1 flat end mill D=3.0)", "T1 M6", "S6000 M3", "G0 Z5"]
     for row in range(math.ceil((7221 - len(text) - 2) / 29)):
         text += [f"G0 X0 Y{0.5 * row:g}", "G1 Z-1 F600"]
@@ -134,13 +137,13 @@ def passes(folder: Path) -> None:
 
 
 def raster(folder: Path) -> None:
-    """Write a laser raster of 180,000 lines."""
+    """Write a laser raster with 180,000 lines."""
     text = "".join(picture(180_000))
     (folder / "raster.nc").write_text(f"G21 G90 G17 G94\nM4 S0\nF3000\n{text}M5\nM2\n")
 
 
 def holes(folder: Path) -> None:
-    """Draw 28 holes of 12.40 to 12.53 mm, each of another diameter."""
+    """Draw 28 holes of 12.40 to 12.53 mm, all with different diameters."""
     drawing = ezdxf.new(units=ezdxf.units.MM)
     for k in range(28):
         drawing.modelspace().add_circle((20 * (k % 7), 20 * (k // 7)), radius=0.5 * (12.40 + 0.13 * k / 27))
@@ -165,7 +168,7 @@ def bomb(folder: Path) -> None:
 
 
 def lines(folder: Path) -> None:
-    """Draw 100,000 lines: random walks of ten lines each, which cross each other."""
+    """Draw 100,000 lines: random walks of ten lines each that cross each other."""
     drawing, chance = ezdxf.new(units=ezdxf.units.MM), random.Random(1)
     model = drawing.modelspace()
     for _ in range(10_000):
@@ -178,7 +181,7 @@ def lines(folder: Path) -> None:
 
 
 def laser_sheet(seed: int, file: Path) -> None:
-    """Draw a sheet of 4 to 15 parts of different sizes in rows, with up to three holes each."""
+    """Draw a sheet with 4 to 15 parts of different sizes in rows, with up to three holes each."""
     drawing, chance = ezdxf.new(units=ezdxf.units.MM), random.Random(seed)
     model, x, y, high = drawing.modelspace(), 10.0, 10.0, 0.0
     for _ in range(chance.randint(4, 15)):
@@ -198,29 +201,29 @@ def laser_sheet(seed: int, file: Path) -> None:
 
 
 def metres(run: Run) -> str:
-    """Return the length of the path over a level of a pocket."""
+    """Return the length of the path on one level of a pocket, as text."""
     return f"{run.answer['pocket']['feed_mm'] / 1000:.2f} m"
 
 
 def time_saved(run: Run) -> str:
-    """Return machine time, and travel."""
+    """Return machine time and travel as text."""
     after = run.answer["after"]
     return f"{after['time_s']:.1f} s at the machine, travel {after['travel_mm'] / 1000:.2f} m"
 
 
 def assumed(run: Run) -> str:
-    """Return the number of assumed tools."""
+    """Return the number of assumed tools, as text."""
     return f"{sum(tool['assumed'] for tool in run.answer['tools'])} assumed drills"
 
 
 def drawn(run: Run) -> str:
-    """Return the size of the preview."""
+    """Return the size of the preview, as text."""
     return run.answer["error"] or f"{run.answer['facts']['contours']} outlines"
 
 
 @dataclass(frozen=True)
 class Work:
-    """Work of one row: title, writer of its files, command (empty: preview of `file`), and the answer in words."""
+    """Work in one row: title, writer of its files, command (or preview of `file`), and description of the answer."""
 
     title: str
     make: Callable[[Path], None]
@@ -233,7 +236,7 @@ class Work:
 _POCKET = "pocket FILE -o out.nc --json --machine linuxcnc-mill --depth 3 --tool-diameter"
 _LASER = "cut sheet.dxf -o out.nc --json --machine laser-table --thickness 2"
 _MILL = "-o out.nc --json --machine linuxcnc-mill"
-#: Rows of the table; rows with one key belong together.
+#: Rows of the table; rows with the same key belong together.
 WORKS = {
     "holes": [Work("28 holes of 12.40 to 12.53 mm", holes,
                    "drill holes.dxf -o out.nc --json --machine haas-vf2 --thickness 10", assumed)],
@@ -262,7 +265,7 @@ WORKS = {
 
 
 def measured(work: Work, checkouts: Sequence[Checkout]) -> list[str]:
-    """Return a row: title, and a cell for each checkout."""
+    """Return a row with the title, and a cell for each checkout."""
     row = [work.title]
     for checkout in checkouts:
         with tempfile.TemporaryDirectory() as name:
@@ -278,7 +281,7 @@ def measured(work: Work, checkouts: Sequence[Checkout]) -> list[str]:
 
 
 def sheets(checkouts: Sequence[Checkout], seeds: Sequence[int]) -> Iterator[list[str]]:
-    """Yield rows that compare laser sheets with the nearest neighbour, with 3 s and without a limit."""
+    """Yield rows that compare laser sheets with the nearest-neighbour order, with 3 s and without a limit."""
     cells: dict[str, list[str]] = {"3 s": [], "no limit": []}
     limits = {"nearest": " --algorithm nn", "3 s": " --time-limit 3s", "no limit": ""}
     for checkout in checkouts:
@@ -301,14 +304,16 @@ def sheets(checkouts: Sequence[Checkout], seeds: Sequence[int]) -> Iterator[list
         yield [f"{len(seeds)} laser sheets beside the nearest neighbour, {limit}", *column]
 
 
-#: Height of a scaled strip, mm: the 0.1 mm between two parts then matter little.
+#: Height of a scaled strip, mm, so that the 0.1 mm between two parts matter little.
 HEIGHT = 1000.0
 
 
 def strips(
     checkouts: Sequence[Checkout], names: Sequence[str], seeds: Sequence[int], seconds: int
 ) -> Iterator[list[str]]:
-    """Yield rows that compare the strips of published sets with those of spyrrow alone: median length of the seeds."""
+    """Yield rows that compare the strips of published sets with those of spyrrow alone, as median lengths over the
+    seeds.
+    """
     for name in names:
         data = json.loads((data_folder() / "nesting" / "esicup" / f"{name}.json").read_text())
         scale = HEIGHT / data["strip_height"]
@@ -325,7 +330,7 @@ def strips(
                 sheet = f"--sheet {math.ceil(3 * alone.answer['width'])}x{HEIGHT:g} --kerf 0 --gap 0 --margin 0"
                 words = f"nest strip.json --json {sheet} --variants 1 --time-limit {seconds}s --seed {seed}"
                 for column, checkout in zip(lengths[1:], checkouts, strict=True):
-                    # Each writes a file of its own: no version replaces a drawing that it did not write.
+                    # Each checkout writes its own file, because no version replaces a drawing that it did not write.
                     run = checkout.command(f"{words} -o {checkout.cache.name}.dxf", folder)
                     column.append(run.answer["variants"][0]["used_length_of_last_mm"])
         middle = median(lengths[0])
@@ -335,7 +340,7 @@ def strips(
 
 
 def main(argv: Sequence[str]) -> int:
-    """Measure the named work and print the table."""
+    """Measure the named work, and print the table."""
     parser = page.parser("unseen", __doc__, writes=False)
     known = [*WORKS, "sheets", "strips"]
     parser.add_argument("names", nargs="*", type=page.one_of(known), help=f"of {', '.join(known)} (default: all)")

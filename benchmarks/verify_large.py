@@ -2,8 +2,8 @@
 
     python -m benchmarks verify_large --lines 1000000
 
-The programs are contours of forty lines on a grid, the same contours in another order, and a laser engraving with a
-power in every line. Each run is a separate process.
+The programs are contours of forty lines each on a grid, the same contours in a different order, and a laser engraving
+with a power in every line. Each run is a separate process.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pathlib import Path
 
 from benchmarks import page
 
-#: Lines of a contour; all but three cut.
+#: Number of lines per contour; all but three of them cut.
 LINES = 40
 HEAD, END = "G21 G90 G17 G40 G94 G54\nT1 M6\nS9000 M3\nG0 Z5\n", "G0 Z5\nM5\nM30\n"
 
@@ -48,7 +48,7 @@ def picture(lines: int) -> Iterator[str]:
 
 
 def write_programs(folder: Path, lines: int) -> dict[str, list[str]]:
-    """Write the programs; return the arguments of each run."""
+    """Write the programs, and return the arguments of each run."""
     cuts = contours(lines)
     (folder / "a.nc").write_text(HEAD + "".join(cuts) + END)
     random.Random(1).shuffle(cuts)
@@ -84,8 +84,9 @@ Processor time and peak resident memory of each process, interpreter and librari
     return 0
 
 
-#: Starts a program, waits for it, and prints its processor seconds, its peak memory in bytes and its exit status. First
-#: argument: most processor seconds, 0 for no limit. The output of the program goes to files of the working folder.
+#: Code that starts a program, waits for it, and prints its processor time, s, its peak memory, bytes, and its exit
+#: status. The first argument is the maximum processor time, s, or 0 for no limit. The output of the program goes to
+#: files in the working folder.
 _LAUNCHER = """
 import json, os, resource, subprocess, sys
 most, *command = sys.argv[1:]
@@ -102,9 +103,9 @@ print(json.dumps([used.ru_utime + used.ru_stime, 1024.0 * used.ru_maxrss, child.
 def launch(
     command: Sequence[str], folder: str, most: int = 0, environment: Mapping[str, str] | None = None
 ) -> tuple[float, float, int]:
-    """Return processor seconds, peak memory in bytes and exit status of a program, killed after `most` seconds of them.
+    """Return the processor time, s, peak memory, bytes, and exit status of a program; `most` limits the processor time.
 
-    A small process starts the program: on Linux a process inherits the peak memory of its parent.
+    A small process starts the program, because on Linux a process inherits the peak memory of its parent.
     """
     launcher = [sys.executable, "-S", "-c", _LAUNCHER, str(most), *command]
     done = subprocess.run(launcher, cwd=folder, stdout=subprocess.PIPE, env=environment, check=True)
@@ -113,5 +114,5 @@ def launch(
 
 
 def run(words: Sequence[str], folder: str) -> tuple[float, float, int]:
-    """Return processor seconds, peak memory in bytes and exit status of a leafcut command."""
+    """Return the processor time, s, peak memory, bytes, and exit status of a leafcut command."""
     return launch([sys.executable, "-c", "from leafcut.cli.app import main; main()", *words], folder)

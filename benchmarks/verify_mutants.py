@@ -1,10 +1,10 @@
-"""Mutated programs judged by the proof of equal work, with LinuxCNC's interpreter as the reference.
+"""Mutated programs checked by `verify`, with LinuxCNC's interpreter as the reference.
 
     python -m benchmarks verify_mutants --mutants 6000 --seed 1
 
-Programs consist of pieces with parameters, rotary axes, macros, offsets and cycles, in every dialect that is close
-enough to RS274/NGC for `rs274`. For words of other controls, every changed digit counts as other work. A mutant is
-*missed* if the proof accepts it and the reference does not. It is a *false alarm* if the proof refuses it and `rs274`
+Programs consist of pieces with parameters, rotary axes, macros, offsets and cycles, in every dialect that is similar
+enough to RS274/NGC for `rs274`. In words of other controls, every changed digit counts as different work. A mutant is
+*missed* if `verify` accepts it and the reference does not. It is a *false alarm* if `verify` refuses it and `rs274`
 prints the same output for both programs.
 """
 
@@ -34,9 +34,9 @@ from leafcut.processes.program.proof.certificate import certify
 
 HEAD = "G21 G90 G17 G40 G94 G54 G49 G80\nT1 M6\nS900 M3\nG0 X0. Y0. Z20.\n"
 END = "G0 Z20.\nM5\nM30\n"
-#: {x} and {y} are a new position in every piece, {a} … {c} numbers.
+#: Placeholders: {x} and {y} are a new position in every piece, and {a} … {c} are numbers.
 HOLE = "G0 X{x} Y{y}\nG0 Z2.\nG1 Z-{a} F100.\nG0 Z20.\n"
-#: Pieces that `rs274` runs and all dialects below read.
+#: Pieces that `rs274` runs and that can be read in all dialects below.
 COMMON = (
     HOLE,
     "G0 X{x} Y{y}\nG0 Z2.\nG1 Z-{a} F100.\nG1 X{x2} F300.\nG2 X{x} I-2.5 J0.\nG0 Z20.\n",
@@ -57,7 +57,7 @@ COMMON = (
     "G53 G0 Z0.\nG0 Z20.\n",
     "M1\n" + HOLE,
 )
-#: Pieces with integers, or with words of LinuxCNC alone.
+#: Pieces with integers, or with words that only LinuxCNC has.
 LINUXCNC = (
     "#1={b}\nG92 X#1\n" + HOLE + "G92.1\n",
     "#3={n}\nG0 A[#3+90]\n" + HOLE + "G0 A0\n",
@@ -91,7 +91,7 @@ LINUXCNC = (
     "G41.1 D3\nG0 X{x} Y{y}\nG1 X{x2} Y{y2} F200\nG1 Y90\nG40\nG0 X0 Y0\n",
 )
 SUB = "O7{o}\nG91\nG0 X1.5\nG90\nG0 Z2\nG1 Z-{a} F100\nG0 Z20\nM99\n"
-#: Lines of Fanuc and Haas alone: every digit counts.
+#: Lines that only Fanuc and Haas have; every digit counts.
 FANUC = (
     "G68 X0. Y0. R{b}\n", "G51 X0. Y0. P{b}\n", "G51.1 X{b}\n", "G65 P9{n} A{a} B{b}\n", "G12 I{a} F100. Z-{a} D{n}\n",
     "G150 P1 X{x} Y{y} Z-{a} R1. Q1.5 I2. D{n} G41 F100.\n", "G70 I{a} J{b} L6\n", "G10 L12 P{n} R{a}\n",
@@ -104,7 +104,7 @@ RUN_BY_RS274 = ("linuxcnc", "mach3", "haas", "fanuc", "mach4")
 
 
 class Mutant(NamedTuple):
-    """Original and new program, and the mutation; `judged`: `rs274` runs the original."""
+    """The original and the new program, and the mutation; if `judged`, `rs274` runs the original."""
 
     dialect: str
     original: str
@@ -128,7 +128,7 @@ def piece(pattern: str, chance: random.Random, number: int, point: bool) -> str:
 
 
 def program(name: str, chance: random.Random, number: int, foreign: bool) -> str:
-    """Return a program of a few pieces; `foreign`: with a piece that `rs274` cannot run."""
+    """Return a program of a few pieces; if `foreign`, it includes a piece that `rs274` cannot run."""
     patterns = COMMON + (LINUXCNC if name == "linuxcnc" else ())
     pieces = [chance.choice(patterns) for _ in range(chance.randint(2, 4))]
     if name == "linuxcnc":
@@ -142,7 +142,7 @@ def program(name: str, chance: random.Random, number: int, foreign: bool) -> str
 
 
 def mutations(text: str, chance: random.Random) -> Iterator[tuple[str, str]]:
-    """Yield mutations in one place, endlessly: description and text."""
+    """Yield an endless series of mutations, each in one position, with their description and text."""
     lines = text.splitlines(keepends=True)
     digits = [m.start() for m in re.finditer(r"(?<![NO])[0-9]", text)]
     words = list(re.finditer(r"[A-Z][-+]?[0-9.]+|[A-Z#]?\[[^\]\n]*\]|#[0-9]+", text))
@@ -178,7 +178,7 @@ def mutations(text: str, chance: random.Random) -> Iterator[tuple[str, str]]:
 
 
 def mutants(count: int, seed: int) -> Iterator[Mutant]:
-    """Yield mutants, eight of every program; every fifth mutates a line of another control."""
+    """Yield mutants, eight of each program; every fifth mutates a line of another control."""
     chance = random.Random(seed)
     name, text = "", ""
     mutated: Iterator[tuple[str, str]] = iter(())
@@ -196,7 +196,7 @@ def mutants(count: int, seed: int) -> Iterator[Mutant]:
 
 
 def _digit_of_foreign(name: str, text: str, chance: random.Random) -> Mutant:
-    """Return a mutant with another digit in a line of Fanuc or Haas alone."""
+    """Return a mutant with a changed digit in a line that only Fanuc or Haas has."""
     known = {line for p in (HEAD, END, *COMMON) for line in re.sub(r"\{.*?\}", "", p).splitlines()}
     own = re.compile(r"(?m)^(?:G68|G51|G65|G12|G150|G70|G10 L1|G154|G31|M1\d|G76|G47|G0 A|G1 X\S+ A|#|G66).*$")
     lines = [m for m in own.finditer(text) if re.sub(r"[0-9.]", "", m[0]) not in known]
@@ -206,12 +206,12 @@ def _digit_of_foreign(name: str, text: str, chance: random.Random) -> Mutant:
     return Mutant(name, text, text[:at] + digit + text[at + 1 :], f"digit of '{line[0]}' to {digit}", False)
 
 
-#: Height of machine zero above program zero, mm: far above the work.
+#: Height of machine zero above program zero, mm, which is far above the workpiece.
 MACHINE_ZERO = 203.2
 
 
 class Judge:
-    """LinuxCNC's interpreter."""
+    """LinuxCNC's interpreter, used as the reference."""
 
     def __init__(self, command: str) -> None:
         self.command = command
@@ -220,14 +220,14 @@ class Judge:
         (self.folder / "tool.tbl").write_text(table, encoding="ascii")
 
     def prints(self, text: str, name: str = "linuxcnc") -> list[str] | None:
-        """Return the canonical commands of a program; None after a refusal or without an end."""
-        if dialect(name).groups == "fanuc":  # these start in G98, LinuxCNC in G99
+        """Return the canonical commands of a program, or None if it is refused or has no end."""
+        if dialect(name).groups == "fanuc":  # these controls start in G98, but LinuxCNC starts in G99
             text = f"G98\n{text}"
         (self.folder / "part.ngc").write_text(text, encoding="ascii", newline="")
         for left in self.folder.glob("*.var*"):
             left.unlink()
         home = dict(os.environ, HOME=str(self.folder))
-        # Machine zero is far above the work, as on a mill; the interpreter starts in inches.
+        # Machine zero is far above the workpiece, as on a mill; the interpreter starts in inches.
         (self.folder / "part.var").write_text(f"5220\t1\n5223\t{-MACHINE_ZERO / 25.4}\n", encoding="ascii")
         command = [self.command, "-g", "-t", "tool.tbl", "-v", "part.var", "part.ngc"]
         try:
@@ -242,7 +242,7 @@ class Judge:
         return [c for c in called if not c.startswith("COMMENT")]
 
     def close(self) -> None:
-        """Remove the folder of the judge."""
+        """Remove the temporary folder."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
@@ -250,17 +250,17 @@ _STATES = ("SET_FEED_RATE", "SET_FEED_MODE", "SELECT_PLANE", "SET_SPINDLE_SPEED"
            "FLOOD_OFF", "MIST_ON", "MIST_OFF", "SET_MOTION_CONTROL_MODE", "SET_NAIVECAM_TOLERANCE",
            "STOP_SPINDLE_TURNING", "START_SPINDLE_CLOCKWISE", "START_SPINDLE_COUNTERCLOCKWISE", "SELECT_TOOL",
            "SET_FEED_REFERENCE", "START_SPEED_FEED_SYNCH", "STOP_SPEED_FEED_SYNCH")  # fmt: skip
-#: Calls that set an origin: barriers if they change it.
+#: Calls that set an origin; they are barriers if they change it.
 _ORIGINS = ("SET_G5X_OFFSET", "SET_G92_OFFSET", "SET_XY_ROTATION", "USE_TOOL_LENGTH_OFFSET")
 _WORK = ("STRAIGHT_FEED", "ARC_FEED", "DWELL")
 
 
 def _numbers(name: str, values: str, unit: float) -> list[float]:
-    """Return the numbers of a call; lengths in mm."""
+    """Return the numbers of a call, with lengths in mm."""
     numbers = [float(v) for v in re.findall(r"-?\d+\.?\d*", values)]
     if name not in ("STRAIGHT_FEED", "ARC_FEED", "STRAIGHT_TRAVERSE", "STRAIGHT_PROBE"):
         return numbers
-    # Turns of an arc and rotary axes are no lengths.
+    # Turns of an arc and rotary axes are not lengths.
     lengths = {0, 1, 2} if name != "ARC_FEED" else {0, 1, 2, 3, 5}
     return [round(v * unit, 4) if k in lengths else v for k, v in enumerate(numbers)]
 
@@ -274,16 +274,16 @@ def _after_arc(place: list[float], numbers: list[float], plane: str) -> list[flo
 
 
 def work_of(prints: list[str]) -> tuple[list[object], list[dict[object, float]]]:
-    """Return the work: barriers in order, the cuts between them with their modes, and the heights of the rapids.
+    """Return the work as barriers in order and the cuts between them with their modes, and the heights of rapids.
 
-    The heights are the lowest rapids across and the lowest ends of rapids, between two barriers.
+    The heights are those of the lowest rapids across and of the lowest ends of rapids between two barriers.
     """
     work: list[object] = []
     group: Counter[object] = Counter()
     heights: list[dict[object, float]] = [{}]
     active = {"SELECT_PLANE": "SELECT_PLANECANON_PLANE_XY", "SET_FEED_MODE": "SET_FEED_MODE0, 0"}
     unit = 1.0
-    # The start is unknown, and so is the height after a change of the origin.
+    # The start is unknown, and so is the height after the origin changes.
     place: list[float] = [math.nan] * 3 + [0.0] * 3
     moved = True
     for call in prints:
@@ -306,7 +306,7 @@ def work_of(prints: list[str]) -> tuple[list[object], list[dict[object, float]]]
             continue
         numbers = _numbers(name, values, unit)
         if name in _WORK and place[3:] == (numbers[-3:] if name != "DWELL" else place[3:]):
-            # With exact stops, a feed of no length makes the machine stop.
+            # In exact-stop mode, a feed move of length 0 makes the machine stop.
             exact = "EXACT" in active.get("SET_MOTION_CONTROL_MODE", "")
             does_nothing = name == "STRAIGHT_FEED" and numbers[:6] == place and not exact
             begin = tuple(place)
@@ -336,7 +336,7 @@ def work_of(prints: list[str]) -> tuple[list[object], list[dict[object, float]]]
 
 
 def differ(before: list[str], after: list[str]) -> bool:
-    """Return whether two outputs differ in their work, or the second has lower rapids."""
+    """Return whether two outputs differ in their work, or the second contains lower rapids."""
     if before == after:
         return False
     (work, heights), (new_work, lower) = work_of(before), work_of(after)
@@ -350,7 +350,7 @@ def differ(before: list[str], after: list[str]) -> bool:
 
 
 class Count(NamedTuple):
-    """Mutants by verdict; missed mutants, false alarms, and programs that differ from themselves."""
+    """Number of mutants by verdict; missed mutants, false alarms, and programs that differ from themselves."""
 
     became: Counter[str]
     missed: list[Mutant]
@@ -359,7 +359,7 @@ class Count(NamedTuple):
 
 
 def judge_all(count: int, seed: int, command: str, every: int = 10) -> Count:
-    """Judge mutants; check one in `every` refused mutants for a false alarm."""
+    """Check mutants; of the refused mutants, check one in `every` for a false alarm."""
     judge = Judge(command)
     became: Counter[str] = Counter()
     shown: dict[str, list[Mutant]] = {"missed": [], "alarm": [], "unequal": []}
@@ -383,7 +383,7 @@ def judge_all(count: int, seed: int, command: str, every: int = 10) -> Count:
             shown["missed"].append(mutant)
         elif verdict == "seen" and prints is not None and became["seen"] % every == 0 and mutant.judged:
             became["checked for a false alarm"] += 1
-            # Without a mode word the output is the same, but the program is not.
+            # Without a mode word, the output is the same although the program differs.
             if judge.prints(mutant.new, mutant.dialect) == prints and mutant.new.startswith(HEAD.partition("\n")[0]):
                 shown["alarm"].append(mutant)
     judge.close()
@@ -405,7 +405,7 @@ def _verdict(mutant: Mutant, original: Program | None) -> str:
 
 
 def main(argv: Sequence[str]) -> int:
-    """Judge all mutants and print the verdicts; return 1 after a missed mutant."""
+    """Check all mutants and print the verdicts; return 1 if a mutant is missed."""
     parser = page.parser("verify_mutants", __doc__, writes=False)
     parser.add_argument("--mutants", type=int, default=6000)
     parser.add_argument("--seed", type=int, default=1)

@@ -7,11 +7,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-#: What holds the part: boxes, mm.
+#: Boxes of the fixtures that hold the part, mm.
 FIXTURES = ("-14 30 -20 7 50 9", "133 30 -20 154 50 4")
 _FLOOR = -20.0
-#: Its two steps: first x, last x and height; middle and radius of the dome and its height; x, y, radius and height of
-#: bosses, mm.
+#: Dimensions of the part, mm: first x, last x and height of both steps; centre, radius and height of the dome; x, y,
+#: radius and height of the bosses.
 _STEPS, _DEPTH = ((0.0, 92.0, 0.0), (92.0, 140.0, -7.0)), 80.0
 _DOME = (52.0, 40.0, 24.0, 11.0)
 _BOSSES = ((14.0, 14.0, 8.0, 6.0), (14.0, 66.0, 8.0, 6.0), (122.0, 16.0, 9.0, 4.0), (122.0, 64.0, 9.0, 4.0))
@@ -19,7 +19,7 @@ _AROUND, _UP = 96, 24
 
 
 def part_stl() -> bytes:
-    """Return the part as binary STL, in mm: solids that stand in each other."""
+    """Return the part as binary STL, in mm, as overlapping solids."""
     solids = [_box(x0, x1, top) for x0, x1, top in _STEPS]
     solids += [_turned(x, y, [(radius, _FLOOR), (radius, top)]) for x, y, radius, top in _BOSSES]
     x, y, radius, high = _DOME
@@ -33,7 +33,7 @@ def part_stl() -> bytes:
 
 
 def _turned(x: float, y: float, rings: list[tuple[float, float]], tip: float | None = None) -> NDArray[np.float64]:
-    """Return a solid of rings, (radius, height) from below, one above the other, closed by a disc or by a tip."""
+    """Return a solid of revolution through rings (radius, height), from bottom to top, closed by a disc or by a tip."""
     turn = np.linspace(0.0, 2.0 * np.pi, _AROUND, endpoint=False)
     circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     levels = [np.column_stack([radius * circle + (x, y), np.full(_AROUND, z)]) for radius, z in rings]
@@ -56,7 +56,7 @@ def _box(x0: float, x1: float, top: float) -> NDArray[np.float64]:
 
 
 def holes_csv() -> str:
-    """Return its holes: in the bosses, round the dome and on the lower step."""
+    """Return the holes of the part: in the bosses, around the dome and on the lower step."""
     places = [(bx, by, 6.0) for bx, by, _, _ in _BOSSES]
     turns = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
     places += [(52.0 + 31.0 * np.cos(turn), 40.0 + 31.0 * np.sin(turn), 4.0) for turn in turns]

@@ -2,7 +2,7 @@
 
     python tools/make_journeys.py [JOURNEY …] [--to docs/pictures/journeys] [--dark]
 
-The exit status is 1 if axe reports a serious problem or a page is wider than its window.
+The exit status is 1 if axe reports a serious problem, or if a page is wider than its window.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from studio_page import LONG, at_rest, serious, steady
 from studio_server import Server, running
 
 JOURNEY_PICTURES = Path(__file__).parents[1] / "docs" / "pictures" / "journeys"
-#: Name → width, height and scale of the window. A zoom of 200 % turns 1280 pixels into 640.
+#: Name → width, height and scale of the window. At a zoom of 200 %, 1280 pixels become 640.
 SIZES = {"1280": (1280, 720, 1), "1920": (1920, 1080, 1), "390": (390, 844, 2), "zoomed": (640, 360, 2)}
 #: Sizes with screenshots; axe checks all sizes.
 KEPT = ("1280", "1920", "390")
@@ -53,7 +53,7 @@ def main() -> int:
 
 
 def go(browser: Browser, server: Server, name: str, size: str, asked: argparse.Namespace) -> list[object]:
-    """Run one journey at one size; return the accessibility problems."""
+    """Run one journey at one size, and return the accessibility problems."""
     width, height, scale = SIZES[size]
     context = browser.new_context(
         viewport={"width": width, "height": height}, device_scale_factor=scale, locale="en-US", bypass_csp=True,
@@ -75,7 +75,7 @@ def go(browser: Browser, server: Server, name: str, size: str, asked: argparse.N
         if size in KEPT:
             page.screenshot(path=asked.to / f"{where}.png")
         if not asked.no_axe:
-            faults.extend(serious(page, where))  # light and dark
+            faults.extend(serious(page, where))  # checked in light and dark mode
             page.emulate_media(color_scheme="dark" if asked.dark else "light")
         if page.evaluate(WIDTH) > 0:
             faults.append((where, "wider than its window", page.evaluate(WIDTH)))

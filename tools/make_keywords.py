@@ -1,4 +1,4 @@
-"""Write src/leafcut/options/keywords.py: the options as typed keywords of the library."""
+"""Write src/leafcut/options/keywords.py, which contains the options as typed keywords of the library."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from leafcut.units import BARE_UNIT
 FILE = Path(__file__).parents[1] / "src" / "leafcut" / "options" / "keywords.py"
 WIDTH = 120
 
-#: Class → the function that takes it, the kinds of work whose options it has, and the classes of its other keywords.
+#: Class → the function that accepts it, the kinds of work whose options it contains, and the classes of its other
+#: keywords.
 CLASSES = {
     "OptimizeKeywords": ("optimize", ("drill", "cut", "pocket", "part", "program"), ""),
     "DrillKeywords": ("drill", ("drill",), "RunKeywords"),
@@ -86,7 +87,7 @@ class RunKeywords(TypedDict, total=False):
 
 
 def line_of(name: str, spec: OptionSpec) -> str:
-    """Return the line, or the lines, of an option: its name and its type in a call."""
+    """Return the line (or lines) of an option, with its name and its type in a call."""
     if not (spec.choices and spec.kind == "text"):
         return f"    {name}: {TYPES[spec.kind]}{' | str' if spec.words else ''} | None"
     choices = [*(f'"{choice}"' for choice in spec.choices), "None"]
@@ -110,7 +111,7 @@ def words_of(group: type[OptionGroup], name: str, spec: OptionSpec) -> str:
 
 
 def users_of_options() -> dict[tuple[type[OptionGroup], tuple[str, ...]], list[tuple[str, OptionSpec]]]:
-    """Return the options by their group and the classes of `CLASSES` that have them."""
+    """Return the options by their group and by the classes in `CLASSES` that contain them."""
     works = {
         title: {name for _, name, _ in options_used_by(*map(registry.work, works))}
         for title, (_, works, _) in CLASSES.items()
@@ -124,7 +125,7 @@ def users_of_options() -> dict[tuple[type[OptionGroup], tuple[str, ...]], list[t
 
 
 def keywords() -> str:
-    """Return the whole module."""
+    """Return the text of the whole module."""
     text, bases = HEAD, {title: [other] if other else [] for title, (_, _, other) in CLASSES.items()}
     number: Counter[str] = Counter()
     for (group, users), options in users_of_options().items():

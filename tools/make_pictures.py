@@ -1,4 +1,4 @@
-"""Write the pictures of the README and of the pages on sheets, cutting data and curved parts."""
+"""Write the pictures for the README and for the pages on sheets, cutting data and curved parts."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def main() -> None:
 
 
 def draw_sheet(file: Path) -> Path:
-    """Draw eight angles with three holes each and two flanges on a sheet of 1000 × 500 mm, outlines first."""
+    """Draw eight angle brackets with three holes each and two flanges on a sheet of 1000 × 500 mm, outlines first."""
     document = ezdxf.new(units=4)
     space = document.modelspace()
     corners = [(0, 0), (180, 0), (180, 60), (60, 60), (60, 180), (0, 180)]

@@ -1,8 +1,8 @@
-"""Take the screenshots of the studio for the docs, in headless Chromium.
+"""Take the screenshots of the studio for the documentation, in headless Chromium.
 
     python tools/make_studio_pictures.py [solid | machine]
 
-``solid`` selects the solid view. ``machine`` selects the Control page, with the GRBL firmware on the simulated board of
+``solid`` selects the solid view. ``machine`` selects the Control page, with GRBL firmware on the simulated board from
 the tests.
 """
 
@@ -25,7 +25,7 @@ from playwright.sync_api import Page, sync_playwright
 ROOT = Path(__file__).parents[1]
 PICTURES = ROOT / "docs" / "pictures"
 EXAMPLES = ROOT / "examples"
-#: Parts to be nested: name → width, height and what is drawn, mm.
+#: Parts to be nested: name → width, height and SVG content, mm.
 PARTS = {
     "bracket.svg": (
         200,
@@ -60,7 +60,7 @@ feed = "260 mm/min"
 spindle_speed = "3000 rpm"
 holder = "16-22 x 6, 22 x 14"
 """
-#: The machine of the page on machines.
+#: The machine on the page about machines.
 ROUTER = """
 name = "router"
 controller = "grbl"
@@ -69,9 +69,9 @@ rapid.acceleration = "1000 mm/s2"
 travel.min = ["-400 mm", "-400 mm", "-90 mm"]
 travel.max = ["0 mm", "0 mm", "0 mm"]
 """
-#: Settings of its board: number → value.
+#: Settings of the machine's board: number → value.
 STORED = {110: 6000, 111: 6000, 112: 3000, 120: 1000, 121: 1000, 122: 1000, 130: 400, 131: 400, 132: 90}
-#: A run, ms.
+#: Maximum duration of a run, ms.
 LONG = 120_000
 
 
@@ -121,11 +121,11 @@ def take(address: str) -> None:
 
 @contextmanager
 def router() -> Iterator[str]:
-    """Yield the port of the simulated board, set up as a router."""
+    """Yield the port of the simulated board, which is set up as a router."""
     sys.path += [str(ROOT), str(ROOT / "tests")]
     from grbl_board import SETTINGS, set_up
 
-    # Soft limits at the end: they need homing, which is among the rest.
+    # Soft limits come last, because they require homing, which is set before.
     settings = {**{k: v for k, v in SETTINGS.items() if k != 20}, **STORED, 20: 1}
     with tempfile.TemporaryDirectory() as folder, set_up(Path(folder), settings, (-380, -390, -60)) as board:
         yield board.port
@@ -158,11 +158,11 @@ def machine(page: Page) -> None:
 
 
 def drill(page: Page) -> None:
-    """Go through eight holes one by one, then on; hold."""
+    """Drill eight holes one by one, continue to the end, then hold."""
     page.locator("#view-control").get_by_text("Hole by hole").click()
     press(page, "Start")
     press(page, "Start the machine")
-    press(page, "Go on")  # the tool is in
+    press(page, "Go on")  # the tool is in the spindle
     for hole in range(1, 9):
         press(page, f"Drill hole {hole}")
     page.get_by_role("button", name="Drill hole 9", exact=True).wait_for()
@@ -174,7 +174,7 @@ def drill(page: Page) -> None:
 
 
 def press(page: Page, name: str) -> None:
-    """Press a button of the machine's page."""
+    """Press a button on the Control page."""
     page.locator("#view-control").get_by_role("button", name=name, exact=True).click()
 
 
@@ -189,7 +189,7 @@ def run(page: Page, file: Path) -> None:
 
 
 def solids(page: Page) -> None:
-    """Show stock in three dimensions: of a program that is opened, and of a part that is not flat."""
+    """Show stock in three dimensions, for an opened program and for a part that is not flat."""
     page.wait_for_timeout(2500)
     page.wait_for_function("window.did_handshake")
     relief = {"name": "relief.nc", "mimeType": "text/plain", "buffer": carved().encode()}
@@ -231,7 +231,7 @@ def put(page: Page, label: str, name: str, data: bytes) -> None:
 
 
 def at(page: Page, share: float) -> None:
-    """Go to a share of the program's time, and wait until the stock is cut as far."""
+    """Move to a share of the program's time, and wait until the stock has been cut up to it."""
     slider = page.locator(".lc-player .lc-slider")
     slider.evaluate("(e, share) => { e.value = 10000 * share; e.dispatchEvent(new Event('input')); }", share)
     page.wait_for_timeout(500)
@@ -240,7 +240,7 @@ def at(page: Page, share: float) -> None:
 
 
 def carved() -> str:
-    """Return a program that carves waves with a ball mill and cuts a ring round them, its tools in comments."""
+    """Return a program that carves waves with a ball mill and cuts a ring around them; comments describe its tools."""
     rows = ["(T1 D=6. CR=3. - ball end mill)", "(T2 D=5. CR=0. - flat end mill)", "G21 G90 G94 G17", "G0 Z10"]
     rows += ["T1 M6", "S12000 M3", "G0 X0 Y0"]
     for k in range(201):
@@ -279,19 +279,19 @@ def nest(page: Page) -> None:
 
 
 def fill(page: Page, label: str, text: str) -> None:
-    """Type into a field, and leave it."""
+    """Type into a field, and leave the field."""
     page.get_by_label(label, exact=True).fill(text)
     page.keyboard.press("Tab")
 
 
 def svg(width: int, height: int, body: str) -> str:
-    """Return a drawing of a part, mm."""
+    """Return a drawing of a part, in mm."""
     size = f'width="{width}mm" height="{height}mm" viewBox="0 0 {width} {height}"'
     return f'<svg xmlns="http://www.w3.org/2000/svg" {size}><g fill="none" stroke="black">{body}</g></svg>'
 
 
 def shot(page: Page, name: str) -> None:
-    """Take a picture when all is drawn."""
+    """Take a screenshot once everything is drawn."""
     page.mouse.move(640, 8)
     page.wait_for_timeout(1500)
     page.screenshot(path=PICTURES / f"studio_{name}.png")

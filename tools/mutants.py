@@ -1,12 +1,12 @@
-"""Measure how many small source faults the fast tests find: `python tools/mutants.py --count 100`.
+"""Measure how many small source faults the fast tests detect: `python tools/mutants.py --count 100`.
 
-Draw the same number of mutmut mutants from solver, proof, readers and posts, with the commit hash as seed so that the
-choice is not arbitrary. Run the fast tests once and note which of them execute which line. For each mutant, change one
-source file, run the tests that can see the change until the first failure, and restore the file. Print each mutant
-with its result. Run this in a clean clone that nothing else uses.
+The same number of mutmut mutants is drawn from solver, proof, readers and post-processors, with the commit hash as
+seed, so that the choice is not arbitrary. The fast tests are run once to record which of them execute which line. For
+each mutant, the script changes one source file, runs the tests that can detect the change until the first failure, and
+restores the file. It prints each mutant with its result. Run it in a clean clone that nothing else uses.
 
-`make test` may kill a few mutants more: only `--most` seconds of the tests are run for each mutant, and tests that
-start a process, or use a cached result, are not noted. An endless loop counts as killed.
+`make test` may kill a few more mutants, because only `--most` seconds of tests are run for each mutant, and tests that
+start a process, or use a cached result, are not recorded. An endless loop counts as killed.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from mutmut.mutation.file_mutation import create_mutations
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "leafcut"
 
-#: Group → patterns of its files below the package.
+#: Group → patterns of its files in the package.
 GROUPS = {
     "solver": ("order/*.py", "order/literature/*.py", "kernels/*.py"),
     "proof": ("proof/*.py", "processes/*/proof/*.py"),
@@ -39,25 +39,25 @@ GROUPS = {
     "posts": ("post/*.py", "processes/*/post/*.py", "processes/*/post.py"),
 }
 
-#: Cases of the fast tier, as in the Makefile.
+#: Marker expression of the fast tests, as in the Makefile.
 FAST = "not (slow or browser or external)"
 
-#: Processor time that a changed kernel may need to be compiled, s, and that of a test in addition to its own.
+#: Processor time allowed for compiling a changed kernel, s, and additional processor time allowed per test, s.
 COMPILING, EACH = 90.0, 0.005
 
-#: Marks a decorator as a comment.
+#: Marker of a decorator that was changed to a comment.
 DECORATOR = "# decorator: "
 
-#: Tests that use the kernels, besides those of the kernels.
+#: Other tests that use the kernels, in addition to the tests of the kernels.
 BESIDE_KERNELS = ("tests/order/", "tests/material/", "tests/timing/")
 
 
 class Mutant(NamedTuple):
-    """One change of one file."""
+    """One change in one file."""
 
     group: str
     file: Path
-    #: Line of the change, counted from 1.
+    #: Line number of the change, starting at 1.
     line: int
     text: str
 
@@ -69,7 +69,7 @@ class Mutant(NamedTuple):
 
 
 def without_decorators(text: str) -> str:
-    """Return a source whose functions have their decorators as comments: mutmut changes no decorated function."""
+    """Change the decorators of functions to comments, because mutmut does not change decorated functions."""
     lines = text.splitlines(keepends=True)
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.FunctionDef):
@@ -85,7 +85,7 @@ def mutations_of(file: Path) -> tuple[Any, list[Any]]:
 
 
 def draw(count: int, seed: str, groups: Sequence[str]) -> list[Mutant]:
-    """Return mutants, the same number from each group; all mutants of a group have the same chance."""
+    """Return random mutants, the same number from each group; all mutants of a group have the same probability."""
     random_state = random.Random(seed)
     chosen: list[Mutant] = []
     for group in groups:
@@ -116,9 +116,9 @@ def near_folder(file: Path) -> str:
 
 
 def lines_of_statement(file: Path, line: int) -> range:
-    """Return the lines of the innermost statement at a line; of a compound statement, only those of its head."""
+    """Return the lines of the innermost statement at a line; for a compound statement, only those of its header."""
     lines = range(line, line + 1)
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):  # outer statements come first
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):  # yields outer statements first
         if isinstance(node, ast.stmt) and node.lineno <= line <= (node.end_lineno or node.lineno):
             end = node.body[0].lineno - 1 if hasattr(node, "body") else node.end_lineno or node.lineno
             if line <= max(end, node.lineno):
@@ -127,17 +127,17 @@ def lines_of_statement(file: Path, line: int) -> range:
 
 
 class Recorded(NamedTuple):
-    """What the fast tests did in a run without a mutant: the lines that each executed, and the processor time, s."""
+    """Records of the fast tests in a run without a mutant: lines executed by each test, and its processor time, s."""
 
     lines: CoverageData
     seconds: dict[str, float]
 
 
 def tests_for(mutant: Mutant, recorded: Recorded) -> list[str]:
-    """Return the tests that can see a change, in the order in which to run them.
+    """Return the tests that can detect a change, in the order in which they are run.
 
-    Tests near the file that execute the line come first, then the others that do, each group from the quickest on.
-    Compiled kernels and module-level lines have no record: all tests near them follow.
+    First come tests near the file that execute the line, then other tests that execute it; in each group, the fastest
+    test is first. For compiled kernels and module-level lines, there are no records, so all tests near them follow.
     """
     contexts = recorded.lines.contexts_by_lineno(str(mutant.file))
     names = {name for line in lines_of_statement(mutant.file, mutant.line) for name in contexts.get(line, ())}
@@ -156,9 +156,10 @@ def tests_for(mutant: Mutant, recorded: Recorded) -> list[str]:
 
 
 def killed(mutant: Mutant, tests: list[str], seconds: float) -> bool:
-    """Apply a mutant and run tests until the first failure; return whether any fails, or needs much longer than usual.
+    """Apply a mutant and run tests until the first failure; return whether a test fails, or takes much longer than
+    usual.
 
-    `seconds` is the processor time that they need without the mutant.
+    `seconds` is the processor time of the tests without the mutant.
     """
     original = mutant.file.read_bytes()
     try:
@@ -182,14 +183,14 @@ def passes(tests: list[str], *flags: str, most: float = math.inf, quiet: bool = 
         chosen = [f"@{names.name}"] if tests else []
         command = [sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider", "-m", FAST, *flags, *chosen]
         run = subprocess.run(command, cwd=ROOT, stdout=output, stderr=output, preexec_fn=limit, check=False)
-        return run.returncode in (0, 5)  # 5: no fast test was collected
+        return run.returncode in (0, 5)  # 5 means that no fast test was collected
 
 
 def record(files: set[Path]) -> Recorded:
-    """Run the fast tests once; return which of them execute which lines of the files, and their times."""
+    """Run the fast tests once; return which of them execute which lines of the files, and their processor times."""
     times = ROOT / "build" / "mutant_times.tsv"
     with tempfile.NamedTemporaryFile("w", encoding="utf-8", suffix=".ini") as settings:
-        # Only these files are traced: the run then takes hardly longer than without a record.
+        # Trace only these files, so that the run takes hardly longer than without recording.
         settings.write("[run]\ninclude =\n" + "".join(f"    {file}\n" for file in sorted(files)))
         settings.flush()
         flags = ["--cov", f"--cov-config={settings.name}", "--cov-context=test", "--cov-report="]

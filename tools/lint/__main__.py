@@ -1,7 +1,7 @@
 """Check that sources, options, documents, texts and generated files agree.
 
-``python tools/lint`` runs all checks, ``python tools/lint docs codes`` runs two of them. Each fault is one line on
-standard output; the exit status is 1 after a fault.
+``python tools/lint`` runs all checks, and ``python tools/lint docs codes`` runs two of them. Each fault is one line on
+standard output. The exit status is 1 if there is a fault.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ CHECKS = (
 
 
 def main(names: list[str]) -> int:
-    """Run checks by name, or all of them, and return the exit status."""
-    gc.disable()  # all syntax trees are kept to the end; repeated collections would double the time
+    """Run the named checks, or all checks, and return the exit status."""
+    gc.disable()  # all syntax trees are needed until the end, and repeated collections would double the time
     faults = [fault for name in names or CHECKS for fault in import_module(name).faults()]
     for fault in faults:
         print(fault)

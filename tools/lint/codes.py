@@ -1,4 +1,4 @@
-"""Check that each issue code is used in the source, and named in the reference and the Spanish texts."""
+"""Check that each issue code is used in the source, and is listed in the reference and in the Spanish texts."""
 
 from __future__ import annotations
 

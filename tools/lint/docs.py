@@ -1,4 +1,4 @@
-"""Check the links and the navigation of the documents, and the functions and options that they name."""
+"""Check the links and the navigation of the documents, and the functions and options that they mention."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from leafcut.processes.settings import all_options
 
 PAGES = tuple(sorted(sources.DOCS.rglob("*.md")))
 README = sources.ROOT / "README.md"
-#: Calls of other programs, with flags of their own: in a block, in a code span or in a list of words.
+#: Calls of other programs, which have their own flags: in a block, in a code span or in a list of words.
 CALLS = r"(?:^ {4}|`|\[)(?:dask[ -]|inkscape |kicad-cli |pip |pytest |python -m )[^`\]]*"
-#: Flags of the plug-in that docs/plugins.md shows.
+#: Flags of the example plug-in in docs/plugins.md.
 OF_PLUGIN = {"--spot-depth"}
 
 
@@ -44,7 +44,7 @@ def broken_links() -> Iterator[str]:
 
 
 def faults_of_site() -> Iterator[str]:
-    """Yield pages that are not in the navigation once, and settings that load files from elsewhere."""
+    """Yield pages that do not occur exactly once in the navigation, and settings that load files from other sites."""
     config, style = sources.ROOT / "mkdocs.yml", sources.DOCS / "site.css"
     listed = [match[1] for _, match in sources.matches(r"^ +- .+: (\S+\.md)$", config)]
     for page in sorted({*listed, *(page.name for page in sources.DOCS.glob("*.md"))}):
@@ -57,7 +57,7 @@ def faults_of_site() -> Iterator[str]:
 
 
 def unknown_names() -> Iterator[str]:
-    """Yield names such as `order.solve` that leafcut does not have."""
+    """Yield names such as `order.solve` that do not exist in leafcut."""
     packages = {file.name.removesuffix(".py") for file in sources.PACKAGE.iterdir()}
     for page in PAGES:
         for place, match in sources.matches(r"`([a-z_]+(?:\.\w+)+)(?:\(.*?\))?`", page):
@@ -67,7 +67,7 @@ def unknown_names() -> Iterator[str]:
 
 
 def _exists(parts: list[str]) -> bool:
-    """Return whether leafcut has a module, or an attribute of a module or class, of this name."""
+    """Return whether leafcut contains a module, or an attribute of a module or class, with this name."""
     for end in range(len(parts), 0, -1):
         try:
             found: Any = import_module("leafcut." + ".".join(parts[:end]))
@@ -80,7 +80,7 @@ def _exists(parts: list[str]) -> bool:
 
 
 def unknown_flags() -> Iterator[str]:
-    """Yield flags in the README and the pages that no command has: misspelt and removed ones."""
+    """Yield flags in the README and the pages that no command has, because they are misspelt or removed."""
     known = _flags_of(app()) | OF_PLUGIN | {"--help", "--help-all", "--version"}
     for page in (README, *sorted(sources.DOCS.glob("*.md"))):
         for place, line in sources.matches(r"^.*--.*$", page):
@@ -94,14 +94,14 @@ def unknown_flags() -> Iterator[str]:
 
 
 def _flags_of(command: App) -> set[str]:
-    """Return the flags of a command and of its own commands."""
+    """Return the flags of a command and of its subcommands."""
     arguments = command.assemble_argument_collection() if command.default_command else ()
     flags = {name for argument in arguments for name in argument.names}
     return flags.union(*(_flags_of(command[name]) for name in command if not name.startswith("-")))
 
 
 def undocumented_options() -> Iterator[str]:
-    """Yield options that the reference does not name."""
+    """Yield options that are missing in the reference."""
     text = sources.text_of(sources.DOCS / "reference.md")
     for _, name, _ in all_options():
         if f"`{flag_name(name)}`" not in text:
@@ -109,7 +109,7 @@ def undocumented_options() -> Iterator[str]:
 
 
 def undocumented_names() -> Iterator[str]:
-    """Yield public names without a docstring (`:::`) or, for other objects, a title in docs/library.md."""
+    """Yield public names that have no docstring entry (`:::`) or, for other objects, no title in docs/library.md."""
     page = sources.DOCS / "library.md"
     text = sources.text_of(page)
     shown = set(re.findall(r"^::: (\S+)$", text, flags=re.MULTILINE))

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import sources
 
-#: File → its generator, and the function that returns the text.
+#: File → its generator, and the function that returns its text.
 GENERATORS = {
     sources.DOCS / "reference.md": ("tools/make_reference.py", "reference"),
     sources.PACKAGE / "options/keywords.py": ("tools/make_keywords.py", "keywords"),
@@ -15,7 +15,7 @@ GENERATORS = {
 
 
 def faults() -> Iterator[str]:
-    """Yield every file that differs from the text of its generator."""
+    """Yield every file that differs from the text that its generator returns."""
     for file, (generator, function) in GENERATORS.items():
         lines = runpy.run_path(str(sources.ROOT / generator))[function]().splitlines()
         current = sources.text_of(file).splitlines()

@@ -1,4 +1,4 @@
-"""Compare the table of hazards (docs/hazards.md) with the tests that have the marker `hazard`."""
+"""Compare the table of hazards (docs/hazards.md) with the tests that are marked `hazard`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def faults() -> Iterator[str]:
 
 
 def marked_tests() -> Iterator[tuple[str, str]]:
-    """Yield file and function of each test with the marker, and its place."""
+    """Yield the file and function of each test with the marker, and its position."""
     for file in sorted(TESTS.rglob("test_*.py")):
         if "mark.hazard" in sources.text_of(file):
             for node in sources.nodes_of(file):

@@ -1,4 +1,4 @@
-"""Check that Python calls only kernels that are cached on disk."""
+"""Check that Python code calls only kernels that are cached on disk."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sources
 
 
 def faults() -> Iterator[str]:
-    """Report each import of a ``part`` outside ``kernels/``; it would be recompiled in each run."""
+    """Report each import of a ``part`` outside ``kernels/``, because it would be recompiled in each run."""
     parts = {
         (file.stem, node.name)
         for file in sources.modules("kernels")

@@ -1,6 +1,7 @@
-"""Message templates in the source: the texts of calls, with ``{}`` for values that are known only at run time.
+"""Collect message templates from the source: the texts in calls, with ``{}`` for values that are known only at run
+time.
 
-A text is traced through names, conditions, loops over literals, and functions of the same file.
+A text is traced through names, conditions, loops over literals, and functions in the same file.
 """
 
 from __future__ import annotations
@@ -19,28 +20,30 @@ import sources
 GAP = "{}"
 #: Maximum number of templates from one expression.
 MAX_TEMPLATES = 64
-#: Functions whose return values are traced into the file that defines them.
+#: Functions whose return values are traced in the file that defines them.
 TRACED_IMPORTS = frozenset({"in_unit_words"})
 _Assignment = ast.Assign | ast.AnnAssign | ast.NamedExpr
 _Function = ast.FunctionDef | ast.AsyncFunctionDef
-#: Names and functions on the current path; each is traced once, so that recursion ends.
+#: Names and functions on the current path; each is traced only once, so that recursion ends.
 _Path = frozenset[str]
 
 
 class _Position(NamedTuple):
-    """A block of statements (`id` of its list) that contains a node, and the line of the node's statement in it."""
+    """The block of statements (`id` of its list) that contains a node, and the line of the statement with the node in
+    it.
+    """
 
     block: int
     line: int
 
 
 class MessageSource:
-    """One Python file in which message texts are traced."""
+    """A Python file in which message texts are traced."""
 
     def __init__(self, file: Path) -> None:
         self.calls: list[tuple[str, ast.Call]] = []
         self.functions: dict[str, list[_Function]] = {}
-        #: Imported name → file, for `TRACED_IMPORTS`.
+        #: Imported name → file, for the names in `TRACED_IMPORTS`.
         self.imported: dict[str, Path] = {}
         #: Node → positions, innermost block first.
         self.positions: dict[ast.AST, tuple[_Position, ...]] = {}
@@ -75,14 +78,14 @@ class MessageSource:
                     self._set_positions(child, own)
 
     def of_argument(self, call: ast.Call, index: int) -> list[str]:
-        """Return the templates of an argument, which may be a template that all later arguments fill."""
+        """Return the templates of an argument; if it is a message, all later arguments fill its template."""
         match call.args[index:]:
             case [ast.Constant(value=str(template)), *values] if template.count(GAP[0]) >= len(values) > 0:
                 return _joined(self._parts_of_message(template, iter(values), frozenset()))
         return self.templates(call.args[min(index, len(call.args) - 1)])
 
     def templates(self, node: ast.expr | None, path: _Path = frozenset()) -> list[str]:
-        """Return the templates of an expression; `GAP` for a value that cannot be traced."""
+        """Return the templates of an expression, with `GAP` for a value that cannot be traced."""
         match node:
             case ast.Constant(value=str(value)):
                 return [value]
@@ -129,7 +132,7 @@ class MessageSource:
         return [GAP] if GAP in templates else templates
 
     def _of_name(self, node: ast.Name, name: str, path: _Path) -> list[str]:
-        """Return the templates of a name at a node: its last assignment before it, and later additions."""
+        """Return the templates of a name at a node, from its last assignment before the node and later additions."""
         if (key := f"{name}:{node.lineno}") in path:
             return [GAP]
         path |= {key}
@@ -171,7 +174,7 @@ class MessageSource:
         return _joined([starts or [GAP], *additions])
 
     def _of_target(self, target: ast.expr, value: ast.expr | None, name: str, path: _Path) -> list[str]:
-        """Return the templates of a name in the target of an assignment: ``head, tail = …``."""
+        """Return the templates of a name in the target of an assignment such as ``head, tail = …``."""
         match target, value:
             case ast.Tuple(elts=targets), ast.Tuple(elts=values):
                 pairs = [(t, v) for t, v in zip(targets, values, strict=True) if isinstance(t, ast.Name)]
@@ -183,7 +186,7 @@ class MessageSource:
         return self.templates(value, path)
 
     def _returned(self, name: str, path: _Path) -> list[str]:
-        """Return the templates that a function of this file, or one of `TRACED_IMPORTS`, returns or yields."""
+        """Return the templates that a function in this file, or in `TRACED_IMPORTS`, returns or yields."""
         if name in path:
             return [GAP]
         if name not in self.functions:
@@ -196,17 +199,17 @@ class MessageSource:
 
 @cache
 def message_source(file: Path) -> MessageSource:
-    """Return a file, read once."""
+    """Return the `MessageSource` of a file, which is read only once."""
     return MessageSource(file)
 
 
 def message_lines(calls: Mapping[str, tuple[int, ...]], files: Iterable[Path]) -> dict[str, str]:
-    """Return the templates in the arguments of some calls, each with its place in the source.
+    """Return the templates in the arguments of certain calls, each with its position in the source.
 
-    `calls` maps the name of a function to the indices of the arguments; several are joined as ``{}: {}``. An index
-    beyond the last argument means the last, as in an error with its message alone.
+    `calls` maps the name of a function to the indices of the arguments; several arguments are joined as ``{}: {}``. An
+    index beyond the last argument means the last argument, as in an error that has only a message.
 
-    Raises ValueError if a function is not called: it was renamed, and its messages would go unnoticed.
+    Raises ValueError if a function is never called, because it was probably renamed and its messages would be missed.
     """
     found: dict[str, str] = {}
     unseen = set(calls)
@@ -232,7 +235,7 @@ def texts_of(file: Path) -> Iterator[str]:
     """Yield every text in a file as a template."""
     for node in sources.nodes_of(file):
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
-            yield re.sub(r"\{[!:][^{}]*\}", GAP, node.value)  # a message states the formats of its values
+            yield re.sub(r"\{[!:][^{}]*\}", GAP, node.value)  # a message may specify the formats of its values
         elif isinstance(node, ast.JoinedStr):
             yield "".join(str(part.value) if isinstance(part, ast.Constant) else GAP for part in node.values)
 
@@ -242,5 +245,5 @@ def _called_name(node: ast.Call) -> str:
 
 
 def _joined(parts: Iterable[list[str]]) -> list[str]:
-    """Return the concatenations of templates, a template of each part; at most `MAX_TEMPLATES`."""
+    """Return all concatenations of one template from each part, but at most `MAX_TEMPLATES`."""
     return ["".join(combination) for combination in islice(product(*parts), MAX_TEMPLATES)]

@@ -1,4 +1,4 @@
-"""Check that the Spanish catalogue has exactly the messages of the source."""
+"""Check that the Spanish catalogue contains exactly the messages of the source."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from leafcut.studio.wording import words
 
 ES = words("es")
 CATALOGUE = sources.PACKAGE / "studio" / "texts" / "messages_es.toml"
-#: Error classes and functions that raise them → index of the argument with the message.
+#: Error classes, and functions that raise them → index of the argument that contains the message.
 ERRORS = {
     **{name: (0,) for name in dir(errors) if name.endswith("Error")},
     **dict.fromkeys(("OutputError", "BlockError", "UnclearBlock", "NesterError"), (0,)),
@@ -24,7 +24,7 @@ ERRORS = {
     "ReadError": (1,),
     "parser_errors": (1,),
 }
-#: Commands outside the studio → files whose errors only they show, beside those of the command line.
+#: Commands outside the studio → files whose errors only these commands show, in addition to the command line.
 NOT_IN_STUDIO = {
     "many inputs": ("order/executors.py",),
     "cutting-data": (
@@ -60,7 +60,7 @@ NOT_IN_STUDIO = {
 }
 SKIPPED_FILES = {f"src/leafcut/{file}" for files in NOT_IN_STUDIO.values() for file in files}
 COMMAND_LINE = "src/leafcut/cli/"
-#: Lines that consist of other lines, each of which is translated by itself.
+#: Lines that consist of other lines, each of which is translated separately.
 COMPOSED = {
     "--baud {}: {}",
     "the {} '{}' is a {}",
@@ -72,13 +72,13 @@ COMPOSED = {
     "{}: {} {}{}, {} mm² in all remain uncut: a tool of {} mm cannot enter them",
     "{}: {} {}{}, {} mm² in all, cannot be reached by a tool of {} mm; the largest, {} mm² near ({}, {})",
 }
-#: English words that no Spanish line contains, except in quotes and in flags with their values (`TYPED`).
+#: English words that must not occur in Spanish lines, except in quotes and in flags with their values (`TYPED`).
 ENGLISH = re.compile(
     r"(?<![\w'/-])(?:the|of|is|are|and|with|without|cannot|must|has|have|it|its|or|for|than|not|leave|give|choose|an|be"
     r"|by|to|in|at|on|this|that|was|more|only|from|which|before|after|near|needs)(?![\w'/-])"
 )
 TYPED = re.compile(r"(?<!\w)'[^']*'|--[a-z-]+(?: on\b| off\b)?|mm o in\b")
-#: A value for each gap.
+#: Example value for each gap.
 VALUE = "17"
 
 
@@ -96,7 +96,7 @@ def faults() -> Iterator[str]:
 
 
 def other_lines() -> Iterator[tuple[str, Mapping[str, str]]]:
-    """Yield the lines of all other kinds, by the form of the whole message."""
+    """Yield the lines of all other kinds, each kind with the form of the whole message."""
     modules = sources.modules
     rows = {"csvmap.py": "row skipped: {}", "xmlmap.py": "point skipped: {}"}
     # Refusals of values in files.
@@ -113,7 +113,7 @@ def other_lines() -> Iterator[tuple[str, Mapping[str, str]]]:
         },
     )
     yield GAP, message_lines({"refused": (1,)}, modules("gcode/dialects.py"))
-    # Entities that a reader leaves out. The registry's errors are for authors of plug-ins.
+    # Entities that a reader skips. The errors of the registry are for authors of plug-ins.
     for file in modules("read"):
         if file.name != "registry.py" and re.search(r'ValueError\(f?"', sources.text_of(file)):
             yield rows.get(file.name, "17 ARC skipped: {}"), message_lines({"ValueError": (0,)}, [file])
@@ -122,13 +122,13 @@ def other_lines() -> Iterator[tuple[str, Mapping[str, str]]]:
     yield GAP, message_lines({"append": (0,)}, lists)
     yield GAP, message_lines({"Difference": (0, 3)}, modules())
     yield GAP, message_lines({"sheet_difference": (0, 1)}, modules("processes/sheet/proof"))
-    # Issues: places and remarks.
+    # Issues: positions and remarks.
     places = message_lines({"Issue": (2,)}, modules()).items()
     yield GAP, {line: place for line, place in places if "id {}" not in line}
     contours = modules("processes/sheet/plan/contours.py")
     yield GAP, message_lines({"_contour_issue": (1,)}, contours)
     yield GAP, message_lines({"_contour_issue": (2,)}, contours)
-    # Blocks of a program that stay in place, and progress.
+    # Blocks of a program that are not moved, and progress.
     staying = [*program_rows._BARRIERS.values(), *program_rows._CHANGES.values(), find_sections.STAYING]
     yield "stays in its place: {}", dict.fromkeys(staying, sources.place(Path(str(program_rows.__file__)).resolve()))
     steps = dict.fromkeys(("report", "start_step", "search_progress", "Progress"), (0,))
@@ -143,7 +143,7 @@ def _in_studio(lines: Mapping[str, str]) -> Iterator[tuple[str, str]]:
 
 
 def untranslated(lines: Mapping[str, str], form: str = GAP) -> Iterator[str]:
-    """Yield lines without a full Spanish translation."""
+    """Yield lines without a complete Spanish translation."""
     for line, place in _in_studio(lines):
         english = form.replace(GAP, line).replace(GAP, VALUE)
         spanish = ES.messages.translate(english)
@@ -154,7 +154,7 @@ def untranslated(lines: Mapping[str, str], form: str = GAP) -> Iterator[str]:
 
 
 def broken_by_file_name(lines: Mapping[str, str]) -> Iterator[str]:
-    """Yield lines with another translation after the name of a file."""
+    """Yield lines whose translation changes when the name of a file precedes them."""
     for line, place in _in_studio(lines):
         text = line.replace(GAP, VALUE)
         alone, after_name = ES.messages.translate(text), ES.messages.translate(f"plate.dxf:12: {text}")
@@ -163,7 +163,7 @@ def broken_by_file_name(lines: Mapping[str, str]) -> Iterator[str]:
 
 
 def stale_exceptions(lines: Mapping[str, str]) -> Iterator[str]:
-    """Yield exceptions of this check that have no line in the source."""
+    """Yield exceptions of this check that match no line in the source."""
     for line in sorted(COMPOSED - lines.keys()):
         yield f"tools/lint/messages.py: COMPOSED has {line!r}, the source does not"
     for file in sorted(SKIPPED_FILES - {place.partition(":")[0] for place in lines.values()}):
@@ -171,7 +171,7 @@ def stale_exceptions(lines: Mapping[str, str]) -> Iterator[str]:
 
 
 def faults_of_catalogue() -> Iterator[str]:
-    """Yield lines that occur twice, have other gaps than their translation, or are in no source."""
+    """Yield lines that occur twice, have other gaps than their translation, or are not in the source."""
     texts = {text for file in sources.modules() for text in texts_of(file)}
     all_texts = "\n".join(texts)
     seen: set[str] = set()
@@ -205,7 +205,7 @@ def _place_in_catalogue(line: str) -> str:
 
 
 def _is_in_source(line: str, texts: set[str], all_texts: str) -> bool:
-    """Return whether three words in a row are in the source, or the line with one word as a gap.
+    """Return whether the source contains three consecutive words of the line, or the line with one word as a gap.
 
     A line may join two texts: "arc clockwise" and "{} to {}".
     """

@@ -1,4 +1,4 @@
-"""Check the rules for modules that neither Ruff nor import-linter checks."""
+"""Check rules for modules that neither Ruff nor import-linter checks."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from graphlib import CycleError, TopologicalSorter
 import grimp
 import sources
 
-#: Modules of ours that may import modules named by strings: the lazy names of the library, the processes, the add-ons.
+#: Modules of leafcut that may import modules by name: the lazy names of the library, the processes, and the add-ons.
 _BY_STRING = ("__init__.py", "processes/registry.py", "addons/")
 #: Modules of the studio that build their parts, which name them for types alone in order to call them.
 _WHOLES = ("leafcut.studio.page.pages", "leafcut.studio.control.panel")
@@ -24,7 +24,7 @@ def faults() -> Iterator[str]:
 
 
 def _imports() -> dict[str, set[str]]:
-    """Return the modules that each module imports, also in functions and for types alone."""
+    """Return the modules that each module imports, including imports in functions and for types only."""
     graph = grimp.build_graph("leafcut", cache_dir=None)
     imports = {module: set(graph.find_modules_directly_imported_by(module)) for module in graph.modules}
     parts = (module for module in imports if module.startswith(("leafcut.studio.page.", "leafcut.studio.control.")))
@@ -32,7 +32,7 @@ def _imports() -> dict[str, set[str]]:
 
 
 def circular_imports(imports: dict[str, set[str]]) -> Iterator[str]:
-    """Yield a circle of modules, ``__init__`` included; import-linter sees packages only."""
+    """Yield circular imports of modules, including ``__init__``; import-linter checks only packages."""
     try:
         TopologicalSorter(imports).prepare()
     except CycleError as error:
@@ -61,14 +61,14 @@ def _defined(node: ast.stmt) -> list[str]:
 
 
 def late_imports_of_shapely() -> Iterator[str]:
-    """Yield imports of shapely in functions without a comment that gives the reason."""
+    """Yield imports of shapely inside functions that have no comment with the reason."""
     for file in sources.modules():
         for place, match in sources.matches(r"^ +(import shapely|from shapely\S* import [^#\n]*)$", file):
             yield f"{place}: '{match[1]}' in a function; move it to the top or add the reason as a comment"
 
 
 def imports_by_string() -> Iterator[str]:
-    """Yield imports of modules named by strings, which import-linter does not see."""
+    """Yield imports of modules named by strings, which import-linter does not detect."""
     for file in sources.modules():
         for place, match in sources.matches(r"\b(import_module|__import__)\b", file):
             if not place.removeprefix("src/leafcut/").startswith(_BY_STRING):

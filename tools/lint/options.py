@@ -1,4 +1,4 @@
-"""Check that the program reads each option."""
+"""Check that the program reads every option."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from leafcut.processes.settings import all_options
 
 
 def faults() -> Iterator[str]:
-    """Yield every option that no code reads; it has no effect."""
+    """Yield every option that no code reads, so that it has no effect."""
     read = {
         node.attr
         for file in sources.modules()

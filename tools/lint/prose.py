@@ -1,6 +1,7 @@
-"""Check for phrases that stand in place of a noun or a verb of the trade, in code and documents.
+"""Check for phrases that replace a noun or a verb of the trade, in code and documents.
 
-A phrase is a place to look at, not a verdict. A file may have `LIMIT` of them per 1,000 words, and two in any case.
+A phrase should be looked at; it is not necessarily wrong. A file may contain `LIMIT` of them per 1,000 words, and two
+in any case.
 """
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ from pathlib import Path
 
 import sources
 
-#: Maximum number of phrases per 1,000 words of a file.
+#: Maximum number of phrases per 1,000 words in a file.
 LIMIT = 5.0
-#: Shorter texts are names and units, words.
+#: Minimum length of a text that is checked, in words; shorter texts are names and units.
 SHORTEST = 4
 
 #: Phrase → advice.
@@ -37,7 +38,7 @@ PHRASES = {
 }
 _PATTERNS = [(re.compile(rf"\b(?:{phrase})", re.IGNORECASE), advice) for phrase, advice in PHRASES.items()]
 
-#: Files that are not rewritten yet. The list only gets shorter.
+#: Files that have not been rewritten yet. No file may be added.
 EXCEPTIONS = frozenset(
     {
         "src/leafcut/gcode/klartext.py",
@@ -50,7 +51,7 @@ EXCEPTIONS = frozenset(
 
 
 def faults() -> Iterator[str]:
-    """Yield every phrase of the files that exceed the limit."""
+    """Yield every phrase in files that exceed the limit."""
     pages = (sources.ROOT / "README.md", *sorted(sources.DOCS.rglob("*.md")))
     for file in (*sources.modules(), *pages):
         if sources.place(file) in EXCEPTIONS:
@@ -63,14 +64,14 @@ def faults() -> Iterator[str]:
 
 
 def phrases_of(line: int, text: str) -> Iterator[tuple[int, str, str]]:
-    """Yield line, phrase and advice of the phrases in a text that starts at a line."""
+    """Yield the line, phrase and advice for each phrase in a text that starts at a line."""
     for pattern, advice in _PATTERNS:
         for match in pattern.finditer(text):
             yield line + text[: match.start()].count("\n"), match[0], advice
 
 
 def texts_of(file: Path) -> Iterator[tuple[int, str]]:
-    """Yield the prose of a file with its line: strings and comments of a module, paragraphs of a page."""
+    """Yield the prose of a file with line numbers: strings and comments of a module, or paragraphs of a page."""
     texts = _texts_of_module(file) if file.suffix == ".py" else _texts_of_page(file)
     return ((line, text) for line, text in texts if len(text.split()) >= SHORTEST)
 

@@ -1,4 +1,4 @@
-"""Check that the files of a release agree: version, types, Pythons, targets and tests in the workflows."""
+"""Check that the files of a release agree: version, types, Python versions, targets and tests in the workflows."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def faults() -> Iterator[str]:
 
 
 def wrong_versions() -> Iterator[str]:
-    """Yield disagreements of version, changelog and citation.
+    """Yield contradictions between version, changelog and citation.
 
-    A release heads the changelog; before it, `Unreleased` does. The citation names the last release.
+    A released version heads the changelog; before the release, `Unreleased` does. The citation names the last release.
     """
     place, heads = sources.place(CHANGELOG), [match[1] for _, match in sources.matches(r"^## (\S+)", CHANGELOG)]
     released = [head for head in heads if head != "Unreleased"]
@@ -49,7 +49,9 @@ def _numbers(version: str) -> list[int]:
 
 
 def untested_pythons() -> Iterator[str]:
-    """Yield workflows that do not test their Pythons: all of the classifiers each night, the ends on each push."""
+    """Yield workflows that do not test the required Python versions: nightly, all classifiers; on push, the first and
+    last.
+    """
     project = tomllib.loads(sources.text_of(sources.ROOT / "pyproject.toml"))["project"]
     named = re.findall(r"Python :: (3\.\d+)", "\n".join(project["classifiers"]))
     for file, wanted in ((NIGHTLY, named), (PUSH, [named[0], named[-1]])):
@@ -59,7 +61,7 @@ def untested_pythons() -> Iterator[str]:
 
 
 def unknown_targets() -> Iterator[str]:
-    """Yield calls of make with a target that the Makefile does not have."""
+    """Yield calls of make with a target that is not in the Makefile."""
     targets = {match[1] for _, match in sources.matches(r"^([\w-]+):", sources.ROOT / "Makefile")}
     for file in (*WORKFLOWS, *(sources.ROOT / name for name in ("RELEASING.md", "CONTRIBUTING.md", ".ci/run"))):
         for place, match in sources.matches(r"(?:run: |`|^)make ([\w-]+)", file):
@@ -68,7 +70,7 @@ def unknown_targets() -> Iterator[str]:
 
 
 def missing_tests() -> Iterator[str]:
-    """Yield test files that a workflow names and that do not exist."""
+    """Yield test files that are named in a workflow but do not exist."""
     for file in WORKFLOWS:
         for place, match in sources.matches(r"tests/\S+\.py", file):
             if not (sources.ROOT / match[0]).is_file():

@@ -1,4 +1,4 @@
-"""Check that the files of leafcut state their schema numbers, and that docs/schemas.md lists these."""
+"""Check that leafcut's files state their schema numbers, and that docs/schemas.md lists these numbers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import sources
 from leafcut.files import schemas
 from leafcut.processes.settings import all_options
 
-#: Folders with files of a schema; the texts of the studio have none.
+#: Folders whose files have a schema; the texts of the studio have none.
 FOLDERS = ("src/leafcut/machines", "src/leafcut/materials", "src/leafcut/gcode/dialects", "src/leafcut/lab", "examples")
 
 
@@ -23,7 +23,7 @@ def faults() -> Iterator[str]:
 
 
 def files_without_schema() -> Iterator[str]:
-    """Yield TOML files that do not state the first schema or a later one."""
+    """Yield TOML files that do not state a schema number, which starts at 1."""
     for folder in FOLDERS:
         files = sorted((sources.ROOT / folder).rglob("*.toml"))
         if not files:
@@ -34,7 +34,7 @@ def files_without_schema() -> Iterator[str]:
 
 
 def faults_of_page() -> Iterator[str]:
-    """Yield kinds of document that the page lacks, or lists with other numbers."""
+    """Yield kinds of document that are missing on the page, or that it lists with other numbers."""
     page = sources.DOCS / "schemas.md"
     rows = r"^\| ([\w ]+) \| .* \| `(\w+)` \| (\d+) \| (\d+) \|$"
     listed = {match.groups() for _, match in sources.matches(rows, page)}

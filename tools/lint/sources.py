@@ -1,4 +1,4 @@
-"""Files of the repository: paths, texts, syntax trees, and places in them."""
+"""Files of the repository: paths, texts, syntax trees, and positions in them."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ def nodes_of(file: Path) -> tuple[ast.AST, ...]:
 
 @cache
 def modules(*parts: str) -> tuple[Path, ...]:
-    """Return the Python files of some files or folders of the package, or of all of it."""
+    """Return the Python files in the given files or folders of the package, or in the whole package."""
     folders = [PACKAGE / part for part in parts] or [PACKAGE]
     return tuple(sorted(file for one in folders for file in ([one] if one.is_file() else one.rglob("*.py"))))
 
 
 def place(file: Path, line: int | None = None) -> str:
-    """Return a place as editors show it: ``docs/sheets.md:12``."""
+    """Return a position in the form that editors use: ``docs/sheets.md:12``."""
     return file.relative_to(ROOT).as_posix() + (f":{line}" if line else "")
 
 
 def matches(pattern: str, file: Path) -> Iterator[tuple[str, re.Match[str]]]:
-    """Yield every match in a file with its place; ``^`` and ``$`` match at lines."""
+    """Yield every match in a file with its position; ``^`` and ``$`` match at line boundaries."""
     text = text_of(file)
     for match in re.finditer(pattern, text, flags=re.MULTILINE):
         yield place(file, text.count("\n", 0, match.start()) + 1), match

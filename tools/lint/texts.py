@@ -1,4 +1,4 @@
-"""Check that each language of the studio has the same keys, all of them used, for each option, command and state."""
+"""Check that each language of the studio has the same keys, that all are used, and that each option has a text."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ EN, ES = words("en"), words("es")
 EN_FILE, ES_FILE, OPTIONS_FILE = (
     sources.place(STUDIO / "texts" / f"{name}.toml") for name in ("en", "es", "options_es")
 )
-#: Option → its symbol in the literature, so that a paper and the page can be read side by side.
+#: Option → symbol in the literature, so that a paper and the page can be compared.
 SYMBOLS = {
     "n_ants": "m",
     "pheromone_weight": "α",
@@ -32,7 +32,7 @@ SYMBOLS = {
     "attractiveness": "β₀",
     "absorption": "γ",
 }
-#: Options of the ants that are no parameters of the literature.
+#: Options of ant algorithms that are not parameters in the literature.
 WITHOUT_SYMBOL = {"parallel", "n_processes"}
 #: Symbols that several algorithms share; the glossary explains them.
 SHARED_SYMBOLS = ("τ", "α", "β", "ρ", "ξ", "q₀", "β₀", "γ", "m")
@@ -66,7 +66,7 @@ def _differences(file: str, keys: Set[str], wanted: Set[str]) -> Iterator[str]:
 
 
 def faults_of_figures() -> Iterator[str]:
-    """Yield templates of facts and tables without a Spanish text; templates put together in the source are left out."""
+    """Yield templates of facts and tables without a Spanish text; templates that the source composes are left out."""
     for file in sources.modules():
         for node in sources.nodes_of(file):
             if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "translatable" and node.args:
@@ -76,7 +76,7 @@ def faults_of_figures() -> Iterator[str]:
 
 
 def faults_of_keys() -> Iterator[str]:
-    """Yield missing keys of groups, commands and states, and keys that belong to none of them."""
+    """Yield missing keys for groups, commands and states, and keys that belong to none of these."""
     groups = {key for work in forms.works().values() for key, _ in work.groups} | {"aco", "firefly", "cuts"}
     for key in sorted(key for key in EN.table if key.startswith("option.")):
         if key.removeprefix("option.") not in {name for _, name, _ in all_options()}:
@@ -93,7 +93,7 @@ def faults_of_keys() -> Iterator[str]:
 
 
 def faults_of_use() -> Iterator[str]:
-    """Yield keys that the studio's code does not use, and uses of keys that do not exist."""
+    """Yield keys that the code of the studio does not use, and uses of keys that do not exist."""
     files = sorted(file for kind in ("*.py", "*.jinja") for file in STUDIO.rglob(kind))
     code = "".join(map(sources.text_of, files))
     used = set(re.findall(r'"([a-z]+\.[a-z_-]+)"', code))
@@ -110,7 +110,7 @@ def faults_of_use() -> Iterator[str]:
 
 
 def faults_of_options() -> Iterator[str]:
-    """Yield options whose help or default has no Spanish text, and Spanish texts of none."""
+    """Yield options whose help or default has no Spanish text, and Spanish texts that belong to no option."""
     for kind, attribute in (("help", "help"), ("default", "default_words")):
         english = {name: getattr(spec, attribute) for _, name, spec in all_options() if getattr(spec, attribute)}
         keys = {key for key in ES.translated if key.startswith(f"{kind}.")}
@@ -121,7 +121,7 @@ def faults_of_options() -> Iterator[str]:
 
 
 def faults_of_symbols() -> Iterator[str]:
-    """Yield parameters of ants and fireflies without their symbol in label, help or glossary."""
+    """Yield parameters of ants and fireflies whose symbol is missing in label, help or glossary."""
     for name in sorted(AcoOptions.specs().keys() - SYMBOLS.keys() - WITHOUT_SYMBOL):
         yield f"tools/lint/texts.py: SYMBOLS lacks {name}"
     for name, symbol in SYMBOLS.items():
