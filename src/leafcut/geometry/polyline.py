@@ -48,8 +48,7 @@ class Polyline:
     ----------
     vertices
         float64[n, 3]: x and y in mm, and the bulge to the next vertex. A closed polyline does not repeat its first
-        vertex;
-        its last bulge belongs to the segment back to the first vertex. The last bulge of an open polyline is 0.
+        vertex; its last bulge belongs to the segment back to the first vertex. The last bulge of an open polyline is 0.
     """
 
     vertices: NDArray[np.float64]

@@ -60,8 +60,7 @@ class StockCut:
         Rapids in material, by line; shanks and holders in material, by line and tool.
     same_as, differences
         The other program (None for none), and the positions where it leaves different stock, sorted by descending
-        number
-        of cells; `before` is the height left by the other program.
+        number of cells; `before` is the height left by the other program.
     part
         File of the part that was the stock before the program; "" for a block.
     """

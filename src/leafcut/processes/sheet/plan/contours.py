@@ -58,8 +58,7 @@ class CutContour:
         Diameter of the circle of equal area, mm; 0 for an open contour.
     rules
         Rules of the sheet; if the controller cannot compensate the kerf of this contour, they are adapted to
-        compensation
-        by the program.
+        compensation by the program.
     corners
         Positions of the corners in the drawing along the path, mm.
     loops
