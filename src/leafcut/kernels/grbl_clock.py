@@ -107,7 +107,7 @@ def _next_free_segment(board: Board) -> float:
 
 @part
 def _run_segment(board: Board, remaining: float, speed: float, time: float) -> None:
-    """Append a segment of the oldest block to the prepared segments, rounded to whole steps of equal ticks.
+    """Append a segment of the oldest block, rounded to whole steps with equal ticks, to the prepared segments.
 
     remaining float  length of the block that remains after the segment, mm
     speed     float  speed at the end of the segment, mm/s

@@ -74,9 +74,7 @@ class Loads:
 
     @cached_property
     def chip(self) -> Floats:
-        """Maximum chip thickness per revolution, mm, as if the tool had a single tooth; a ramp has the chip of a
-        slot.
-        """
+        """Maximum chip thickness per revolution, mm, as if the tool had a single tooth; for a ramp, that of a slot."""
         share = np.where(self.sinks, 1.0, self.share)
         with np.errstate(divide="ignore", invalid="ignore"):
             chip: Floats = np.where(self.rpm > 0, SECONDS_PER_MINUTE * share * self.feed / self.rpm, 0.0)

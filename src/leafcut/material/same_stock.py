@@ -16,8 +16,10 @@ _SQUARE = 8
 
 
 class StockDifference(NamedTuple):
-    """A difference between two fields: its largest position, the heights before and after there, mm, and its number of
-    cells.
+    """A difference between two fields.
+
+    `x` and `y` are the position of the largest difference, `before` and `after` are the heights there, mm, and `cells`
+    is the number of differing cells.
     """
 
     x: float

@@ -110,7 +110,7 @@ def _cutters_and_block(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cut
 
 
 def solid_of(path: Toolpath, stock: ShownStock) -> Solid:
-    """Cut the stock of a job by a toolpath, for display with coarse cells.
+    """Cut the stock of a job with a toolpath, for display with coarse cells.
 
     Raises
     ------

@@ -46,7 +46,7 @@ NEARLY = 1.05
 
 @dataclass(frozen=True, eq=False)
 class ClearedPocket:
-    """A pocket cleared by every strategy.
+    """A pocket cleared with every strategy.
 
     `clearings` maps each successful strategy to the cleared regions of the pocket. `even` has the same regions at a
     constant feed; they differ from `clearings` only if feeds follow the load.
@@ -58,25 +58,25 @@ class ClearedPocket:
 
     @property
     def usual(self) -> list[Clearing]:
-        """The regions, cleared by the strategy that most shops use."""
+        """The regions, cleared with the strategy that most shops use."""
         return self.clearings[self.plan.usual.strategy]
 
 
 @dataclass(frozen=True, eq=False)
 class PocketWork:
-    """All pockets of a job, each cleared by every strategy."""
+    """All pockets of a job, each cleared with every strategy."""
 
     job: PocketJob
     cleared: tuple[ClearedPocket, ...]
 
     @property
     def regions(self) -> list[Clearing]:
-        """The regions of all pockets, cleared by the chosen strategies."""
+        """The regions of all pockets, cleared with the chosen strategies."""
         return [clearing for pocket in self.cleared for clearing in pocket.clearings[pocket.plan.result.strategy]]
 
 
 def clear_pocket(job: PocketJob, pocket: Pocket, number: int, time: SearchTime) -> tuple[ClearedPocket, list[Issue]]:
-    """Clear a pocket by the requested strategy, or by all strategies, and choose the best result.
+    """Clear a pocket with the requested strategy, or with all strategies, and choose the best result.
 
     Return the cleared pocket, and issues about areas that the tool cannot reach.
     """

@@ -451,9 +451,7 @@ def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
 
 
 def _register_issues(words: Dialect, data: CutData, options: CutOptions) -> list[Issue]:
-    """Return a warning if the controller takes the kerf from a register, because the program does not set the
-    register.
-    """
+    """Return a warning if the controller takes the kerf from a register, which the program does not set."""
     from leafcut.gcode.torch import KERF_REGISTER
 
     if options.compensation != "controller" or words.torch is None or words.torch.compensation != "G41":

@@ -79,7 +79,9 @@ class HeadRoutes:
 
 
 class DetachableParts:
-    """The parts of a sheet as obstacles for a head with a radius, mm. The centre of the head never crosses a clamp."""
+    """The parts of a sheet as obstacles for a head with the given radius, mm. The centre of the head never crosses a
+    clamp.
+    """
 
     def __init__(self, sheet: Sheet, radius: float = 0.0) -> None:
         self.sheet, self.radius = sheet, radius
@@ -91,7 +93,7 @@ class DetachableParts:
         self.map = ObstacleMap(outlines, {-1 - z: shapely.box(*zone) for z, zone in enumerate(sheet.zones)})
 
     def detached_by(self, cut: Cut) -> list[int]:
-        """Return the outlines that a cut detaches, which exclude common lines and outlines with micro-joints."""
+        """Return the outlines that a cut detaches; common lines and outlines with micro-joints are excluded."""
         if cut.kind != "cut" or cut.joints or cut.common:
             return []
         return [k for k in cut.contours if k in self.map.shapes]

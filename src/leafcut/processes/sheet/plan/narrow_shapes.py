@@ -106,7 +106,7 @@ def _slot_centreline(slot: Polyline, kerf: float) -> tuple[Polyline, float] | No
 
 
 def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue]]:
-    """Replace each hole that the kerf divides by several holes; also return the issues (L612).
+    """Replace each hole that is divided by the kerf with several holes; also return the issues (L612).
 
     The issues report uncut areas. The first new hole has the index of the original hole, and the others are appended,
     so that no index changes. Contours in a hole belong to the new hole around them. A hole that has contours outside
