@@ -55,7 +55,7 @@ print(json.dumps({"width": instance.solve(config).width}))
 
 @dataclass(frozen=True)
 class Run:
-    """Processor time, s, peak memory, bytes, exit status, and the JSON answer.
+    """Processor time (s), peak memory (bytes), exit status and JSON answer of a run of leafcut.
 
     If the run was stopped, `stopped` is the time limit, s.
     """

@@ -178,7 +178,7 @@ def mutations(text: str, chance: random.Random) -> Iterator[tuple[str, str]]:
 
 
 def mutants(count: int, seed: int) -> Iterator[Mutant]:
-    """Yield mutants, eight of each program; every fifth mutates a line of another control."""
+    """Yield mutants, eight of each program; every fifth changes a digit in a Haas or Fanuc program."""
     chance = random.Random(seed)
     name, text = "", ""
     mutated: Iterator[tuple[str, str]] = iter(())

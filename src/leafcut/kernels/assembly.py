@@ -228,7 +228,7 @@ def _is_successor(place: NDArray, u: int, v: int) -> bool:
 
 @part
 def _take_edges(cost: CostModel, place: NDArray, a: Assembly, start: int, stop: int) -> float:
-    """Replace the edges of A in a cycle by those of B, and return the gain.
+    """Replace the edges of tour A in an AB-cycle by those of tour B, and return the gain.
 
     The log then has two entries for each edge of A. Changes: links, log, row CUT of pieces.
     """

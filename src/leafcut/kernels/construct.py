@@ -48,8 +48,7 @@ class WeightedEdges(NamedTuple):
 
 
 class Decay(NamedTuple):
-    """Decay of the trail of an edge that an ant takes, τ ← (1 − ξ)τ + ξτ0, with the exponent α.
-
+    """Decay of the pheromone on an edge that an ant takes, τ ← (1 − ξ)τ + ξτ0, with the pheromone exponent α.
     The rate ξ is 0 for no decay.
     """
 

@@ -235,8 +235,8 @@ def _scan(
 ) -> int:
     """Record the points of a run that are among the nearest in their quadrant, and other points if there is space.
 
-    Of twins, only the first and the last are examined. Returns the space that remains for other points.
-    Changes: points, distances.
+    Of points at the same position, only the first and the last are examined. Returns the space that remains for other
+    points. Changes: points, distances.
     """
     xi, yi, last = x[i], y[i], per_quadrant - 1
     step = max(1, stop - 1 - start) if stop - start > LEAF_SIZE else 1
@@ -307,11 +307,10 @@ def _reaches(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> boo
 @part
 def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -> None:
     """Find the points nearest to point i per quadrant, the nearest other points up to k in total, and its twins.
-
-    Quadrants are half open, so that each direction belongs to exactly one quadrant. Twins of i belong to no quadrant,
-    because there may be thousands. Instead, i gets the twins before and after it, so that they form a chain, or any
-    other twins. Of twins at another position, only the first and the last count, because more would displace other
-    positions.
+    Twins are points at the same position. Quadrants are half open, so that each direction belongs to exactly one
+    quadrant. Twins of i belong to no quadrant, because there may be thousands. Instead, i gets the twins before and
+    after it, so that they form a chain, or any other twins. Of twins at another position, only the first and the last
+    count, because more would displace other positions.
     Changes: nearby.
     """
     x, y, box, child = tree.x, tree.y, tree.box, tree.child

@@ -112,7 +112,7 @@ def _corners(path: Polyline) -> NDArray[np.float64]:
 def metal_of(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
     """Return the metal of each part as polygons shrunk by the tolerance, and the numbers of the parts.
 
-    The metal is the outline without its holes; chambers of notches are not removed.
+    The metal is the outline without its holes. Chambers of divided notches are ignored.
     """
     outlines: dict[int, list[Any]] = {}
     holes: dict[int, list[Any]] = {}
