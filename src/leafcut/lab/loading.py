@@ -310,7 +310,7 @@ def _work(command: str) -> Work | None:
 def short_form(description: Description) -> Description:
     """Return the short form of an experiment: fewer inputs, levels and seeds, and less work per run.
 
-    Raise `OptionError` if the experiment has no short form.
+    Raises OptionError if the experiment has no short form.
     """
     if not description.short:
         raise OptionError(f"experiment '{description.name}' has no reduced form: its file has no table [reduced]")
