@@ -255,7 +255,6 @@ class _Rewriter:
 
     def _reversed_lines(self, piece: ProgramTask, lines: list[str]) -> tuple[list[str], Modal]:
         from leafcut.gcode.reversible_cut import find_reversible_cut
-        from leafcut.processes.program.post.reversing import write_reversed_cut
 
         stroke = find_reversible_cut(self.program, piece.begin, piece.end)
         if stroke is None:
