@@ -10,7 +10,6 @@ from pathlib import Path
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.studio.folder import Folder
 
-KINDS = ("machines", "tools")
 #: Maximum length of a profile, characters; profiles have a few thousand.
 MAX_CHARACTERS = 200_000
 
