@@ -210,6 +210,7 @@ def test_recent_files_are_opened_with_a_click_and_a_page_that_was_closed_is_gone
         for file in (PLATE, OTHER, PLATE):
             opened(page, file)
         typed(page, "Thickness", "5")
+        page.wait_for_function("() => JSON.parse(history.state.choices).table.thickness?.[0] === '5'")
         page.close()
         page = context.new_page()
         page.goto(server.origin)

@@ -59,16 +59,24 @@ class Memory:
         self._loaded = True
         if state is None:
             return None
-        name = str(state.get("page"))
+        name, latest = str(state.get("page")), self._latest(state)
         other = self._page.studio.open_pages.get(name)
         if other is None or not other.memory.is_open():  # otherwise this is a duplicated tab
             self._rename(name)
-        # The page before a reload has received what was typed last, but its browser could not store it any more.
-        return other.state() if other is not None and not other.memory.is_open() else state
+        return latest
 
     async def load_last(self) -> KeptState | None:
         """Return the choices of the page that this browser closed last, or None."""
-        return _parsed(await self.browser.read_last())
+        state = _parsed(await self.browser.read_last())
+        return None if state is None else self._latest(state)
+
+    def _latest(self, state: KeptState) -> KeptState:
+        """Return the choices of the page that stored them, if it was closed or reloaded just now.
+
+        Its server has received what was typed last, but its browser could not store that any more.
+        """
+        other = self._page.studio.open_pages.get(str(state.get("page")))
+        return state if other is None or other.memory.is_open() else dict(other.state())
 
     def save(self) -> None:
         """Save the page's state if it has changed, except while another input is being opened."""
