@@ -57,7 +57,7 @@ def studio(tmp_path: Path, workers: StudioWorkers) -> Iterator[Studio]:
     """Return a studio that nobody has used; its runs are ended with the test."""
     opened = open_with_rooms(tmp_path / "studio", workers=workers)
     yield opened
-    opened.rooms["control"].stop()
+    opened.rooms["control"].close()
     opened.jobs.close()
     opened.history.close()
 

@@ -76,7 +76,7 @@ def open_board(studio: Studio, client: TestClient, board: Board) -> Iterator[Mac
     machine = Machine(client, studio, board)
     machine.ask("connect", port=board.port)
     yield machine
-    studio.rooms["control"].stop()
+    studio.rooms["control"].close()
 
 
 def test_a_board_is_connected_told_of_and_given_back(open_board: Machine) -> None:

@@ -45,11 +45,8 @@ class Room(Protocol):
     def add_bar(self, page: Any) -> Callable[[], None]:
         """Add what every page shows; return the function that updates it."""
 
-    def stop(self) -> None:
-        """Stop its activities."""
-
     def close(self) -> None:
-        """Release its resources after all jobs have ended."""
+        """Stop its activities."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +60,7 @@ class Studio:
     keys: StudioKeys
     port: int
     recent: RecentFiles
-    #: Name → view with a package of its own, in the order in which they are stopped.
+    #: Name → view with a package of its own, in the order in which they are closed.
     rooms: dict[str, Room] = field(default_factory=dict)
     #: Unsaved texts of the user's own files: kind → name → text. Browsers store them, too.
     drafts: dict[str, dict[str, str]] = field(default_factory=lambda: {"machines": {}, "tools": {}})
@@ -73,11 +70,9 @@ class Studio:
     def close(self) -> None:
         """Stop all activities, those of the rooms first."""
         for room in self.rooms.values():
-            room.stop()
+            room.close()
         self.jobs.close()
         self.workers.close()
-        for room in self.rooms.values():
-            room.close()
 
     def address(self, key: str) -> str:
         """Return the address that opens the page with a key from `StudioKeys.new_entry`."""

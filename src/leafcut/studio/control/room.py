@@ -43,9 +43,6 @@ class ControlRoom:
 
         return StopBar(page.view, self.link).tick
 
-    def stop(self) -> None:
+    def close(self) -> None:
         """Stop the machine and disconnect."""
         self.link.close()
-
-    def close(self) -> None:
-        """Do nothing; the machine is already disconnected."""

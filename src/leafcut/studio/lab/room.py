@@ -42,10 +42,6 @@ class LabRoom:
         """Add nothing to a page."""
         return lambda: None
 
-    def stop(self) -> None:
-        """Stop the running experiment."""
-        self.runs.stop()
-
     def close(self) -> None:
-        """Wait for the end of the experiment."""
+        """Stop the running experiment, and wait for its end."""
         self.runs.close()
