@@ -10,12 +10,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from leafcut.model.plan import Stage
+from leafcut.model.plan import Order, Stage
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.order.instance import path_cost
 from leafcut.order.solve import solve
-from leafcut.processes.ordering import solve_together
+from leafcut.order.stop import Deadline
+from leafcut.processes.job import Job, machine_of
+from leafcut.processes.ordering import solutions_of_order, solve_together
+from leafcut.processes.settings import collect_settings
 
 
 def stages_of(
@@ -96,6 +99,37 @@ def test_no_order_is_longer_than_the_one_there_was() -> None:
     kept = [Stage(s.problem, s.follows, nodes) for s, nodes in zip(stages, best, strict=True)]
     found = solved(kept, iterations=0)
     assert sum(s.cost for s in found) <= total(stages, [n.tolist() for n in best]) + 1e-9
+
+
+def test_a_given_order_that_is_better_than_the_quick_ones_is_where_the_search_begins() -> None:
+    """The quick searches return the given order shuffled; the search may only return what it begins with."""
+    stages = stages_of([6, 7], 1)
+    best = [s.nodes for s in solved(stages)]
+    kept = [Stage(s.problem, s.follows, nodes) for s, nodes in zip(stages, best, strict=True)]
+
+    def search(_: int, problem: RoutingProblem, given: SolveOptions) -> object:
+        return solve(problem, replace(given, iterations=0))
+
+    def quick(number: int, problem: RoutingProblem, given: SolveOptions) -> object:
+        return replace(solve(problem, given), nodes=np.roll(best[number], 3)[::-1])
+
+    given = SolveOptions(threads=1, bound=False)
+    found = solve_together(kept, search, given, quick, threading.Event())  # type: ignore[arg-type]
+    assert total(stages, [s.nodes.tolist() for s in found]) <= total(stages, [n.tolist() for n in best]) + 1e-9
+
+
+def test_the_solutions_of_another_order_than_the_searched_one_state_its_cost() -> None:
+    stages = stages_of([5, 6], 3)
+    searched = tuple(solved(stages))
+    settings = collect_settings({"machine": "haas-vf2", "threads": 1})
+    job = Job(settings, machine_of(settings), Deadline())
+    for choices, name in ([stage.given for stage in stages], "none"), ([s.nodes[::-1] for s in searched], "nn"):
+        found = solutions_of_order(job, stages, Order(tuple(choices), searched))
+        assert [s.nodes.tolist() for s in found] == [nodes.tolist() for nodes in choices]
+        assert sum(s.cost for s in found) == pytest.approx(total(stages, [nodes.tolist() for nodes in choices]))
+        assert [s.history[-1][1] for s in found] == [s.cost for s in found]
+        assert {s.algorithm for s in found} == {name}
+        assert all(s.lower_bound is not None and s.lower_bound <= s.cost + 1e-9 for s in found)
 
 
 def test_a_path_with_a_start_of_its_own_is_ordered_by_itself() -> None:

@@ -390,6 +390,10 @@ def test_wide_parts_of_holes_are_made_where_a_tool_of_the_library_fits() -> None
     assert faults(asked, text.replace("Z-4.5 ", "Z-5 ")) == ["wrong depth"]
     assert faults(asked, text.replace("G81 X0 Y0 Z-6 R2 F9\n", "")) == ["missing hole"]
     assert faults(asked, text.replace("X20 Y0 Z-4.5", "X40 Y0 Z-4.5")) == ["missing hole", "hole twice"]
+    for diameter, fits in ((10.0, True), (9.9, False)):
+        tools = (*LIBRARY.tools, mill, replace(cone, diameter=diameter))
+        asked = request(part, ToolLibrary(tools, (), "shop.toml"), thickness=None)
+        assert (faults(asked, text) == []) is fits
 
 
 @pytest.mark.hazard
