@@ -118,6 +118,11 @@ def test_a_given_order_that_is_better_than_the_quick_ones_is_where_the_search_be
     assert total(stages, [s.nodes.tolist() for s in found]) <= total(stages, [n.tolist() for n in best]) + 1e-9
 
 
+def test_a_path_of_two_tasks_whose_first_is_fixed_has_an_exact_order() -> None:
+    _, found = solved(stages_of([4, 2], 1))
+    assert (found.algorithm, found.lower_bound) == ("exact", pytest.approx(found.cost))
+
+
 def test_the_solutions_of_another_order_than_the_searched_one_state_its_cost() -> None:
     stages = stages_of([5, 6], 3)
     searched = tuple(solved(stages))
