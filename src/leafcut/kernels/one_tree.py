@@ -170,7 +170,7 @@ def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[
 def close_tree(spokes: NDArray, hub: int, tied: int, root: int, penalty: NDArray, work: TreeScratch) -> float:
     """Complete the spanning tree in `work` to a 1-tree, count its degrees, and return the cost to be added.
 
-    This cost is that of both edges of the hub, minus the total of the penalties in every tour. The hub has no penalty.
+    The cost consists of both edges of the hub, minus the total of the penalties in every tour. The hub has no penalty.
     Changes: work.excess, which is 0 at the hub.
     """
     a, b = two_spokes(spokes, penalty, hub, tied)
