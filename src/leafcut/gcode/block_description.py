@@ -50,11 +50,8 @@ class BlockDescription(NamedTuple):
 
     def changed_inputs(self, other: BlockDescription) -> list[str]:
         """Return the names of the inputs that differ from those of a block with the same text."""
-        return [
-            words
-            for words, one, two in zip(_INPUTS, self[1:], other[1:], strict=True)
-            if one != two
-        ]  # fmt: skip
+        digests = zip(_INPUTS, self[1:], other[1:], strict=True)
+        return [words for words, one, two in digests if one != two]
 
 
 #: Meaning of a difference, by digest of a description.

@@ -19,9 +19,7 @@ from leafcut.model.toolpath import Kind
 
 #: Fields of `Modal` that a block may inherit from earlier blocks, in addition to the position. "motion" includes the
 #: active cycle and its words.
-INHERITED = frozenset(
-    {"motion", "plane", "incremental", "absolute_centres", "to_initial", "feed", "feed_mode", "rpm"}
-)  # fmt: skip
+INHERITED = frozenset({"motion", "plane", "incremental", "absolute_centres", "to_initial", "feed", "feed_mode", "rpm"})
 #: Group of G words → the field of `Modal` that it sets.
 _FIELD_OF = {
     "motion": "motion",
