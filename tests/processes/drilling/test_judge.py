@@ -325,6 +325,21 @@ def test_a_slot_is_cut_once_to_its_bottom_in_passes_that_its_mill_can_take() -> 
     assert "cut not drawn" in faults(asked, text.replace("X18\n", "X19\n", 1), "grbl")
 
 
+def test_a_difference_names_the_tool_and_a_line_only_where_the_program_has_one() -> None:
+    asked = request(replace(PART, holes=()), None)
+    text = program(asked, "grbl", "mm").replace("Z-5.667\n", "")
+    words = dialect("grbl")
+    (deep,) = judge_holes(asked, text, read_back(text, words), rounding_of(words, "mm"))
+    assert "deep pass" == deep.what and text.split("\n")[deep.new - 2] == "Z-8.5"
+    assert "the maximum step-down of slot-mill 4 is 4 mm" in str(deep)
+
+    asked = request(PLAIN_HOLES, None, mirror="y", origin="lower-left", thickness=8.0)
+    text = BY_HAND.format(z3=f"{-8.5 - 3.0 * POINT:.3f}", z5=f"{-8.5 - 5.0 * POINT:.3f}").replace("X29.875 Y0\n", "")
+    words = dialect("linuxcnc")
+    (missing,) = judge_holes(asked, text, read_back(text, words), rounding_of(words, "mm"))
+    assert (missing.what, missing.original, missing.new) == ("missing hole", 0, 0)
+
+
 def judged(asked: DrillingRequest, drilled: list[tuple[float, float, float]]) -> list[str]:
     """Return the judge's errors for a hand-written program that drills at (x, y) to z."""
     blocks = "".join(f"G99 G81 X{x:g} Y{y:g} Z{z:.3f} R30 F100\n" for x, y, z in drilled)
