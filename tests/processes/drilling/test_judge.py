@@ -330,7 +330,7 @@ def test_a_difference_names_the_tool_and_a_line_only_where_the_program_has_one()
     text = program(asked, "grbl", "mm").replace("Z-5.667\n", "")
     words = dialect("grbl")
     (deep,) = judge_holes(asked, text, read_back(text, words), rounding_of(words, "mm"))
-    assert "deep pass" == deep.what and text.split("\n")[deep.new - 2] == "Z-8.5"
+    assert deep.what == "deep pass" and text.split("\n")[deep.new - 2] == "Z-8.5"
     assert "the maximum step-down of slot-mill 4 is 4 mm" in str(deep)
 
     asked = request(PLAIN_HOLES, None, mirror="y", origin="lower-left", thickness=8.0)
@@ -338,6 +338,19 @@ def test_a_difference_names_the_tool_and_a_line_only_where_the_program_has_one()
     words = dialect("linuxcnc")
     (missing,) = judge_holes(asked, text, read_back(text, words), rounding_of(words, "mm"))
     assert (missing.what, missing.original, missing.new) == ("missing hole", 0, 0)
+    text = text.replace("X29.875 Y20.5", "X28 Y20.5")
+    found = judge_holes(asked, text, read_back(text, words), rounding_of(words, "mm"))
+    lines = text.split("\n")
+    (line,) = [lines[one.new - 1] for one in found if one.what == "hole not drawn"]
+    assert line.startswith("G1 Z-10.002"), "the plunge at X28"
+
+
+def test_a_point_without_a_diameter_is_drilled_by_the_only_drill_of_the_library() -> None:
+    drill = Tool(5, 5.0, ToolKind.DRILL, feed=2.0, spindle_rpm=900, point_angle=math.pi * 118 / 180)
+    asked = request(Part("point", (Hole(7.0, 0.0, 0.0),)), ToolLibrary((drill,), (), "shop.toml"), thickness=8.0)
+    text = "G21 G17 G90 G94 G99\nT{0} M6\nG43 H{0} G0 Z40\nS900 M3\nG81 X7 Y0 Z-1 R2 F9\nM5\nM2\n"
+    assert faults(asked, text.format(5)) == ["wrong depth"]
+    assert faults(asked, text.format(6)) == ["wrong tool"]
 
 
 def judged(asked: DrillingRequest, drilled: list[tuple[float, float, float]]) -> list[str]:
