@@ -15,6 +15,8 @@ import pytest
 import leafcut
 from leafcut.errors import LeafcutError, VerifyError
 from leafcut.gcode.dialects import dialect
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.contour import Contour
 from leafcut.model.machine import Machine
 from leafcut.model.mesh import Mesh
 from leafcut.model.part import Hole, HoleStep, Part, Slot
@@ -343,6 +345,20 @@ def test_a_difference_names_the_tool_and_a_line_only_where_the_program_has_one()
     lines = text.split("\n")
     (line,) = [lines[one.new - 1] for one in found if one.what == "hole not drawn"]
     assert line.startswith("G1 Z-10.002"), "the plunge at X28"
+
+
+@pytest.mark.parametrize(("mirror", "x"), [(None, 20), ("x", 10)])
+def test_the_corner_of_an_outline_with_an_arc_is_that_of_its_box(mirror: str | None, x: int) -> None:
+    """A square of 20 mm with a half circle on its left side extends from X−10 to X20; mirrored, from X−20 to X10."""
+    outline = Polyline(np.array([(0, 0, 0), (20, 0, 0), (20, 20, 0), (0, 20, 1)], dtype=np.float64), True)
+    drill = Tool(5, 5.0, ToolKind.DRILL, feed=2.0, spindle_rpm=900, point_angle=math.pi * 118 / 180)
+    edge = Part("edge", (), contours=(Contour(outline),))
+    part = Part("arc", (Hole(10.0, 5.0, 5.0),), reference=edge)
+    given = {} if mirror is None else {"mirror": mirror}
+    asked = request(part, ToolLibrary((drill,), (), "shop.toml"), thickness=8.0, origin="lower-left", **given)
+    text = f"G21 G17 G90 G94 G99\nT5 M6\nG43 H5 G0 Z40\nS900 M3\nG81 X{x} Y5 Z-1 R2 F9\nM5\nM2\n"
+    assert faults(asked, text) == ["wrong depth"]
+    assert "missing hole" in faults(asked, text.replace(f"X{x}", f"X{x - 10}"))
 
 
 def test_a_point_without_a_diameter_is_drilled_by_the_only_drill_of_the_library() -> None:
