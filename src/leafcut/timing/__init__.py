@@ -1,1 +1,1 @@
-"""Machine time: of a move, of travel between nodes, of a whole toolpath."""
+"""Machine time of single moves, of travel between positions, and of whole toolpaths."""

@@ -1,8 +1,8 @@
-"""Fit of a machine profile to measured times of programs.
+"""Fit a machine profile to the measured times of programs.
 
 Apart from feeds, two parameters determine most of the time, and both are seldom known: the accelerations (here one
 factor for all axes) and the corner value (`Machine.corner_deviation`, which LinuxCNC does not have). Both are positive,
-so their logarithms are fitted by weighted least squares of the times with the Levenberg–Marquardt method.
+so their logarithms are fitted to the times by weighted least squares with the Levenberg–Marquardt method.
 
 Sources: J. J. Moré, "The Levenberg-Marquardt algorithm: implementation and theory" (1978); for standard errors from the
 inverse of JᵀJ, G. A. F. Seber and C. J. Wild, "Nonlinear regression" (1989), section 2.1.
@@ -21,27 +21,28 @@ from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Toolpath
 from leafcut.timing.toolpath import corner_style, measure_toolpath
 
-#: Error of a stopwatch, s, and of the model, as a share of the time. Sources: manual and electronic timing differ by
-#: about 0.2 s (R. K. Hetzler and others, J. Strength Cond. Res. 22, 2008); for the model, docs/results/machine_time.md.
+#: Error of a stopwatch, s, and error of the model as a share of the time. Sources: manual and electronic timing differ
+#: by about 0.2 s (R. K. Hetzler and others, J. Strength Cond. Res. 22, 2008); for the model,
+#: docs/results/machine_time.md.
 HAND_S, MODEL_SHARE = 0.3, 0.005
 #: Search range of the factor on the accelerations: from 1 / _WIDEST to _WIDEST.
 _WIDEST = 20.0
 #: Search range of the corner value, mm.
 _CORNERS = (1e-4, 2.0)
-#: A parameter counts as determined if the standard error of its logarithm is at most this. At 95 % confidence, the
-#: accelerations are then within a third, and the corner value within a factor of 2, of which profiles usually know only
-#: the order of magnitude.
+#: Maximum standard error of the logarithm of a parameter that counts as determined. At 95 % confidence, the
+#: accelerations are then known to within a third, and the corner value to within a factor of 2. Profiles usually give
+#: only the order of magnitude of the corner value.
 _KNOWN = {"acceleration": 0.15, "corner": 0.35}
-#: Step of the logarithms for numerical derivatives, large compared with the rounding of the model.
+#: Step of the logarithms for numerical derivatives; large compared with the rounding errors of the model.
 _STEP = 0.01
 _MOST_STEPS, _SMALLEST = 40, 1e-6
-#: Minimum slope of a parameter that affects the times, weighted seconds.
+#: Minimum slope of the times, in weighted seconds, for a parameter that affects them.
 _NO_EFFECT = 1e-8
 
 
 @dataclass(frozen=True)
 class MeasuredProgram:
-    """The toolpath of a program, and its measured time, s."""
+    """The toolpath of a program and its measured time."""
 
     name: str
     path: Toolpath
@@ -50,22 +51,22 @@ class MeasuredProgram:
 
 @dataclass(frozen=True)
 class MachineFit:
-    """The result of a fit and its quality.
+    """The result and the quality of a fit.
 
     Attributes
     ----------
     machine
-        The machine with the fitted values; undetermined parameters keep the values of the profile.
+        The machine with the fitted values; undetermined parameters have the values of the profile.
     before, after
         Time of each program by the model before and after the fit, float64[n], s.
     acceleration, corner
         Factor on the accelerations, and corner value, mm; None if not fitted.
     error
-        Parameter (acceleration, corner) → relative standard error; inf if the parameter has no effect.
+        Relative standard error by parameter (acceleration, corner); inf if the parameter has no effect.
     condition
         Condition number of the weighted Jacobian; inf if a parameter has no effect, 1 for a single parameter.
     held
-        Parameter → reason why it was not fitted.
+        Reason why a parameter was not fitted, by parameter.
     """
 
     machine: Machine
@@ -79,15 +80,15 @@ class MachineFit:
 
 
 def model_seconds(programs: Sequence[MeasuredProgram], machine: Machine) -> Floats:
-    """Return the time of each program by the model, float64[n], s; each program starts at X0 Y0."""
+    """Return the time of each program according to the model, s; each program starts at X0 Y0."""
     return np.array([measure_toolpath(program.path, machine, start=(0.0, 0.0)).time_s for program in programs])
 
 
 def fit_machine(programs: Sequence[MeasuredProgram], machine: Machine) -> MachineFit:
-    """Fit accelerations and corner value to the measured times.
+    """Fit the accelerations and the corner value to the measured times.
 
-    A parameter keeps its value if the programs do not determine it, or if it has no effect. If the programs determine
-    neither of the two together, the corner value is dropped first.
+    A parameter keeps the value of the profile if the programs do not determine it or it has no effect. If the programs
+    do not determine both parameters together, the corner value is dropped first.
     """
     seconds = np.array([program.seconds for program in programs])
     weight = 1.0 / np.hypot(HAND_S, MODEL_SHARE * seconds)
@@ -214,7 +215,7 @@ def _standard_errors(jacobian: Floats, parameters: Sequence[str], residual: Floa
     spread = max(1.0, float(residual @ residual) / degrees_of_freedom if degrees_of_freedom > 0 else 1.0)
     size = np.sqrt((jacobian * jacobian).sum(axis=0))
     if np.any(size < _NO_EFFECT):
-        # One parameter has no effect: compute the error of each parameter on its own.
+        # A parameter has no effect: compute the error of each parameter on its own.
         separate_errors = np.where(size < _NO_EFFECT, math.inf, math.sqrt(spread) / np.maximum(size, _NO_EFFECT))
         return dict(zip(parameters, separate_errors.tolist(), strict=True)), math.inf
     singular = np.linalg.svd(jacobian / size, compute_uv=False)

@@ -18,7 +18,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.timing.moves import REST, Moves, changes_power
 
-#: Bytes per second of GRBL's serial line: 115200 baud, ten bits per byte (BAUD_RATE, the same on every board).
+#: Speed of GRBL's serial line, bytes/s: 115200 baud at ten bits per byte (BAUD_RATE, the same on every board).
 BYTES_PER_SECOND = 11_520
 
 #: Maximum number of chords of an arc: GRBL counts them in 16 bits.
@@ -37,8 +37,8 @@ def stop_mask(path: Toolpath, machine: Machine) -> Mask:
     The machine stops before
 
     - M3, M4, M5, M7, M8 and M9 that change a state, and an S while the spindle turns; for a laser, an S stops the
-    machine only in a block without a move;
-    - a dwell, a pause, the end, and a change of origin or length offset;
+      machine only in a block without a move;
+    - a dwell, a pause, the end of the program, and a change of origin or length offset;
     - blocks that are not understood.
 
     Source: GRBL 1.1h, gcode.c, spindle_control.c, coolant_control.c, system.c.
@@ -60,9 +60,9 @@ def stop_mask(path: Toolpath, machine: Machine) -> Mask:
 
 
 class SentLines(NamedTuple):
-    """Number of bytes and of words of each sent line, without blanks and comments, int64[n].
+    """Byte and word counts of each line sent, without blanks and comments, int64[n] each.
 
-    As columns of a toolpath, both are 0 in rows at which no line starts.
+    If the arrays are aligned with the rows of a toolpath, both counts are 0 in rows at which no line starts.
     """
 
     size: NDArray[np.int64]
@@ -70,7 +70,7 @@ class SentLines(NamedTuple):
 
 
 def sent_lines(text: Iterable[str]) -> SentLines:
-    """Return the size of each line of a program; the first entry is line 1."""
+    """Return the byte and word counts of each line of a program; the first entry is line 1."""
     sent = [_COMMENT.sub("", line).upper() for line in text]
     size = [len(line) + 1 if line else 0 for line in sent]
     words = [len(_WORD.findall(line)) for line in sent]
@@ -78,9 +78,9 @@ def sent_lines(text: Iterable[str]) -> SentLines:
 
 
 def lines_by_row(path: Toolpath, lines: SentLines | None) -> SentLines:
-    """Return the size of the program line that starts at each row of a path.
+    """Return the byte and word counts of the program line that starts at each row of a path.
 
-    Without the text of the program, the size is estimated for three decimals.
+    Without the text of the program, they are estimated for three decimals.
     """
     n = len(path)
     if lines is not None and path.line.any():
@@ -107,16 +107,16 @@ def grbl_seconds(
     lines: SentLines | None = None,
     pace: float = 1.0,
 ) -> Floats:
-    """Return the time of every move, float64[m], s, including the loss at a stop before it, but without dwells.
+    """Return the time of each move, float64[m], s, including the loss at a stop before it, but without dwells.
 
     Parameters
     ----------
     path, delta, moves
-        Toolpath without canned cycles, displacement of every row, float64[n, 3], mm, and its moves.
+        Toolpath without canned cycles, displacement of each row, float64[n, 3], mm, and moves of the path.
     waits
-        Time at rest in every row, float64[n], s.
+        Time at rest in each row, float64[n], s.
     lines
-        Sizes of the lines of the text, if known.
+        Byte and word counts of the program lines, if known.
     pace
         Factor on the times of the serial line and the processor; 0 for an infinitely fast controller.
     """
@@ -149,8 +149,10 @@ def grbl_seconds(
 
 
 def _arc_chords(moves: Moves, tolerance: float) -> tuple[NDArray[np.int64], Floats, Floats, Floats, Floats]:
-    """Return the chords of arcs: number, angle per chord, rad, two vectors that span the circle, and rise per chord,
-    mm.
+    """Return how arcs are divided into chords.
+
+    The result has the number of chords, the angle per chord, rad, two vectors that span the circle, and the rise per
+    chord, mm.
     """
     turn = moves.turn
     radius, sweep = turn.radius, turn.sweep

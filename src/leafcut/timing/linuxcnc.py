@@ -1,16 +1,17 @@
 """Corners and arcs of LinuxCNC's trajectory planner, version 2.9.
 
 The formulas follow the documentation (G61, G61.1, G64; [TRAJ]ARC_BLEND_* in the INI reference) and the source
-(emc/tp/tp.c, blendmath.c, tc.c of the 2.9 branch). They were checked against the simulated machine
-(`python -m benchmarks machine_time`).
+(emc/tp/tp.c, blendmath.c, tc.c of the 2.9 branch). They were checked against the simulated machine (`python -m
+benchmarks machine_time`).
 
-A bend from unit vector u to w needs the acceleration (w - u) v / cycle in one servo cycle. If no axis needs more than
-the kink ratio (0.1) of its acceleration, the bend counts as tangent. It is passed at full speed, and both moves reserve
-that share of their acceleration. A sharper bend may be passed at the speed that just keeps this limit.
+A bend from unit vector u to unit vector w at speed v needs the acceleration (w - u) v / cycle in one servo cycle. If no
+axis needs more than the kink ratio (0.1) of its acceleration, the bend counts as tangent. The tool passes it at full
+speed, and both moves reserve that share of their acceleration. At a sharper bend, the speed may be as high as this
+limit allows.
 
 Under G64, there are two alternatives: an arc within the tolerance rounds the corner, or the next move starts while the
-previous move decelerates, each with half the acceleration. The fastest of the three is used. The machine stops between
-a rapid and a feed move.
+previous move decelerates, each with half the acceleration. The fastest of the three is used. Between a rapid and a feed
+move, the machine stops.
 """
 
 from __future__ import annotations
@@ -32,17 +33,17 @@ SHORTEST = 1.02 * CYCLE
 #: Number of moves of the look-ahead: [TRAJ]ARC_BLEND_OPTIMIZATION_DEPTH.
 DEPTH = 50
 
-#: If the rest of a move before the arc of a corner takes fewer servo cycles than this, it is merged into the arc:
+#: If the remainder of a move before the arc of a corner takes fewer servo cycles than this, it is merged into the arc:
 #: [TRAJ]ARC_BLEND_GAP_CYCLES.
 GAP_CYCLES = 4
 
-#: Maximum shares of the acceleration normal and tangential to an arc; their squares sum to 1.
+#: Maximum shares of the acceleration normal and tangential to an arc; the sum of their squares is 1.
 NORMAL, TANGENTIAL = np.sqrt(3.0) / 2.0, 0.5
 
 #: Maximum deviation at a corner as a share of the shorter move, even if G64 allows more.
 _DEVIATION_SHARE = 0.25
 
-#: Cosine of the turn above which a corner is a reversal: 178 degrees.
+#: Cosine of the turn above which a corner counts as a reversal: 178 degrees.
 _REVERSAL = np.cos(np.radians(178.0))
 
 _TINY = 1e-6
@@ -75,7 +76,8 @@ def linuxcnc_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
         arc_acceleration=np.where(with_arc, TANGENTIAL * corner.acceleration, 0.0),
         trim=np.where(with_arc, corner.trim, 0.0),
         held_back=np.where(unlimited, 0.0, held_back),
-        # The planner halves the acceleration of a move that may overlap with a next move, even without such a move.
+        # The planner halves the acceleration of a move that may overlap with the next one, even if there is no next
+        # move.
         overlapped=overlapped | (before.flushed & (before.mode == BLEND)),
     )
 
@@ -100,7 +102,7 @@ def _corner_arc(before: Moves, after: Moves, machine: Machine, cosine: Floats) -
     reach = np.minimum(reach, np.cos(angle) * tolerance / (1.0 - np.sin(angle)))
     widest = np.tan(angle) * reach
     speed = np.minimum(np.sqrt(NORMAL * acceleration * widest), _requested_speed(before, after, machine, turn))
-    # The arc is as wide as the speed requires, or as an overlap of both moves would be.
+    # The arc is at least as wide as the speed requires, and as an overlap of both moves would be.
     half = 0.5 * acceleration
     overlap_s = np.minimum(np.sqrt(2.0 * half * reach), speed) / half
     radius = np.maximum(speed * speed / (NORMAL * acceleration), np.minimum(overlap_s * speed / turn, widest))
@@ -111,10 +113,11 @@ def _corner_arc(before: Moves, after: Moves, machine: Machine, cosine: Floats) -
 
 
 def _arc_bounds(before: Moves, after: Moves, half_angle: Floats) -> tuple[Floats, Floats]:
-    """Return half the angle of each corner, rad, and the length of both moves that is available to a blend arc, mm.
+    """Return half the angle of each corner, rad, and the length of the adjacent moves that a blend arc may use, mm.
 
-    A blend arc may use half of a straight move, two thirds of the sweep of an arc at its end, and one third at its
-    start. An arc that turns in the direction of the corner is replaced by its chord, which narrows the angle.
+    A blend arc may use half of a straight move. Of an arc, it may use two thirds of the sweep before the corner, and
+    one third after it. An arc that turns in the direction of the corner is replaced by its chord, which narrows the
+    angle.
     """
     angle, reach = half_angle, np.full(len(half_angle), np.inf)
     for move, share, inwards in (
@@ -131,7 +134,7 @@ def _arc_bounds(before: Moves, after: Moves, half_angle: Floats) -> tuple[Floats
 
 
 def _coplanar(before: Moves, after: Moves) -> Mask:
-    """Return whether each corner is in the planes of its adjacent arcs; otherwise no blend arc is fitted."""
+    """Return a mask of the corners in the planes of their adjacent arcs; the other corners get no blend arc."""
     across = np.cross(before.end, after.start)
     size = np.sqrt((across * across).sum(axis=1))
     flat = np.ones(len(before), dtype=np.bool_)
@@ -142,7 +145,7 @@ def _coplanar(before: Moves, after: Moves) -> Mask:
 
 
 def _maximum_in_plane(before: Moves, after: Moves, bounds: Floats) -> Floats:
-    """Return for each corner the maximum length of a vector in its plane with all components within the bounds."""
+    """Return the maximum length of a vector in the plane of each corner whose components are within the bounds."""
     across = np.cross(before.end, after.start)
     size2 = (across * across).sum(axis=1)
     share = np.sqrt(np.maximum(1.0 - across * across / np.where(size2 > 0, size2, 1.0)[:, None], 0.0))
@@ -154,7 +157,8 @@ def _requested_speed(before: Moves, after: Moves, machine: Machine, turn: Floats
     """Return the requested speed on each blend arc, limited to the speed that the axes allow on the whole arc."""
     requested = np.maximum(before.velocity, after.velocity)
     allowed = _maximum_in_plane(before, after, np.asarray(machine.rapid_velocity))
-    # Between two straight moves, the velocity vector moves along the side of a triangle; its height is allowed too.
+    # Between two straight moves, the velocity vector moves along one side of a triangle. A speed equal to the height of
+    # the triangle is therefore allowed too.
     steepest = np.cos(np.minimum(turn, 0.49 * np.pi))
     first = np.minimum(before.limit, after.limit / steepest)
     second = np.minimum(after.limit, before.limit / steepest)
@@ -173,10 +177,11 @@ def _overlap_speed(before: Moves, after: Moves, half_angle: Floats, kink: float)
 def overlap_speeds(
     before: Moves, after: Moves, half: tuple[Floats, Floats], half_angle: Floats, shortened: float = 1.0
 ) -> tuple[Floats, Floats]:
-    """Return the speeds of two overlapping moves, mm/s: of the first when the second starts, of the second when the
-    first ends.
+    """Return the speeds of two overlapping moves, mm/s.
 
-    `half` are their accelerations, mm/s², and `shortened` is the share of their lengths that certainly remains.
+    The first value is the speed of the first move when the second starts. The second value is the speed of the second
+    move when the first ends. `half` contains the accelerations of both, mm/s². `shortened` is the share of their
+    lengths that certainly remains.
     """
     moves = (before, after)
     reached = [np.minimum(np.sqrt(a * shortened * m.length), m.velocity) for m, a in zip(moves, half, strict=True)]
@@ -189,14 +194,14 @@ def overlap_speeds(
 
 
 def arc_limits(moves: Moves, acceleration: Floats) -> tuple[Floats, Floats]:
-    """Return the limits of velocity, mm/s, and of acceleration, mm/s², along each move.
+    """Return the limits of velocity, mm/s, and acceleration, mm/s², along each move.
 
-    On an arc, the acceleration is shared: at most `NORMAL` across the path, and `TANGENTIAL` along it. An arc with less
-    normal acceleration leaves more for the tangential acceleration.
+    On an arc, the acceleration is shared: at most `NORMAL` across the path, and `TANGENTIAL` along it. If an arc needs
+    less normal acceleration, more remains for the tangential acceleration.
     """
     radius = moves.turn.radius
     is_arc = radius > 0
-    # The planner takes the radius of a helix as r + h²/r, where h is the total rise, not the rise per radian.
+    # The planner uses r + h²/r as the radius of a helix, where h is the total rise, not the rise per radian.
     curvature = radius / (radius * radius + moves.turn.rise * moves.turn.rise + ~is_arc)
     inwards = moves.limit * moves.limit * curvature / acceleration
     tight = inwards > NORMAL

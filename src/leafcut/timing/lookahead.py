@@ -3,7 +3,7 @@
 Every corner has a maximum speed: that of the junction deviation for controllers that only slow down (style ``round``),
 or that of LinuxCNC (`timing.linuxcnc`). The backward pass limits each corner to the speed from which the
 tool can still slow down for the following moves within the look-ahead. The forward pass limits it to the speed that the
-tool can reach. Between two corners, the velocity has the shape of a trapezoid.
+tool can reach. Between two corners, the velocity profile is a trapezoid.
 
 Both passes are running minima. Let S be the cumulative sum of 2 a d up to each corner. Because v² ≤ w² + 2 a d between
 corners, v² + S is the minimum of w² + S over the following corners, and v² - S is the minimum of w² - S over the
@@ -31,7 +31,7 @@ from leafcut.timing.linuxcnc import (
 )
 from leafcut.timing.moves import BLEND, Corners, Moves, corners_without_arcs
 
-#: Look-ahead of a controller that does not specify it, in moves; large enough to have no effect.
+#: Look-ahead in moves for controllers that do not specify it; large enough to have no effect.
 _FAR = 500
 
 #: Cosine of the largest turn that counts as straight; its negative limits reversals. Source: gnea/grbl 1.1, planner.c.
@@ -42,7 +42,7 @@ _BLOCK = 1 << 13
 
 
 class MotionSegments(NamedTuple):
-    """Moves and corner arcs as motion segments in order: mm, mm/s, mm/s².
+    """Moves and corner arcs in order of motion: mm, mm/s, mm/s².
 
     `join` is the speed limit at the end of a segment, and `move` is the index of its move.
     """
@@ -55,12 +55,10 @@ class MotionSegments(NamedTuple):
 
 
 def move_seconds(moves: Moves, machine: Machine, style: str) -> Floats:
-    """Return the time of every move with the arc in the corner after it, float64[m], s, for the styles linuxcnc and
-    round.
-    """
+    """Return the time of each move and of the arc in the corner after it, s, for the styles linuxcnc and round."""
     if not len(moves):
         return np.zeros(0)
-    # Divisions by the radius 0 of straight moves and the width 0 of reversals are discarded afterwards.
+    # Straight moves have radius 0 and reversals have width 0; the results of these divisions are discarded.
     with np.errstate(divide="ignore", invalid="ignore"):
         return _seconds(moves, machine, style)
 
@@ -76,14 +74,15 @@ def _seconds(moves: Moves, machine: Machine, style: str) -> Floats:
 
 
 def arc_speed_limit(moves: Moves, acceleration: Floats) -> Floats:
-    """Return the speed limit of each arc by its normal acceleration, mm/s; infinite for straight moves."""
+    """Return the speed limit from the normal acceleration on each arc, mm/s; infinite for straight moves."""
     radius = moves.turn.radius
     return np.where(radius > 0, np.sqrt(acceleration * radius), np.inf)
 
 
 def _corners_in_blocks(moves: Moves, machine: Machine, style: str) -> Corners:
-    """Return the corners of all moves. The last move is its own successor, which has no effect because it ends
-    at rest.
+    """Return the corners of all moves.
+
+    The last move is treated as its own successor. This has no effect, because it ends at rest.
     """
     blocks = []
     for first in range(0, len(moves), _BLOCK):
@@ -123,11 +122,11 @@ def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:
     velocity = np.minimum(moves.velocity, limit)
     length = moves.length - corners.trim - np.append(0.0, corners.trim[:-1])
     with_arc = corners.arc_length > 0
-    # The rest of a move before a corner's arc, if too short to run separately, is merged into the arc.
+    # If the remainder of a move before the arc of a corner is too short, it is merged into the arc.
     merged = with_arc & (length < GAP_CYCLES * CYCLE * corners.arc_speed)
     arc_length = corners.arc_length + np.where(merged, np.maximum(length, 0.0), 0.0)
     m = len(moves)
-    # The rest of a move takes slightly more than a cycle, and so does every arc.
+    # The remainder of a move takes slightly more than a cycle, and so does every arc.
     arc_speed = np.minimum(corners.arc_speed, arc_length / SHORTEST)
     velocity = np.where(length > 0.0, np.minimum(velocity, length / SHORTEST), velocity)
     arcs = (arc_length, arc_speed, corners.arc_acceleration, np.full(m, np.inf), np.arange(m))
@@ -135,7 +134,7 @@ def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:
     columns = [np.column_stack([piece, arc]).ravel() for piece, arc in zip(pieces, arcs, strict=True)]
     exists = np.column_stack([~merged, with_arc]).ravel()
     seconds = travel_seconds(MotionSegments(*(column[exists] for column in columns)), DEPTH, m)
-    # The planner detects the end of a move in the following cycle, on average half a cycle late.
+    # The planner detects the end of a move only in the following cycle, on average half a cycle late.
     seconds += np.where((corners.speed == 0) & ~follows, 0.5 * CYCLE, 0.0)
     if follows.any():
         seconds -= _overlap_seconds(moves, follows, velocity, acceleration)
@@ -153,7 +152,7 @@ def _overlap_seconds(moves: Moves, follows: NDArray[np.bool_], velocity: Floats,
 
 
 def travel_seconds(pieces: MotionSegments, depth: int, n_moves: int | None = None) -> Floats:
-    """Return the time of every move from its motion segments, s, with a look-ahead of `depth` segments."""
+    """Return the time of each move from its motion segments, s, with a look-ahead of `depth` segments."""
     length, velocity, acceleration = np.maximum(pieces.length, 0.0), pieces.velocity, pieces.acceleration
     limit = np.minimum(pieces.join, velocity)
     limit[:-1] = np.minimum(limit[:-1], velocity[1:])
@@ -178,7 +177,7 @@ def travel_seconds(pieces: MotionSegments, depth: int, n_moves: int | None = Non
 
 
 def _lookahead_minimum(value: Floats, depth: int) -> Floats:
-    """Return the minimum of every value and the `depth` values after it.
+    """Return the minimum of each value and the `depth` values after it.
 
     The values are divided into blocks as long as the window, so a window consists of the end of one block and the start
     of the next. Source: M. van Herk, Pattern Recognition Letters 13 (1992); J. Gil and M. Werman, IEEE PAMI 15 (1993).

@@ -1,6 +1,6 @@
-"""The moves of a toolpath as columns: length, direction, speed, and the data needed for look-ahead.
+"""The moves of a toolpath as columns: length, direction, speed, and other data for the look-ahead.
 
-Rows that do not move the tool are omitted; they only determine where a move must end at rest.
+Rows that do not move the tool are omitted. They only determine where a move must end at rest.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _FLOWING = (Kind.BLENDING, Kind.TORCH, Kind.HEIGHT)
 
 @dataclass(frozen=True, eq=False)
 class Moves:
-    """Moves in order: mm, mm/s, mm/s²; one entry per move.
+    """Moves in order, with one entry per move: mm, mm/s, mm/s².
 
     Attributes
     ----------
@@ -243,10 +243,9 @@ def _moving_rows(
 
 
 def changes_power(path: Toolpath) -> Mask:
-    """Return a mask of the rows that only change the laser power in the block of a move; the machine does not stop for
-    them.
+    """Return a mask of the rows that only change the laser power in the block of a move.
 
-    Source: GRBL 1.1, laser mode ($32=1), gcode.c.
+    The machine does not stop for them. Source: GRBL 1.1, laser mode ($32=1), gcode.c.
     """
     power = (path.kind == Kind.SPINDLE) & (path.ref == SPEED_ALONE)
     moves = np.append(path.kind[1:] <= Kind.ARC_CCW, False)

@@ -1,4 +1,4 @@
-"""Measure a whole toolpath on a machine: lengths, and time by kind of motion."""
+"""Measure a whole toolpath on a machine: its lengths, and its time by kind of motion."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 #: Corner style by controller, if the machine does not specify it.
 _STYLES = {"linuxcnc": "linuxcnc", "grbl": "grbl"}
 
-#: A move is starved if waiting for lines takes more than this share of its time.
+#: A move is starved if the wait for program lines takes more than this share of its time.
 STARVED_SHARE = 0.1
 
 #: Time step of dwells on GRBL, s (DWELL_TIME_STEP).
@@ -38,7 +38,7 @@ _REPOSITIONING = [int(k) for k in PLACES if k not in MOTIONS]
 #: The work offset of `Machine.work_offset`: G54.
 _FIRST_FRAME = 540
 
-#: End mode by `ref` of a BLENDING row.
+#: End mode by the `ref` of a BLENDING row.
 _MODES = {610: EXACT, 611: REST, 640: BLEND}
 
 
@@ -51,7 +51,7 @@ def corner_style(machine: Machine) -> str:
 class PathTimes:
     """A toolpath with expanded canned cycles, and the time of each row, s.
 
-    `source` is the row of the original toolpath for each row.
+    `source` is the row of the original toolpath for each row of `path`.
     """
 
     path: Toolpath
@@ -75,7 +75,7 @@ def measure_toolpath(
     start
         Position of the tool before the first move, (x, y) in mm, if the path does not state it.
     lines
-        Sizes of the program lines, if known; they affect the time on GRBL.
+        Byte and word counts of the program lines, if known; they affect the time on GRBL.
 
     Notes
     -----
@@ -84,13 +84,13 @@ def measure_toolpath(
     power without a stop. A program without a path mode (G61, G61.1, G64) is assumed to run in G64, the power-on state.
     A planned path is assumed to run in G61, the mode that leafcut writes.
 
-    Every tool change takes `tool_change_s`, unless the tool is already in the spindle. A spindle that starts or changes
-    its speed takes `spindle_start_s`, or the following dwell if that is longer; both count as ``spindle``. Pauses take
-    no time, because the time of the operator is unknown.
+    Every tool change takes `tool_change_s`, unless the tool is already in the spindle. When the spindle starts or
+    changes its speed, this takes `spindle_start_s`, or the time of the following dwell if that is longer; both count as
+    ``spindle``. Pauses take no time, because the time of the operator is unknown.
 
-    A move with an unknown coordinate takes no time along that axis. A move between program and machine coordinates is
-    exact if the `work_offset` of the machine is known. Otherwise, its time is estimated from half of the axis travel if
-    that is known, and its length counts as 0.
+    A move with an unknown coordinate takes no time along that axis. The time of a move between program and machine
+    coordinates is exact if the `work_offset` of the machine is known. Otherwise, it is estimated from half of the axis
+    travel if that is known, and the length of the move counts as 0.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def measure_toolpath(
 
 
 def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = None) -> tuple[NDArray[np.int32], Floats]:
-    """Return the rows that a GRBL board executes more slowly because it waits for lines, and the loss of each, s.
+    """Return the rows that a GRBL board executes more slowly because it waits for lines, and the time lost in each, s.
 
     The loss is relative to a board whose serial line and processor take no time. The first move after a stop is
     excluded, because lines are read during the stop. For other controllers, the result is empty. Raises PlanError if
@@ -134,14 +134,14 @@ def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = Non
 
 
 def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
-    """Return the time of motion in every row of a path without canned cycles, float64[n], s."""
+    """Return the time of motion in each row of a path without canned cycles, float64[n], s."""
     return _time_path(path, machine).moving
 
 
 def time_rows(
     path: Toolpath, machine: Machine, lines: SentLines | None = None, start: tuple[float, float] | None = None
 ) -> PathTimes:
-    """Return the time of every row; `measure_toolpath` with the same `lines` and `start` returns the sum.
+    """Return the time of each row. Their sum is the time of `measure_toolpath` for the same `lines` and `start`.
 
     Raises PlanError if the expanded cycles have too many moves.
     """
@@ -159,7 +159,7 @@ class _TimedPath(NamedTuple):
     delta
         Displacement of each row, mm.
     turns, moves
-        Its arcs and its moves.
+        Arcs and moves of the path.
     move_times, standing_seconds
         Time of each move, and time at rest in each row, s.
     """
@@ -210,9 +210,9 @@ def _time_path(
 def _probes_as_feeds(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
     """Replace probe moves by feed moves to the contact point; return the path and a mask of the probe rows, bool[n].
 
-    The contact point is assumed at the height of the SHIFT (G92) after the probe, which is the surface of the program.
-    A probe without such a row takes no time, because its length is unknown. In foreign programs, a probe is a FOREIGN
-    row with a feed.
+    The contact point is assumed to be at the height of the SHIFT row (G92) after the probe, which is the surface of the
+    program. A probe without such a row takes no time, because its length is unknown. In foreign programs, a probe is a
+    FOREIGN row with a feed.
     """
     probes = (path.kind == Kind.PROBE) | ((path.kind == Kind.FOREIGN) & (path.value > 0.0))
     if not probes.any():
@@ -253,10 +253,10 @@ def _move_lengths(delta: NDArray[np.float64]) -> float:
 def _displacements(
     path: Toolpath, machine: Machine, start: tuple[float, float] | None = None, n_started: int = 2
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the known and the estimated displacement of every row along each axis, float64[n, 3] each, mm.
+    """Return the known and the estimated displacement of each row along each axis, float64[n, 3] each, mm.
 
     Each axis is tracked separately, in program or machine coordinates. A work offset, G92, or a block that is not
-    understood redefines its position. The first `n_started` axes start at `start`, with z at 0.
+    understood changes its position by definition. The first `n_started` axes start at `start`, and z starts at 0.
     """
     delta, estimate = np.zeros((len(path), 3)), np.zeros((len(path), 3))
     in_machine = path.kind == Kind.MACHINE
@@ -282,7 +282,7 @@ def _displacements(
 
 
 def _standing_seconds(path: Toolpath, machine: Machine, style: str) -> Floats:
-    """Return the time at rest in every row, float64[n], s, for dwells, tool changes and the spindle.
+    """Return the time at rest in each row, float64[n], s, for dwells, tool changes and the spindle.
 
     The tool in the spindle at the start is unknown, so the first TOOL row is a tool change. A dwell that only waits for
     the spindle counts as spindle time. A tool change stops the spindle, as M6 does on LinuxCNC and Haas, so the spindle
@@ -297,7 +297,7 @@ def _standing_seconds(path: Toolpath, machine: Machine, style: str) -> Floats:
     is_new_tool = np.append(True, np.diff(path.ref[changes]) != 0)[: len(changes)]
     seconds[changes[is_new_tool]] = machine.tool_change_s
     turning, start_s = 0.0, 0.0 if style == "grbl" else machine.spindle_start_s
-    # Plain lists are faster here than arrays, because the path of a beam has a SPINDLE row for every cut.
+    # The path of a beam has a SPINDLE row for every cut; plain lists are faster here than arrays.
     kinds, tool = path.kind.tolist(), int(Kind.TOOL)
     rows = np.flatnonzero((path.kind == Kind.SPINDLE) | (path.kind == tool))
     for row, value in zip(rows.tolist(), path.value[rows].tolist(), strict=True):
@@ -312,12 +312,12 @@ def _standing_seconds(path: Toolpath, machine: Machine, style: str) -> Floats:
     return seconds
 
 
-#: Kinds of rows that may be between a spindle start and the dwell that waits for it.
+#: Kinds of rows that may occur between a spindle start and the dwell that waits for it.
 _DWELL, _IGNORED_ROWS = int(Kind.DWELL), (int(Kind.COOLANT), int(Kind.OFFSET))
 
 
 def _dwell_after(kinds: list[int], row: int) -> int | None:
-    """Return the row of the dwell that follows a row, apart from coolant and length offset rows, or None."""
+    """Return the row of the dwell that follows a row, or None; coolant and length offset rows may be in between."""
     for after in range(row + 1, len(kinds)):
         if kinds[after] == _DWELL:
             return after

@@ -15,8 +15,8 @@ from leafcut.model.machine import Machine
 from leafcut.model.problem import Metric, Relief
 from leafcut.timing.profile import trapezoid_time
 
-#: Additional cost of travel, s/mm. Many orders of a grid take equal time, because the faster axis waits. The additional
-#: cost selects the shortest of them and changes no measured time.
+#: Additional cost of travel, s/mm. Many orders of a grid take the same time, because the faster axis waits. This cost
+#: selects the shortest of them, and does not change the reported time.
 TIE_BREAK = 1e-6
 #: Metrics of machines and of the plane; all other metrics are for maps.
 _MACHINES = ("euclidean", "chebyshev", "manhattan", "linear", "dogleg")
@@ -35,7 +35,7 @@ def travel_metric(
     For the objective ``time``, the cost is the time of a rapid in x and y. A move across one of the `zones`, float64[k,
     4], (x0, y0, x1, y1) in mm, also costs two Z rapids by `lift_height_mm`, each from rest to rest. For the objective
     ``distance``, the cost is the length, mm, plus twice the height for a lift. With a `relief`, a move also costs the
-    rise to its travel height and the descent.
+    rise to its travel height and the descent from it.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def _rectangles(zones: ArrayLike | None) -> NDArray[np.float64]:
 
 
 def travel_cost(metric: Metric, a: Point, b: Point) -> float:
-    """Return the cost of travel from `a` to `b`, mm, at one height, as the search computes it.
+    """Return the cost of travel from `a` to `b`, mm, at a constant height, as the search computes it.
 
     Raises PlanError if the metric is for maps, or if travel heights differ.
     """
@@ -94,8 +94,8 @@ def travel_cost(metric: Metric, a: Point, b: Point) -> float:
 def travel_heights(relief: Relief, xy: Points, dogleg: bool) -> Floats:
     """Return the safe height of the travel move from each position to the next, float64[n - 1], mm.
 
-    The move must clear the tiles that it touches. If the axes move independently (`dogleg`), it must clear all tiles
-    in the box between the two positions.
+    The move must clear all tiles that it touches. If the axes move independently (`dogleg`), it must clear all tiles in
+    the box between both positions.
     """
     from leafcut.kernels.cost import DOGLEG, LINEAR, relief_table, way_heights
 
