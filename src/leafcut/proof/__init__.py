@@ -1,1 +1,1 @@
-"""Common parts of every proof: the written program is what was planned, and is safe."""
+"""Checks for all processes: the program matches the plan and is safe."""

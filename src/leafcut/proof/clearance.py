@@ -1,4 +1,4 @@
-"""Check that no rapid meets material: heights of rapids, and the spindle."""
+"""Check that no rapid hits material and that the spindle turns: heights of rapids, and spindle state."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LEAST_CLEARANCE = 0.05
 
 #: Tolerance for rounded heights, mm (0.0001 inch is 0.00254 mm).
 _TOLERANCE = 0.002
-#: Maximum distance of a tool from the centre of a hole that it is above, mm.
+#: Maximum distance between a tool and the centre of the hole below it, mm.
 _SAME_POSITION = 0.01
 
 
@@ -35,19 +35,19 @@ def check_clearance(
 ) -> list[Difference]:
     """Return every move that could crash, with its line and position; empty if the program is safe by these rules.
 
-    1. A rapid in x or y is nowhere lower than `LEAST_CLEARANCE` above `surface_z`, and its z is known. After a move to
-       machine z (G53, G28) at or above `safe_z`, z counts as high. A move to machine x or y does not start below the
-       clearance height, whether it rises or not.
+    1. A rapid in x or y stays at least `LEAST_CLEARANCE` above `surface_z`, and its z is known. After a move to machine
+       z (G53, G28) at or above `safe_z`, z counts as high. A move to machine x or y does not start below the clearance
+       height, whether or not it rises.
     2. A rapid does not descend below `surface_z`, except back into a hole: at a position where a feed has gone at least
-       as deep since the tool arrived. Not checked for `milled` areas, where earlier cuts decide
+       as deep since the tool arrived. This rule does not apply to `milled` areas, where earlier cuts decide
        (`processes.pocket.proof.pocket`).
-    3. The spindle turns during every cut. A tool change stops it. For a `torch` instead: it is off in every rapid in x
-       or y; a feed move above the sheet with the torch off is harmless.
+    3. The spindle turns during every cut. A tool change stops it. For a `torch`, the rule is instead that it is off in
+       every rapid in x or y; a feed move above the sheet with the torch off is harmless.
 
-    Drilling cycles are checked as the moves that they make. If holes start at different heights, `tops` has their
-    positions and heights, float64[n, 3]. The highest is the surface of the first rule, and of the second except above a
-    hole. If the surface is not `level`, `proof.surface` checks the height of rapids in x or y; the first rule then only
-    requires that the height is known.
+    Drilling cycles are checked as the moves they consist of. If holes start at different heights, `tops` contains their
+    positions and heights, float64[n, 3]. The highest is the surface of the first rule, and also of the second rule
+    except above a hole. If the surface is not `level`, `proof.surface` checks the height of rapids in x or y; the first
+    rule then only requires that the height is known.
     """
     path = expand(path)
     turning = _spindle_speed(path) != 0
@@ -68,8 +68,8 @@ DangerCheck = tuple[str, Mask, str]
 
 
 def _surface_under(path: Toolpath, tops: NDArray[np.float64], highest: float) -> NDArray[np.float64]:
-    """Return the height of the hole there, otherwise the highest, mm, float64[n]."""
-    import shapely  # heavy, and needed for holes at drawn heights only
+    """Return the surface height below the end of each row: the top of the hole there, or else `highest`, mm."""
+    import shapely  # slow to import, and needed only for holes with heights in the drawing
 
     result = np.full(len(path), highest)
     with_position = np.flatnonzero(np.isfinite(path.end[:, :2]).all(axis=1))
@@ -87,10 +87,9 @@ def height_checks(
     milled: bool,
     surface: float | NDArray[np.float64] | None = None,
 ) -> list[DangerCheck]:
-    """Return the checks of the first two rules of `check_clearance`: name, violating rows, bool[n], and the rule.
+    """Return the first two rules of `check_clearance` as checks: name, violating rows, bool[n], and text of the rule.
 
-    `path` has expanded cycles. `surface` is the surface
-    below every row if it is not `surface_z`.
+    `path` has expanded cycles. `surface` is the surface height below each row if it is not `surface_z`.
     """
     surface = surface_z if surface is None else surface
     rapid = path.kind == Kind.RAPID
@@ -121,12 +120,12 @@ def _surface_text(surface: float | NDArray[np.float64]) -> str:
 
 
 def spindle_check(path: Toolpath, turning: Mask) -> DangerCheck:
-    """Return the third rule of `check_clearance`; `turning` marks the rows with a turning spindle."""
+    """Return the third rule of `check_clearance` as a check; `turning` marks the rows with a turning spindle."""
     return "spindle off", _cutting(path) & ~turning, "the spindle must turn before a cut"
 
 
 def torch_check(path: Toolpath, burning: Mask) -> DangerCheck:
-    """Return the third rule of `check_clearance` for a torch; `burning` marks the rows in which it is on."""
+    """Return the third rule of `check_clearance` for a torch; `burning` marks the rows in which the torch is on."""
     return (
         "torch on in a rapid",
         (path.kind == Kind.RAPID) & _moves_across(path) & burning,
@@ -140,14 +139,14 @@ def _difference(path: Toolpath, row: int, kind: str, text: str) -> Difference:
 
 
 def _moves_across(path: Toolpath) -> Mask:
-    """The first position of an axis counts as a move."""
+    """Return a mask of the moves in x or y; the first position of an axis counts as a move."""
     moved = np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == path.before[:, :2])
     across: Mask = (path.kind <= Kind.ARC_CCW) & moved.any(axis=1)
     return across
 
 
 def _descends(path: Toolpath) -> Mask:
-    """A move from an unknown height counts."""
+    """Return a mask of the moves that go down, including moves from an unknown height."""
     down: Mask = np.isfinite(path.end[:, 2]) & ~(path.end[:, 2] >= path.before[:, 2])
     return down
 
@@ -158,14 +157,14 @@ def _cutting(path: Toolpath) -> Mask:
 
 
 def _spindle_speed(path: Toolpath) -> NDArray[np.float64]:
-    """M6 stops the spindle, as on LinuxCNC and Haas."""
+    """Return the spindle speed in each row; M6 stops the spindle, as on LinuxCNC and Haas."""
     row = last_rows((path.kind == Kind.SPINDLE) | (path.kind == Kind.TOOL))
     turning = (row >= 0) & (path.kind[row] == Kind.SPINDLE)
     return np.where(turning, path.value[row], 0.0)
 
 
 def rows_at_machine_height(path: Toolpath, safe_z: float) -> Mask:
-    """Return the rows at which z was last set by a move in machine coordinates to a safe height."""
+    """Return a mask of the rows where z was last set by a move in machine coordinates to a safe height."""
     in_machine = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, 2])
     in_program = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
     row = last_rows(in_machine | in_program)
@@ -174,11 +173,11 @@ def rows_at_machine_height(path: Toolpath, safe_z: float) -> Mask:
 
 
 def _returns_to_cut_depth(path: Toolpath) -> Mask:
-    """Return the motions that end no deeper than a feed at this x, y since the tool arrived.
+    """Return a mask of the motions that end no deeper than an earlier feed at this x, y since the tool arrived.
 
-    A stop, a change of tool or length offset, and a block that is not understood start a new stay. The running minimum
-    is computed per stay. Each stay is shifted down by more than the whole range of heights, so a minimum from an
-    earlier stay is recognised because it is too high.
+    A stop, a change of tool or length offset, and a block that is not understood start a new visit. The running minimum
+    is computed per visit: each visit is shifted down by more than the whole range of heights, so that a minimum from an
+    earlier visit is recognised because it is too high.
     """
     arrives = _moves_across(path) | (path.kind == Kind.MACHINE)
     interruption = np.isin(path.kind, [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.FOREIGN)])

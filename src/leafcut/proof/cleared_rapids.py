@@ -1,4 +1,4 @@
-"""Positions that earlier cuts of a program have cleared, so that a rapid may descend there."""
+"""Find positions that earlier cuts of a program have cleared, so that a rapid may descend there."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from leafcut.model.toolpath import Kind, Toolpath
 
 #: Tolerance for rounded heights, mm.
 _TOLERANCE = 0.002
-#: Maximum distance of a tool from the centre line of a cut that it is on, mm.
+#: Maximum distance between a tool and the centre line of the cut that it is on, mm.
 _ON_CUT = 0.01
-#: Minimum overlap with a wall that counts as a cut, mm: chords, rounding, and polygons for circles.
+#: Minimum overlap with a wall that counts as a cut, mm; it allows for chords, rounding, and polygons for circles.
 _GRAZE = 0.02
-#: Segments per quarter circle.
+#: Number of segments per quarter circle.
 _SEGMENTS = 16
-#: Number of swept areas joined at a time.
+#: Number of swept areas that are united at a time.
 _BATCH = 6
-#: Maximum number of cuts whose areas are joined for one rapid; others clear nothing.
+#: Maximum number of cuts whose areas are united for one rapid; other cuts are ignored.
 _MOST_CUTS = 200
-#: Maximum number of rapids that are compared with the areas of cuts; others are unchecked.
+#: Maximum number of rapids that are compared with the areas of cuts; other rapids remain unchecked.
 _MOST_RAPIDS = 1000
-#: Number of rapids compared with centre lines of cuts at a time.
+#: Number of rapids that are compared with centre lines of cuts at a time.
 _RAPID_BATCH = 256
 
 
 class _Cuts(NamedTuple):
-    """Straight cuts: ends, float64[n, 4], mm; upper limit of the height, and row."""
+    """Straight cuts: both ends, float64[n, 4], mm; upper limit of the height, mm; and row."""
 
     ends: NDArray[np.float64]
     z: NDArray[np.float64]
@@ -53,7 +53,7 @@ class _Stages(NamedTuple):
     stage
         int64[n]: increases at each stop and tool change; the tool stays the same within a stage.
     offset
-        int64[n]: length offset; a different value within a stage means different heights.
+        int64[n]: length offset; within a stage, a different value means different heights.
     """
 
     setup: NDArray[np.int64]
@@ -68,7 +68,7 @@ class _Stages(NamedTuple):
         return cls(np.column_stack([frame, shift, np.cumsum(stop)]), stage, path.offset)
 
     def comparable(self, earlier: NDArray[np.int64], row: NDArray[np.int64]) -> Mask:
-        """Return which earlier rows share positions and heights with `row`."""
+        """Return a mask of the earlier rows whose positions and heights are comparable with those of `row`."""
         other_height = (self.stage[earlier] == self.stage[row]) & (self.offset[earlier] != self.offset[row])
         result: Mask = (self.setup[earlier] == self.setup[row]).all(axis=1) & ~other_height
         return result
@@ -77,13 +77,14 @@ class _Stages(NamedTuple):
 def find_cleared_descents(
     program: Program, rows: NDArray[np.int32], path: Toolpath, descents: NDArray[np.int64]
 ) -> tuple[Mask, Mask]:
-    """Return which straight-down rapids end where earlier cuts removed the material, and which are unchecked.
+    """Return masks of the straight-down rapids that end where earlier cuts removed the material, and of the unchecked
+    ones.
 
     Both are bool[len(descents)]. A cut clears its own centre line for the same tool of any shape, until the next stop
-    or tool change. Flat mills clear the area that they sweep: if the diameters are known from the comments, the tool
-    must fit into the union of these areas.
+    or tool change. Flat mills also clear the area that they sweep: if the diameters are known from the comments, the
+    tool must fit into the union of these areas.
 
-    `rows` are the source rows in the program's path of each row of `path`, which has expanded cycles; `descents` are
+    `rows` contains the row in the program's path for each row of `path`, which has expanded cycles. `descents` contains
     the rows of these rapids in `path`, ascending.
     """
     unchecked = np.zeros(len(descents), dtype=bool)
@@ -127,7 +128,7 @@ def find_cleared_descents(
 def _ends_on_earlier_cut(
     path: Toolpath, stages: _Stages, cuts: _Cuts, tree: shapely.STRtree, descents: NDArray[np.int64]
 ) -> Mask:
-    """Return which rapids end on earlier cuts of the same stage that are at least as deep."""
+    """Return a mask of the rapids that end on an earlier cut of the same stage that is at least as deep."""
     result = np.zeros(len(descents), dtype=bool)
     for start in range(0, len(descents), _RAPID_BATCH):
         batch = descents[start : start + _RAPID_BATCH]
@@ -155,12 +156,12 @@ def _is_covered(
     distances: NDArray[np.float64],
     width: NDArray[np.float64],
 ) -> bool:
-    """Return whether a tool is inside the areas swept by cuts with their own radius `width`."""
-    # This polygon contains its circle, and those of the cuts lie inside theirs.
+    """Return whether a tool at a point is inside the area swept by nearby cuts, whose radii are in `width`."""
+    # This polygon contains its circle, whereas the polygons of the cuts lie inside their circles.
     remaining: BaseGeometry = point.buffer((radius - _GRAZE) / np.cos(0.25 * np.pi / _SEGMENTS), quad_segs=_SEGMENTS)
-    # Nearest first: these cover most of it.
+    # Start with the nearest cuts, because they cover most of the circle.
     nearby = nearby[np.argsort(distances, kind="stable")][:_MOST_CUTS]
-    # Most uncovered positions are detected at their edge.
+    # Most uncovered positions are detected at the edge of the circle.
     edge: NDArray[Any] = np.asarray(shapely.points(shapely.get_coordinates(remaining)[:: _SEGMENTS // 4]))
     if not (shapely.distance(edge[:, None], tree.geometries[nearby]) <= width[nearby]).any(axis=1).all():
         return False
@@ -174,10 +175,10 @@ def _is_covered(
 
 
 def _cuts(path: Toolpath) -> _Cuts:
-    """Return the cuts of a path; the ends of a slanting cut are points with their own heights.
+    """Return the cuts of a path; the ends of a slanting cut are added as points with their own heights.
 
-    If the start of a cut is unknown, only its end counts. The swept area beside a path that the controller compensates
-    (G41, G42) is unknown.
+    If the start of a cut is unknown, only its end counts. Cuts with cutter compensation by the controller (G41, G42)
+    are left out, because the area that they sweep is unknown.
     """
     moves = straight_moves(path, 0.25 * _GRAZE, np.inf)
     is_compensated = path.latest(Kind.RADIUS, path.ref, 40)[moves.row] != 40
@@ -207,7 +208,7 @@ def _tools_by_stage(
     used = np.union1d(fed[np.isin(stops[fed], stops[descents])], descents)
     numbers, first = np.unique(stages.stage[used], return_index=True)
     blocks = program.row_block[rows]
-    # A comment before the last cut of an earlier stage describes that stage's tool.
+    # A comment before the last cut of an earlier stage describes the tool of that stage.
     earlier = np.searchsorted(stages.stage[fed], numbers) - 1
     since = np.where(earlier >= 0, program.text_line[blocks[fed[earlier]]], 0)
     tools = {}

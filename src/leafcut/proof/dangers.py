@@ -1,4 +1,4 @@
-"""Dangers in a program of unknown origin: one issue per kind, with the number and the first position."""
+"""Find dangers in a program of unknown origin: one issue per kind, with the number and the first position."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ _TOLERANCE = 0.002
 _CHORD_ERROR = 0.01
 #: S0 as written in a program.
 _NO_SPEED = re.compile(r"S\s*0+(?:\.0*)?(?![\d.])", re.IGNORECASE)
-#: A comment, and an explicit height in a word of the origin; G52 Z0 only cancels an earlier shift.
+#: A comment; an explicit height in an origin command; and G52 Z0, which only cancels an earlier shift.
 _COMMENT = re.compile(r"\([^)]*\)|;.*")
 _Z_SHIFT = re.compile(r"Z\s*[-+#\[.\d]", re.IGNORECASE)
 _NO_SHIFT = re.compile(r"G\s*52\b.*Z\s*[-+]?(?:0+\.?0*|\.0+)(?![\d.])", re.IGNORECASE)
-#: Code, severity, singular and plural by kind of danger.
+#: Issue code, severity, singular text and plural text by kind of danger.
 _KINDS = {
     "rapid below clearance": ("L801", Severity.DANGER, "rapid below Z0.05", "rapids below Z0.05"),
     "rapid into the part": ("L802", Severity.DANGER, "rapid down into the part", "rapids down into the part"),
@@ -57,10 +57,10 @@ def find_dangers(
     heights: bool = True,
     simulated: Mapping[str, Mask] = MappingProxyType({}),
 ) -> list[Issue]:
-    """Return the dangers of a program and the limits of the machine that it exceeds: worst first, one issue per kind.
+    """Return the dangers of a program and the exceeded limits of the machine: worst first, one issue per kind.
 
-    A rapid counts as unsafe if it is below Z0.05, or descends below Z0 where earlier cuts have not cleared its tool's
-    depth and width.
+    A rapid counts as unsafe if it is below Z0.05, or if it descends below Z0 where earlier cuts have not cleared the
+    depth and width of its tool.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ RANK = {Severity.DANGER: 0, Severity.WARNING: 1, Severity.NOTE: 2}
 
 
 def _cleared_rapids(program: Program, rows: NDArray[np.int32], path: Toolpath, mask: Mask) -> tuple[Mask, Mask]:
-    """Return which rapids end where earlier cuts removed the material, and which are unchecked."""
+    """Return masks of the rapids that end where earlier cuts removed the material, and of the unchecked rapids."""
     cleared, unchecked = np.zeros((2, len(path)), dtype=bool)
     straight = mask & (path.kind == Kind.RAPID) & np.isclose(path.end[:, :2], path.before[:, :2]).all(axis=1)
     descents = np.flatnonzero(straight)
@@ -131,9 +131,9 @@ def _unchecked_rapids_issue(path: Toolpath, mask: Mask) -> Issue:
 
 
 def _turning_rows(program: Program, rows: NDArray[np.int32], default: bool) -> Mask:
-    """`default` is the value if only the machine knows.
+    """Return a mask of the rows in which the spindle turns; `default` applies where only the machine knows.
 
-    A tool change stops the spindle. M3 without an S starts it at the set speed; S0 is no speed.
+    A tool change stops the spindle. M3 without an S starts it at the current speed. S0 does not count as a speed.
     """
     kinds = program.path.kind
     sets_state = (kinds == Kind.SPINDLE) | (kinds == Kind.TOOL) | ((kinds == Kind.FOREIGN) & (program.path.ref == 1))
@@ -169,7 +169,7 @@ def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
     if not cuts.any() or path.end[cuts, 2].min() < -_TOLERANCE:
         return
-    # Arcs in XZ and YZ may go lower than their ends.
+    # Arcs in XZ and YZ may be lower than their ends.
     moves = straight_moves(path, _CHORD_ERROR, math.inf)
     heights = moves.ends[~moves.rapid][:, 5]
     if len(heights) and heights.min() >= -_TOLERANCE:
@@ -185,9 +185,9 @@ def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
 
 
 def _lowered_zero(program: Program) -> Iterator[Issue]:
-    """Report a Z0 that is moved down, or by an unknown height, while the tool height is known (L816).
+    """Report that Z0 is moved down, or by an unknown height, while the tool height is known (L816).
 
-    Later rapids are compared with the new Z0. A probed height counts as unknown; a Z0 moved up is safe.
+    Later rapids are compared with the new Z0. A probed height counts as unknown. Moving Z0 up is safe.
     """
     path = program.path
     before, after = path.before[:, 2], path.end[:, 2]

@@ -1,4 +1,4 @@
-"""Differences and positions in words, limited to a readable number."""
+"""Describe differences and positions in words, and limit their number."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Motion, Toolpath
 from leafcut.units import to_fixed
 
-#: Maximum number of listed differences; a program that is wrong everywhere has a million.
+#: Maximum number of listed differences; a program that is wrong everywhere may have a million.
 MOST_LISTED = 50
 
 
 def limit_differences(differences: list[Difference], count: int | None = None) -> list[Difference]:
-    """Return at most `MOST_LISTED` differences, and a last one with the number of the rest of `count`."""
+    """Return at most `MOST_LISTED` differences; if there are more, the last one states how many of `count` are not
+    listed.
+    """
     total = len(differences) if count is None else count
     if total <= MOST_LISTED:
         return differences

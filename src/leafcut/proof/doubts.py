@@ -1,4 +1,4 @@
-"""Words of a program that its controller executes, or does not know, and that are probably a mistake."""
+"""Find commands that the controller does not know, or executes although they are probably a mistake."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.model.toolpath import Kind, Toolpath
 
-#: Longest plausible dwell, s; a longer one is probably in the unit of another controller.
+#: Maximum plausible dwell, s; a longer dwell is probably given in the unit of another controller.
 _LONG = 60.0
-#: Units of dwells in words, by the unit of the dialect.
+#: Name of the unit of dwells, by the unit of the dialect.
 _UNITS = {"s": "seconds", "ms": "milliseconds", "cs": "hundredths of a second"}
 _CHANGE = re.compile(r"M0*6(?![0-9])", re.IGNORECASE)
 #: Tolerance for equal heights, mm.
@@ -29,7 +29,9 @@ _TAPS = ("G84", "G74")
 
 
 def find_doubts(program: Program, dialect: Dialect, process: str) -> list[Issue]:
-    """Return probable mistakes: a reversed spindle or one without time to start, long dwells, unsupported M6."""
+    """Return probable mistakes: reversed spindles, spindles without time to start, long dwells, and unsupported
+    commands.
+    """
     if dialect.language != "g-code":
         return []
     spindle = [] if process in BEAMS else [*_backward_rotation(program), *_spindle_restarts(program)]
@@ -53,7 +55,7 @@ def _backward_rotation(program: Program) -> Iterator[Issue]:
 
 
 def _cutting_rows(path: Toolpath) -> Mask:
-    """Feeds sideways or down, arcs, cycles."""
+    """Return a mask of the cuts: feed moves sideways or down, arcs, and cycles."""
     with np.errstate(invalid="ignore"):
         across = (np.abs(path.end[:, :2] - path.before[:, :2]) > _SAME).any(axis=1)
         plunging = path.end[:, 2] < path.before[:, 2] - _SAME
@@ -64,9 +66,9 @@ def _cutting_rows(path: Toolpath) -> Mask:
 
 
 def _spindle_restarts(program: Program) -> Iterator[Issue]:
-    """Report that the spindle stops and restarts between cuts of one tool, and the next cut follows without a dwell.
+    """Report that the spindle stops and restarts between cuts with the same tool, and no dwell precedes the next cut.
 
-    Every program starts the spindle after a tool change, and the operator watches the first start.
+    Starts after a tool change are not reported: every program has them, and the operator watches the first start.
     """
     path, on = program.path, program.modal_at_rows("spindle") != 0
     cuts = np.flatnonzero(_cutting_rows(path) & on)
@@ -90,7 +92,7 @@ def _spindle_restarts(program: Program) -> Iterator[Issue]:
 
 
 def _long_dwells(program: Program, dialect: Dialect) -> Iterator[Issue]:
-    """Report dwells of more than a minute each, in blocks and in cycles."""
+    """Report dwells of more than a minute, in blocks and in cycles."""
     path = program.path
     seconds = np.where(path.kind == Kind.DWELL, path.value, 0.0)
     drills = np.flatnonzero(path.kind == Kind.DRILL)

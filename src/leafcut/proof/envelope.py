@@ -1,4 +1,4 @@
-"""Check the limits of the machine: positions within the travel, feeds and speeds within range."""
+"""Check the limits of the machine: positions within the travel, and feeds and speeds within range."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ _TOLERANCE = 0.001
 
 
 def check_envelope(path: Toolpath, machine: Machine) -> list[Difference]:
-    """Return the exceeded limits of `machine`, one difference per limit, at the first position.
+    """Return the exceeded limits of `machine`, one difference per limit, at the first position where it is exceeded.
 
-    If the machine's `work_offset` is known, every position in the program, including hole bottoms and arc bulges, must
-    lie inside the travel. Otherwise only the size of the job is compared with the travel.
-    Heights are those of the tool tip, because the tool length is unknown here.
+    If the `work_offset` of the machine is known, every position in the program, including hole bottoms and arc bulges,
+    must be inside the travel. Otherwise only the size of the job is compared with the travel. Heights are those of the
+    tool tip, because the tool length is unknown here.
     """
     return limit_differences([*_positions_outside(path, machine), *_feeds(path, machine), *_speeds(path, machine)])
 
 
 def _reached_positions(path: Toolpath) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return every position reached in program coordinates, float64[m, 3], and its row."""
+    """Return every position that is reached, in program coordinates, float64[m, 3], and the row of each."""
     moving = np.flatnonzero(np.isin(path.kind, [int(k) for k in MOTIONS]))
     drills = np.flatnonzero(path.kind == Kind.DRILL)
     positions, rows = [path.end[moving]], [moving]
@@ -48,7 +48,7 @@ def _reached_positions(path: Toolpath) -> tuple[NDArray[np.float64], NDArray[np.
 def _known_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
     try:
         return arc_extremes(path, row)
-    except ValueError:  # the start of the arc is unknown; the interpreter has reported it
+    except ValueError:  # the start of the arc is unknown; the interpreter has already reported it
         return []
 
 
@@ -108,7 +108,7 @@ def _feeds(path: Toolpath, machine: Machine) -> list[Difference]:
     feeding = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL))
     values = path.value[feeding]
     wrong = []
-    # Feed words are rounded: a feed at the limit may be written slightly above it.
+    # Feeds are rounded in the program, so a feed at the limit may be written slightly above it.
     for kind, is_wrong, limit in (
         ("feed too high", values > machine.max_feed * 1.005, f"the machine allows at most {machine.max_feed * 60:.6g}"),
         ("no feed", ~(values > 0), "it must be above 0"),
@@ -123,7 +123,7 @@ def _feeds(path: Toolpath, machine: Machine) -> list[Difference]:
 
 
 def _speeds(path: Toolpath, machine: Machine) -> list[Difference]:
-    # For a torch or a jet, S is not a speed.
+    # For a torch or a water jet, S is not a speed.
     if machine.head not in (Head.SPINDLE, Head.LASER):
         return []
     low, high = machine.spindle_min_rpm, machine.spindle_max_rpm

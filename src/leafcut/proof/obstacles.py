@@ -1,6 +1,6 @@
-"""Check every motion against every named obstacle on the table, with shapes of GEOS.
+"""Check every motion against every named obstacle on the table, using GEOS geometry.
 
-It shares no geometry with the code that plans moves around or over them (`leafcut.geometry.zones`).
+The checks share no geometry with the code that plans moves around or over obstacles (`leafcut.geometry.zones`).
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from leafcut.proof.difference import end_texts, limit_differences, position_text
 
 #: Tolerance for rounded positions and heights, mm (0.0001 inch is 0.00254 mm).
 _TOLERANCE = 0.003
-#: Step of arcs, rad; the chord error is less than a ten-thousandth of the radius.
+#: Angle per chord of an arc, rad; the chord error is less than a ten-thousandth of the radius.
 _STEP = math.radians(1.5)
 
-#: Kinds of differences, in the order of the list: a cut in an obstacle stays even if a move is taken around it.
+#: Kinds of differences, in listing order: a cut in an obstacle cannot be avoided by rerouting a move.
 CUTS, MAY_CROSS, CROSSES = "cuts in an obstacle", "may cross an obstacle", "crosses an obstacle"
 
 
@@ -42,25 +42,28 @@ def check_obstacles(
 ) -> list[Difference]:
     """Return every motion that comes closer to an obstacle than its tool radius; empty if there are none.
 
-    This includes motions in which a part of the tool above the flutes meets an obstacle below its height. Cuts come
-    first, then moves on unknown paths, then rapids.
+    This includes motions in which a part of the tool above the flutes hits an obstacle. The list starts with cuts,
+    followed by moves on unknown paths, then rapids.
 
     Parameters
     ----------
     path
-        The motion of a program; drilling cycles are checked as the moves that they make.
+        The motion of a program; drilling cycles are checked as the moves they consist of.
     zones
         float64[k, 4]: x0, y0, x1, y1, mm.
     height
-        Minimum crossing height, mm, one for all zones or float64[k]; infinite: no crossing. A rapid from an unknown
-        position may cross everything; so may a block that is not understood, or a move in machine coordinates.
+        Minimum crossing height, mm, one for all zones or float64[k]; infinite if a zone must not be crossed. A rapid
+        from
+        an unknown position is assumed to cross every zone, and so is a block that is not understood, or a move in
+        machine
+        coordinates.
     tool_radii
-        By tool number, mm; 0 if missing. Arcs are checked as arcs; with `dogleg` a rapid covers the whole rectangle
+        By tool number, mm; 0 if missing. Arcs are checked as arcs. With `dogleg`, a rapid covers the whole rectangle
         between its ends.
     bodies
         By tool number, the parts above the flutes that are wider than the tool: height above the tip, and radius, mm.
     safe_z
-        A tool of unknown height counts as up after a move to this machine height or above.
+        After a move to this machine height or above, a tool of unknown height counts as raised.
     """
     sides = np.asarray(zones, dtype=np.float64).reshape(-1, 4).tolist()
     boxes = [shapely.box(left, low, right, high) for left, low, right, high in sides]
@@ -108,7 +111,7 @@ def check_obstacles(
 
 
 def _has_unknown_path(path: Toolpath) -> NDArray[np.bool_]:
-    """Return the rows that move sideways on an unknown path or to an unknown position."""
+    """Return a mask of the rows that move sideways on an unknown path or to an unknown position."""
     end, start = path.end[:, :2], path.before[:, :2]
     moves = (path.kind >= Kind.RAPID) & (path.kind <= Kind.ARC_CCW)
     sideways = ((end != start) & ~(np.isnan(end) & np.isnan(start))).any(axis=1)
@@ -119,7 +122,7 @@ def _has_unknown_path(path: Toolpath) -> NDArray[np.bool_]:
 
 
 def _shapes(path: Toolpath, rows: NDArray[np.intp], dogleg: bool) -> NDArray[Any]:
-    """Return the area of each motion, seen from above; from an unknown position, only its end."""
+    """Return the area of each motion, seen from above; for a motion from an unknown position, only its end."""
     end = path.end[rows, :2]
     start = np.where(np.isnan(path.before[rows, :2]).any(axis=1, keepdims=True), end, path.before[rows, :2])
     shapes: NDArray[Any] = np.asarray(shapely.linestrings(np.stack([start, end], axis=1)))
@@ -135,7 +138,7 @@ def _shapes(path: Toolpath, rows: NDArray[np.intp], dogleg: bool) -> NDArray[Any
 
 
 def _along_arc(path: Toolpath, row: int) -> NDArray[np.float64]:
-    """Return float64[n, 2]."""
+    """Return points along an arc, float64[n, 2]."""
     radius, start, sweep = arc_sweep(path, row)
     arc = path.arcs[int(path.ref[row])]
     first, second, normal = plane_axes(arc.plane)

@@ -1,4 +1,4 @@
-"""The complete proof of a program before it is released."""
+"""The complete verification of a program before it is released."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from leafcut.units import MM_PER_INCH
 
 
 def read_back(text: str, dialect: Dialect, material_feeds: Mapping[int, float] | None = None) -> Toolpath:
-    """Return the motion of a program, interpreted as the controller does, whatever modes another program left active.
+    """Return the motion of a program, interpreted like the controller, whatever modes another program left active.
 
-    `material_feeds` are feeds of the controller's table of materials, mm/s, by number (`gcode.interpreter`).
+    `material_feeds` contains the feeds of the controller's material table, mm/s, by number (`gcode.interpreter`).
 
     Raises
     ------
@@ -41,7 +41,7 @@ def read_back(text: str, dialect: Dialect, material_feeds: Mapping[int, float] |
 
 
 def _refuse_obeyed_comments(text: str) -> None:
-    """leafcut writes none, but a name in the header may match."""
+    """Refuse comments that a controller acts on. leafcut writes none, but a name in the header may look like one."""
     for number, line in lines(text):
         if "(" not in line and ";" not in line:
             continue
@@ -56,7 +56,7 @@ def _refuse_obeyed_comments(text: str) -> None:
 
 
 def rounding_of(dialect: Dialect, units: str) -> float:
-    """Return the maximum rounding error of a position in a program in `units`, mm or inch, in mm."""
+    """Return the maximum rounding error of a position, mm, in a program whose `units` are mm or inch."""
     half = 0.5 * 10.0**-dialect.decimals_mm
     if units == "inch":
         half = 0.5 * MM_PER_INCH * 10.0**-dialect.decimals_inch
@@ -80,19 +80,19 @@ def check_program(
     surface: NDArray[np.float64] | None = None,
     surface_z: float = 0.0,
 ) -> list[Difference]:
-    """Return all errors of a program that was `read_back`; an empty list is the proof.
+    """Return all errors of a program that was `read_back`; an empty list means that the program is verified.
 
-    It must match the planned toolpath, with cycles expanded that the controller lacks. It must stay inside the
-    machine's travel, above the work and over the keep-out zones, each at its `zone_height` (mm, one for all or
-    float64[k]) or higher. `units` are those of the program, mm or inch: positions may differ by half of the last
-    decimal.
+    The program must match the planned toolpath, with cycles expanded if the controller does not have them. It must stay
+    inside the travel of the machine, above the workpiece, and over the keep-out zones at their `zone_height` (mm, one
+    for all zones or float64[k]) or higher. `units` are those of the program, mm or inch: positions may differ by half
+    of the last decimal.
 
-    For a `milled` program, `processes.pocket.proof.pocket` checks the rapids below the surface. `tops` has the
-    positions and heights of holes that start at different heights, float64[n, 3]. `surface` has the triangles of an
-    uneven surface, float64[n, 3, 3]. Every rapid must be clear of them, and the parts of the tool above the flutes
-    (`bodies`) in every move (`check_surface`). `bodies` must also stay out of the zones. At zones, a spot drill is as
-    wide as its cone: `cones` holds the radius at its tip and the discs around the cone (`model.cutter.flutes_of`).
-    `surface_z` is the height of a flat surface, mm.
+    For a `milled` program, `processes.pocket.proof.pocket` checks the rapids below the surface. `tops` contains the
+    positions and heights of holes that start at different heights, float64[n, 3]. `surface` contains the triangles of
+    an uneven surface, float64[n, 3, 3]. Every rapid must be clear of them, and so must the parts of the tool above the
+    flutes (`bodies`) in every move (`check_surface`). `bodies` must also stay out of the zones. At zones, a spot drill
+    is as wide as its cone: `cones` contains the radius at its tip and the discs around the cone
+    (`model.cutter.flutes_of`). `surface_z` is the height of a flat surface, mm.
     """
     differences = compare_motion(
         expand(planned, keep=dialect.cycles),
@@ -134,7 +134,7 @@ def _check_surface(
 ) -> list[Difference]:
     if surface is None:
         return []
-    from leafcut.proof.surface import check_surface  # start-up time: needs GEOS, and most plates are flat
+    from leafcut.proof.surface import check_surface  # loads GEOS slowly, and most plates are flat
 
     return check_surface(written, surface, tool_radii, bodies, dogleg=machine.rapid_style == "dogleg")
 
@@ -149,7 +149,7 @@ def _check_obstacles(
 ) -> list[Difference]:
     if zones is None or not zones.size:
         return []
-    from leafcut.proof.obstacles import check_obstacles  # start-up time: needs GEOS, and most tables are empty
+    from leafcut.proof.obstacles import check_obstacles  # loads GEOS slowly, and most tables are empty
 
     return check_obstacles(
         written,

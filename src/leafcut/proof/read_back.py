@@ -1,4 +1,4 @@
-"""Compare the program, interpreted again, with the planned toolpath, row by row."""
+"""Compare a program, interpreted again, with the planned toolpath row by row."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from leafcut.model.difference import Difference
 from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, plane_axes
 from leafcut.proof.difference import describe_motion, limit_differences
 
-#: Relative tolerance of feeds: no controller keeps a feed more precisely, and no part shows it.
+#: Relative tolerance of feeds: no controller maintains a feed more precisely, and it is not visible on a part.
 FEED_PART = 0.005
-#: Absolute tolerance of feeds, mm/s: half of 1 mm/min, the coarsest written.
+#: Absolute tolerance of feeds, mm/s: half of 1 mm/min, the coarsest rounding in a program.
 FEED_ROUNDING = 0.5 / 60.0 + 1e-6
-#: Tolerances: dwells are written to a thousandth of a second, speeds to whole revolutions.
+#: Tolerances of dwells, s, and speeds, rpm: they are written to a thousandth of a second and to whole revolutions.
 DWELL_ROUNDING = 0.001
 SPEED_ROUNDING = 0.5 + 1e-6
 
@@ -33,19 +33,22 @@ def compare_motion(
     *,
     offsets: bool = False,
 ) -> list[Difference]:
-    """Return the differences between the program read back and the plan: the same rows in the same order.
+    """Return the differences between the plan and the program read back, which must have the same rows in the same
+    order.
 
     Positions must agree within `tolerance_mm` per axis, feeds within 0.5 % or half of 1 mm/min, and dwells, speeds,
     tools, coolant and pauses exactly up to rounding. Drilling cycles are compared as cycles (name, R plane, bottom,
-    retract, peck, dwell, feed). Length offsets are not part of a plan; with `offsets`, every tool must have its own
-    active before it works or z moves. Straight moves of length 0 are ignored, because a post may omit them.
+    retract, peck, dwell, feed). Length offsets are not part of a plan; with `offsets`, each tool must have its own
+    offset active before it cuts or z moves. Straight moves of length 0 are ignored, because a post-processor may omit
+    them.
 
-    An empty list is the proof. At most about fifty differences are listed; the last states the number of the rest.
+    An empty list means that the program matches the plan. At most `MOST_LISTED` differences are listed; the last states
+    how many more there are.
     """
     wrong = _wrong_offsets(written) if offsets else []
     a, b = (_comparable_rows(path) for path in (planned, written))
     if not np.array_equal(a.kind, b.kind):
-        # Rounding can make a short move vanish; the remaining rows are still compared in full.
+        # A short move may disappear by rounding; the remaining rows are still compared completely.
         a, b = (_without_tiny_moves(path, 2.0 * tolerance_mm) for path in (a, b))
     if not np.array_equal(a.kind, b.kind):
         return [*wrong, _first_divergence(a, b, tolerance_mm)]
@@ -56,7 +59,7 @@ def compare_motion(
 
 
 def _comparable_rows(path: Toolpath) -> Toolpath:
-    """Drop offsets, straight moves of length 0, and resets of an unlit torch."""
+    """Drop length offsets, straight moves of length 0, and resets of a torch before it is lit."""
     before = path.before
     is_motionless = ((path.end == before) | (np.isnan(path.end) & np.isnan(before))).all(axis=1)
     empty_move = is_motionless & ((path.kind == Kind.RAPID) | (path.kind == Kind.FEED))
@@ -69,7 +72,7 @@ def _comparable_rows(path: Toolpath) -> Toolpath:
 
 
 def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
-    """Drop straight moves that stay within `length` of the last kept row."""
+    """Drop straight moves that stay within `length` of the last remaining row."""
     keep: list[int] = []
     last = (math.nan, math.nan, math.nan)
     for row, (kind, end) in enumerate(zip(path.kind.tolist(), path.end.tolist(), strict=True)):
@@ -86,7 +89,7 @@ def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
 
 
 def _masks(a: Toolpath, b: Toolpath, tolerance: float) -> list[tuple[str, Mask]]:
-    """`a` and `b` have equal kinds."""
+    """Return the name and mask of each kind of difference between two paths with the same kinds of rows."""
     wrong_ends = ~_values_agree(a.end, b.end, tolerance) & np.isin(a.kind, _PLACED)[:, None]
     feeding = np.isin(a.kind, _FEEDING)
     feed_tolerance = np.maximum(FEED_PART * np.abs(a.value), FEED_ROUNDING)
@@ -111,7 +114,7 @@ def _masks(a: Toolpath, b: Toolpath, tolerance: float) -> list[tuple[str, Mask]]
 
 
 def _values_agree(a: NDArray[np.float64], b: NDArray[np.float64], tolerance: float | NDArray[np.float64]) -> Mask:
-    """Unknown values agree with each other."""
+    """Return a mask of the values that agree within the tolerance; unknown values agree with each other."""
     near: Mask = (np.abs(a - b) <= tolerance + 1e-9) | (np.isnan(a) & np.isnan(b))
     return near
 
@@ -123,7 +126,7 @@ def _cycle_masks(a: Toolpath, b: Toolpath, tolerance: float) -> Iterator[tuple[s
     numbers: tuple[tuple[str, Callable[[DrillCycle], float], float], ...] = (
         ("R plane", lambda c: c.r_plane, tolerance),
         ("depth", lambda c: c.bottom, tolerance),
-        # A peck as deep as the hole, or deeper, is a single stroke.
+        # If a peck is at least as deep as the hole, the hole is drilled in a single stroke.
         ("peck", lambda c: min(c.peck, c.r_plane - c.bottom) if c.name in ("G83", "G73") else 0.0, tolerance),
         ("cycle dwell", lambda c: c.dwell if c.name in ("G82", "G84") else 0.0, DWELL_ROUNDING),
     )
@@ -183,7 +186,7 @@ _SHOWN: dict[str, Callable[[Toolpath, int], str]] = {
 
 
 def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float) -> Difference:
-    """`a` and `b` have different rows."""
+    """Return the first difference between two paths with different rows."""
     shorter = min(len(a), len(b))
     kinds = np.flatnonzero(a.kind[:shorter] != b.kind[:shorter])
     n_same = int(kinds[0]) if len(kinds) else shorter
@@ -201,7 +204,7 @@ def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float) -> Difference:
 
 
 def _wrong_offsets(path: Toolpath) -> list[Difference]:
-    """Return the rows where a tool works, or z moves, with the length offset of another tool or none."""
+    """Return the rows where a tool cuts, or z moves, with the length offset of another tool or without one."""
     tool, offset = path.tool, path.offset
     before = path.before[:, 2]
     rises = (path.kind == Kind.RAPID) & np.isfinite(path.end[:, 2]) & ~(path.end[:, 2] == before)

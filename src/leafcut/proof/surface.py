@@ -1,6 +1,6 @@
 """Check every rapid against the triangles of an uneven surface, using GEOS geometry.
 
-It shares no geometry with the code that plans travel heights (`leafcut.material.surface`, which uses tiles).
+The checks share no geometry with the code that plans travel heights (`leafcut.material.surface`, which uses tiles).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from leafcut.proof.difference import end_texts, limit_differences
 #: Tolerance for rounded positions and heights, mm (0.0001 inch is 0.00254 mm).
 _TOLERANCE = 0.003
 _MOVES = [int(kind) for kind in (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)]
-#: Moves per batch; bounds the memory.
+#: Number of moves per batch; it limits memory use.
 _BATCH = 500
 
 
@@ -34,16 +34,18 @@ def check_surface(
     *,
     dogleg: bool = False,
 ) -> list[Difference]:
-    """Return every rapid that enters a surface, or comes closer above it than `LEAST_CLEARANCE`.
+    """Return every rapid that enters a surface, or is less than `LEAST_CLEARANCE` above it.
 
-    This includes every move, also at feed, in which a part of the tool above the flutes meets the surface.
+    The result also includes every move, at feed or rapid, in which a part of the tool above the flutes hits the
+    surface. Moves straight up are not checked.
 
     Parameters
     ----------
     path
-        The motion of a program; drilling cycles are checked as the moves that they make. A vertical rapid is only
-        checked against the surroundings of the hole within the tool's radius. It is free upwards, and downwards as far
-        as a tool at least as wide has been there at feed.
+        The motion of a program; drilling cycles are checked as the moves they consist of. A vertical rapid is checked
+        only
+        against the surface within the tool radius of the hole. It is allowed as far down as a tool at least as wide has
+        been there at feed.
     triangles
         float64[n, 3, 3], mm.
     tool_radii
@@ -81,7 +83,7 @@ def check_surface(
 
 
 def surface_meets_area(triangles: NDArray[np.float64], area: Any, radius: float, height: float) -> bool:
-    """Return whether a part of a surface above a height lies within a radius of an area of the plane, mm."""
+    """Return whether any part of a surface above `height`, mm, is within `radius`, mm, of an area of the plane."""
     high = triangles[triangles[:, :, 2].max(axis=1) > height]
     close_triangles = high[shapely.dwithin(shapely.convex_hull(shapely.multipoints(high[:, :, :2])), area, radius)]
     return any(
@@ -93,7 +95,9 @@ def surface_meets_area(triangles: NDArray[np.float64], area: Any, radius: float,
 def _returns_into_holes(
     path: Toolpath, descending: NDArray[np.bool_], tool_radii: Mapping[int, float]
 ) -> NDArray[np.bool_]:
-    """Return which straight-down rapids end no lower than an earlier feed of a tool at least as wide there."""
+    """Return a mask of the straight-down rapids that end no lower than an earlier feed there of a tool at least as
+    wide.
+    """
     result = np.zeros(len(path.end), dtype=bool)
     holes: dict[tuple[float, float], list[tuple[float, float]]] = {}
     for row in np.flatnonzero(descending & np.isin(path.kind, [int(Kind.RAPID), int(Kind.FEED)])).tolist():
@@ -115,14 +119,16 @@ def _rows_meeting(
     path: Toolpath, rows: NDArray[np.int64], triangles: NDArray[np.float64],
     above: float, radius: NDArray[np.float64], dogleg: bool,
 ) -> list[int]:  # fmt: skip
-    """Return the moves with a part of the surface higher than `above` over the tip, within a radius."""
+    """Return the moves for which a part of the surface within the radius is higher than `above`, measured from the
+    tip.
+    """
     if not len(rows):
         return []
     lowest = np.minimum(path.before[rows, 2], path.end[rows, 2]) + above
     high = triangles[triangles[:, :, 2].max(axis=1) > lowest.min()]
     if not len(high):
         return []
-    # Walls are vertical: seen from above they are lines.
+    # Vertical walls are lines when seen from above.
     tree = shapely.STRtree(shapely.convex_hull(shapely.multipoints(high[:, :, :2])))
     result: list[int] = []
     for first in range(0, len(rows), _BATCH):
@@ -139,14 +145,14 @@ def _moves_meeting(
     tree: shapely.STRtree, triangles: NDArray[np.float64], start: NDArray[np.float64], end: NDArray[np.float64],
     height: NDArray[np.float64], radius: NDArray[np.float64], dogleg: bool,
 ) -> NDArray[np.int64]:  # fmt: skip
-    """Return the moves that have part of a triangle above their height within their radius."""
+    """Return the moves for which part of a triangle within the radius is above their height."""
     shapes: Any
     if dogleg:
         low, high = np.minimum(start, end), np.maximum(start, end)
         shapes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
     else:
         shapes = shapely.linestrings(np.stack([start[:, :2], end[:, :2]], axis=1))
-    # GEOS finds nothing near a line of length 0.
+    # GEOS finds nothing near a line of length 0, so points replace such lines.
     is_vertical = (start[:, :2] == end[:, :2]).all(axis=1)
     shapes[is_vertical] = shapely.points(end[is_vertical, :2])
     move, triangle_index = tree.query(shapes, predicate="dwithin", distance=radius)
@@ -164,7 +170,7 @@ def _moves_meeting(
 
 
 def _part_above(triangle: NDArray[np.float64], height: float) -> list[tuple[float, float]]:
-    """Return the corners, seen from above, of the part at or above a height."""
+    """Return the corners, seen from above, of the part of a triangle at or above a height."""
     corners = []
     for k in range(3):
         (x0, y0, z0), (x1, y1, z1) = triangle[k].tolist(), triangle[(k + 1) % 3].tolist()
