@@ -15,13 +15,13 @@ from leafcut.processes.milling.mill import MillingData
 
 #: Height above the material at which a ramp or helix starts, mm.
 ABOVE = 0.5
-#: Candidate radii of a helix, tool radii; at 1 or more, a core would remain.
+#: Candidate radii of a helix, in tool radii; at 1 or more, a core would remain.
 HELIX_RADII = (0.9, 0.75, 0.6, 0.5)
-#: Number of directions in which the centre of a helix is tried, seen from the start of the path.
+#: Number of directions from the start of the path in which the centre of a helix is tried.
 HELIX_DIRECTIONS = 24
-#: Maximum number of legs of a ramp; on shorter paths the tool plunges.
+#: Maximum number of legs of a ramp; if more were needed, the tool plunges.
 MOST_LEGS = 24
-#: Maximum number of turns along a loop; on smaller loops the tool plunges.
+#: Maximum number of turns along a loop; if more were needed, the tool plunges.
 MOST_LOOPS = 400
 #: Minimum length of an arc, mm; shorter arcs become lines, because rounding makes their direction ambiguous.
 SHORTEST_ARC = 0.01
@@ -29,7 +29,7 @@ SHORTEST_ARC = 0.01
 SHORTEST = 1e-6
 #: Entries to try for each requested entry, in order.
 _FALLBACKS = {"ramp": ("ramp", "helix"), "helix": ("helix", "ramp"), "plunge": (), "predrilled": ()}
-#: Tolerance of positions on the boundary of a region, mm.
+#: Tolerance for positions on the boundary of a region, mm.
 TOUCH = 1e-6
 
 
@@ -59,8 +59,8 @@ def enter_level(
 ) -> Descent:
     """Lower the tool at the start of `path` to `bottom`, mm, from the top of the material (`top`) or above.
 
-    A ramp runs back and forth along the path and ends at its start. If the path starts with a closed `ring` that is
-    shorter than the ramp, the tool descends in turns along the ring. A helix turns beside the path, inside `allowed`
+    A ramp goes back and forth along the path and ends at its start. If the path starts with a closed `ring` that is
+    shorter than the ramp, the tool descends in turns along the ring. A helix is next to the path, inside `allowed`
     (shapely geometry of tool centres). If neither fits, the tool plunges.
     """
     start, asked = path.start, data.entry
@@ -70,7 +70,7 @@ def enter_level(
     turns = 0 if ring is None else _turns_instead_of_ramp(ring.length, high - bottom, data.entry_angle)
     legs = _ramp_legs(path, high - bottom, data.entry_angle)
     ramps = legs is not None or turns > 0
-    # The search for a helix is slow, so it runs only if a helix may be used.
+    # The search for a helix is slow, so it is run only if a helix may be used.
     wanted = asked == "helix" or (asked == "ramp" and not ramps)
     circle = _helix_place(start, 0.5 * data.tool.diameter, allowed) if wanted else None
     possible = {"ramp": ramps, "helix": circle is not None}
@@ -92,7 +92,7 @@ def descend_along_loop(
 ) -> Descent:
     """Lower the tool along a closed loop in as many turns as needed.
 
-    If the requested entry is neither ramp nor helix, or the loop is too short, enter like `enter_level`.
+    If the requested entry is neither ramp nor helix, or if the loop is too short, enter as in `enter_level`.
     """
     turns = _descent_turns(loop.length, min(builder.position[2], top + ABOVE) - bottom, data.entry_angle)
     if data.entry not in ("ramp", "helix") or not turns:
@@ -115,13 +115,13 @@ def _follow_turns(
 
 
 def _descent_turns(length: float, drop: float, angle: float) -> int:
-    """Return the number of turns for a descent by `drop` mm at the ramp angle; 0 if the loop is too short."""
+    """Return the number of turns for a descent by `drop` mm at the ramp angle, or 0 if the loop is too short."""
     turns = math.ceil(drop / (length * math.tan(angle)) - 1e-9) if length > SHORTEST else 0
     return turns if turns <= MOST_LOOPS else 0
 
 
 def _turns_instead_of_ramp(length: float, drop: float, angle: float) -> int:
-    """Return the number of turns along a ring shorter than the ramp; 0 if the ring is longer or much too short."""
+    """Return the number of turns along a ring shorter than the ramp; 0 if the ring is longer, or much too short."""
     turns = _descent_turns(length, drop, angle)
     return turns if 1 < turns <= MOST_LEGS else 0
 
@@ -130,7 +130,7 @@ def _turns_instead_of_ramp(length: float, drop: float, angle: float) -> int:
 
 
 def _ramp_legs(path: Polyline, drop: float, angle: float) -> tuple[int, float] | None:
-    """Return the even number of legs of a ramp and their length, mm; None if the path is too short."""
+    """Return the even number of legs of a ramp, and their length, mm; None if the path is too short."""
     needed = drop / math.tan(angle)
     if not path.length > 0.0:
         return None
@@ -154,7 +154,7 @@ def _ramp(
 
 
 def _helix_place(start: Point, tool_radius: float, allowed: Any) -> tuple[Point, float] | None:
-    """Return centre and radius of the widest helix through `start` inside the allowed region, mm, or None."""
+    """Return the centre and radius of the widest helix through `start` inside the allowed region, mm, or None."""
     room = allowed.buffer(TOUCH)
     shapely.prepare(room)
     for part in HELIX_RADII:
@@ -176,7 +176,9 @@ def _helix(
     feed: float,
     climb: bool,
 ) -> None:
-    """Descend in half circles, counter-clockwise for climb milling: the uncut material is then on the tool's right."""
+    """Descend in half circles, counter-clockwise for climb milling, so that the uncut material is on the right of the
+    tool.
+    """
     (high, low), (centre, radius) = heights, circle
     halves = 2 * max(math.ceil((high - low) / (2.0 * math.pi * radius * math.tan(angle)) - 1e-9), 1)
     across = (2.0 * centre[0] - start[0], 2.0 * centre[1] - start[1])
@@ -190,7 +192,7 @@ def _helix(
 
 
 def follow(builder: ToolpathBuilder, path: Polyline, feed: float, heights: tuple[float, float] | None = None) -> None:
-    """Cut along an open path: at the present height, or at a constant slope between two `heights` (start, end), mm."""
+    """Cut along an open path, at the current height, or at a constant slope between two `heights` (start, end), mm."""
     length, gone = path.length, 0.0
     level = builder.position[2]
     for index, s in enumerate(path.segments()):

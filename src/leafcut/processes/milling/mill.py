@@ -16,12 +16,12 @@ from leafcut.options import JobOptions, MillingOptions
 from leafcut.processes.spindle_moves import check_spindle_heights
 
 #: Surface speed of high-speed steel end mills, m/min: the low end of workshop tables for milling (mild steel 25 … 35,
-#: stainless 9 … 20, aluminium and brass 60 … 150, plastics from 20), less 40 % because end and side cut at once.
-#: Carbide takes three times as much.
+#: stainless 9 … 20, aluminium and brass 60 … 150, plastics from 20), less 40 % because end and side cut simultaneously.
+#: For carbide, it is three times as high.
 SURFACE_SPEEDS = {"mild_steel": 20.0, "stainless_304": 8.0, "aluminium": 60.0, "brass": 40.0, "plastic": 40.0}
-#: Material that is assumed if it is unknown.
+#: Assumed material if the material is unknown.
 UNKNOWN = "mild_steel"
-#: Synonyms of the materials' names.
+#: Synonyms for the names of materials.
 _NAMES = {
     "steel": "mild_steel",
     "stainless": "stainless_304",
@@ -29,11 +29,11 @@ _NAMES = {
     "aluminum": "aluminium",
     "plastics": "plastic",
 }
-#: Feed per tooth: in tool diameters, and maximum, mm. Catalogues of end mills give 0.005 to 0.01 diameters, up to
-#: 0.05 mm for a 10 mm mill (Iscar, solid end mills, recommended cutting parameters).
+#: Feed per tooth, in tool diameters, and maximum feed per tooth, mm. Catalogues of end mills give 0.005 to 0.01
+#: diameters, up to 0.05 mm for a 10 mm mill (Iscar, solid end mills, recommended cutting parameters).
 FEED_PER_TOOTH, MOST_PER_TOOTH = 0.01, 0.05
-#: A spindle is refused if all its speeds differ from the suitable speed by more than the factor `MOST_OFF`: the tool
-#: would break or burn. An assumed speed above `FAST` times the suitable speed is a warning.
+#: A spindle is refused if all its speeds differ from the suitable speed by more than the factor `MOST_OFF`, because the
+#: tool would break or burn. An assumed speed above `FAST` times the suitable speed causes a warning.
 MOST_OFF, FAST = 2.0, 1.5
 #: Assumed number of teeth (slot mills have two).
 TEETH = 2
@@ -74,7 +74,7 @@ class MillingData:
 def library_mill(
     library: ToolLibrary, number: int | None, asked: float | None, tolerance: float, depth: float | None
 ) -> Tool:
-    """Return the end mill of a library: by number, else by the diameter `asked`, mm, else the only end mill.
+    """Return the end mill in a library: by number, or else by the diameter `asked`, mm, or else the only end mill.
 
     `depth` is the greatest depth to mill, mm. Raises OptionError if the library lacks the requested number, or has
     several end mills and none was requested. Raises PlanError if the library has no end mill, or if the tool is of
@@ -145,9 +145,9 @@ def add_cutting_data(
 ) -> tuple[Tool, list[Issue]]:
     """Return the end mill with its feed and speed, and issues about assumptions.
 
-    Feed and speed come from options, else from the library, else from tables for high-speed steel mills in the
+    Feed and speed come from options, or else from the library, or else from tables for high-speed steel mills in the
     material. Raises PlanError if speed or feed is out of the range of the machine, or if no speed is given and the
-    spindle cannot turn at a suitable speed.
+    spindle cannot run at a suitable speed.
     """
     tool = mill or Tool(number or 1, diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
     asked_rpm, asked_feed = job.spindle_speed or tool.spindle_rpm, job.feed or tool.feed
@@ -194,7 +194,7 @@ def add_cutting_data(
         per_tooth,
     )
     if too_fast:
-        # The requested speed is too high for the material for which the feed was assumed.
+        # The requested speed is too high for the material that the assumed feed is based on.
         lowest = "" if asked_rpm else f"; minimum speed of the spindle of {machine.name}: {rpm:.0f} rpm"
         words += Message(". Recommended spindle speed: {:.0f} rpm{}", careful, lowest)
     return tool, [Issue("L401", words, severity=Severity.WARNING if too_fast else Severity.NOTE)]

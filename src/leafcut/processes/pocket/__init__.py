@@ -1,1 +1,1 @@
-"""Pockets: regions of a drawing or a picture become a milling program."""
+"""Pocket milling: convert regions of a drawing or a picture to a milling program."""

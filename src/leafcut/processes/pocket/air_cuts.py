@@ -1,4 +1,4 @@
-"""Air cuts: stretches at depth where the tool cuts nothing become separate path sections with a higher feed."""
+"""Air cuts: sections at depth in which the tool cuts nothing become separate path sections with a higher feed."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from leafcut.material.tool_steps import ToolSteps
 
 
-#: Minimum length of an air cut, tool diameters: on a shorter stretch the machine hardly gains time.
+#: Minimum length of an air cut, in tool diameters; a shorter air cut would save hardly any time.
 MIN_AIR_CUT = 0.5
-#: Distance from the material at which the higher feed starts and ends, tool diameters (one step of the measurement).
+#: Distance from the material at which the higher feed starts and ends, in tool diameters (one step of the measurement).
 MARGIN = 0.05
 
 
@@ -30,8 +30,8 @@ def divide_at_air_cuts(
     """Divide each path section where the tool enters or leaves the material; sections in air get the kind ``air``.
 
     `path` and `engaged` are the sampled path and its engagement. Finishing sections and entries are not divided. The
-    result is measured again, because the first measurement may have missed a sliver between two samples; the proof
-    samples the written program at other points.
+    result is measured again, because the first measurement may have missed a sliver between two samples, and
+    verification samples the program at other points.
     """
     stations, free = np.cumsum(path.step), _air_cuts(path, engaged, rules)
     rows = np.arange(len(pieces))
@@ -43,7 +43,7 @@ def divide_at_air_cuts(
             result.append([piece])
             continue
         near = free[(free[:, 1] > start) & (free[:, 0] < end)]
-        share = piece.path.length / (end - start)  # arcs are longer than their sampled chords
+        share = piece.path.length / (end - start)  # because arcs are longer than their sampled chords
         result.append(_divide_section(piece, (np.clip(near, start, end) - start) * share))
     return _without_false_air_cuts(pieces, result, rules)
 
@@ -67,9 +67,9 @@ def _without_false_air_cuts(
 
 
 def _air_cuts(path: ToolSteps, engaged: Engaged, rules: PocketRules) -> Floats:
-    """Return start and end of each air cut, measured along the path, float64[n, 2], mm."""
+    """Return the start and end of each air cut, measured along the path, float64[n, 2], mm."""
     stations = np.cumsum(path.step)
-    # A step is in air if both its ends are, and no lift lies between them.
+    # A step is in air if both its ends are, and the tool is not lifted between them.
     step = (engaged.angle == 0.0) & np.isfinite(path.back[:, 0])
     step[1:] &= (engaged.angle[:-1] == 0.0) | (path.step[1:] == 0.0)
     edge = np.flatnonzero(np.diff(np.concatenate([[False], step, [False]]).astype(np.int8)))
@@ -83,7 +83,7 @@ def _air_cuts(path: ToolSteps, engaged: Engaged, rules: PocketRules) -> Floats:
 def _divide_section(piece: PocketPiece, free: Floats) -> list[PocketPiece]:
     """Divide a section at its air cuts.
 
-    `free` has the start and end of each air cut, mm from the start of the section, float64[n, 2].
+    `free` contains the start and end of each air cut, mm from the start of the section, float64[n, 2].
     """
     parts, at = [], 0.0
     for start, end in free.tolist():

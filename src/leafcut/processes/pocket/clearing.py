@@ -1,4 +1,6 @@
-"""Choice of a strategy for each pocket: of all strategies with nearly the least cost, the fewest retracts win."""
+"""Choose a strategy for each pocket: among all strategies with nearly the lowest cost, the one with the fewest
+retracts.
+"""
 
 from __future__ import annotations
 
@@ -39,8 +41,8 @@ if TYPE_CHECKING:
     from leafcut.processes.pocket.plan.toolpath import Clearing
     from leafcut.processes.pocket.strategies import ClearingStrategy, SearchTime
 
-#: Of the strategies with at most this multiple of the least cost, the strategy with the fewest retracts wins, because
-#: each plunge wears the tool and marks the floor.
+#: Maximum cost of a strategy that may be chosen, relative to the lowest cost. Among these strategies, the one with the
+#: fewest retracts is chosen, because each plunge wears the tool and marks the floor.
 NEARLY = 1.05
 
 
@@ -48,8 +50,8 @@ NEARLY = 1.05
 class ClearedPocket:
     """A pocket cleared with every strategy.
 
-    `clearings` maps each successful strategy to the cleared regions of the pocket. `even` has the same regions at a
-    constant feed; they differ from `clearings` only if feeds follow the load.
+    `clearings` maps each successful strategy to the cleared regions of the pocket. `even` contains the same regions
+    with a constant feed; they differ from `clearings` only if feeds follow the load.
     """
 
     plan: PocketPlan
@@ -119,7 +121,7 @@ def _try_strategy(
     roughed: list[CentreRegion],
     time: SearchTime,
 ) -> tuple[PocketResult, list[Clearing], list[Clearing]]:
-    """Return the result of a strategy, and its cleared regions at a constant feed and at load-dependent feeds.
+    """Return the result of a strategy, and its cleared regions with a constant feed and with load-dependent feeds.
 
     Both lists are empty if the strategy is refused.
     """
@@ -146,8 +148,9 @@ def _try_strategy(
 def _with_fastest_feeds(job: PocketJob, clearings: list[Clearing]) -> tuple[list[Clearing], float]:
     """Return the regions with load-dependent feeds, if requested, and the machine time, s.
 
-    A divided move can cost time, because some machines stop after each move. So the fastest of three variants is taken:
-    feed changes anywhere, only between moves, or not at all. Cuts beyond the spindle power are always slowed down.
+    Dividing a move can cost time, because some machines stop after each move. Therefore the fastest of three variants
+    is used: feed changes anywhere, only between moves, or not at all. Cuts that exceed the spindle power are always
+    slowed down.
     """
     from leafcut.processes.pocket.feeds import with_feeds
 
@@ -158,7 +161,7 @@ def _with_fastest_feeds(job: PocketJob, clearings: list[Clearing]) -> tuple[list
     tried = []
     for anywhere in (True, False):
         divided = [
-            # Each region separately, since their order is not known yet.
+            # Measure each region separately, because their order is not known yet.
             _with_divided_pieces(
                 c, iter(with_feeds(c.path.pieces, job.limits, job.exact, acceleration, anywhere=anywhere))
             )
@@ -195,12 +198,12 @@ def _cleared_region(
 
     tolerance = job.rules.tolerance
     if region.middle is not None:
-        # In a slot as wide as the tool, only one path is possible.
+        # In a slot as wide as the tool, there is only one possible path.
         along = _slot_path(strategy.name, region.middle)
         return Clearing(region, region.polygon, fit_arcs_to_path(along, tolerance), levels)
     inside = [r for r in roughed if region.polygon.intersects(r.polygon)] if job.rules.stock > 0.0 else []
     if not inside:
-        # A region too narrow for stock is cleared up to the wall.
+        # A region too narrow to leave stock is cleared up to the wall.
         return Clearing(
             region, region.polygon, fit_arcs_to_path(time.path(strategy, region, job.run), tolerance), levels
         )
@@ -245,13 +248,13 @@ def _choose_strategy(job: PocketJob, pocket: Pocket, results: list[PocketResult]
 
 
 def _result_cost(job: PocketJob, result: PocketResult, measures: PocketMeasures) -> float:
-    """Return the program time, s, or the path length over one level, mm, depending on the objective."""
+    """Return the program time, s, or the path length on one level, mm, depending on the objective."""
     timed = job.run.settings.solve.objective == "time"
     return result.program_s if timed else measures.feed_mm + measures.rapid_mm
 
 
 def add_rejection_reasons(job: PocketJob, results: list[PocketResult], written: PocketResult) -> list[PocketResult]:
-    """Add the reason for its rejection to each result that is cheaper than the written result."""
+    """For each result that is cheaper than the written one, add the reason why it was rejected."""
     best = written.measures
     if best is None:
         return results
@@ -272,7 +275,7 @@ def add_rejection_reasons(job: PocketJob, results: list[PocketResult], written: 
 
 
 def _exceeded_limit_text(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
-    """Return a message about an exceeded limit of step-over or engagement; "" if both limits are kept."""
+    """Return a message about an exceeded limit of step-over or engagement; "" if neither limit is exceeded."""
     rules, limit = job.exact, job.exact.max_engagement
     if not rules.allows_step_over(measures.max_step_over):
         return Message(
@@ -288,7 +291,9 @@ def _exceeded_limit_text(job: PocketJob, strategy: str, measures: PocketMeasures
 
 
 def _limit_error(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
-    """Return a message about an exceeded limit of step-over or engagement, with a remedy; "" if both are kept."""
+    """Return a message about an exceeded limit of step-over or engagement, with a remedy; "" if neither limit is
+    exceeded.
+    """
     excess = _exceeded_limit_text(job, strategy, measures)
     if not excess:
         return ""
@@ -354,10 +359,10 @@ def clearing_motion(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
 
 
 def strategy_programs(job: PocketJob, cleared: list[ClearedPocket], nodes: Sequence[int]) -> tuple[PocketProgram, ...]:
-    """Return the time and rapids of the written program (named "") and of each strategy's own program.
+    """Return the time and rapids of the written program (named "") and of a program for each strategy.
 
-    All programs clear the regions in the order `nodes`. A strategy counts only if it clears every pocket. The result is
-    empty for a single pocket.
+    All programs clear the regions in the order `nodes`. A strategy is included only if it clears every pocket. The
+    result is empty for a single pocket.
     """
     if len(cleared) < 2:
         return ()

@@ -1,4 +1,4 @@
-"""Feeds that follow the engagement at depth, so that no chip is thicker than the tool data allow."""
+"""Feeds that depend on the engagement at depth, so that no chip is thicker than the tool data allow."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from leafcut.material.tool_steps import STRAIGHT_ON, ToolSteps
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
 
-#: A feed respects the limits of all cuts within this distance along the path, tool diameters.
+#: Distance along the path within which a feed respects the limits of all cuts, in tool diameters.
 AROUND = 0.25
-#: Ratio between two successive steps of the feed.
+#: Ratio between two consecutive steps of the feed.
 STEP = 1.1
-#: Smallest useful increase of the feed, relative to the tool's feed; smaller increases are dropped.
+#: Minimum increase of the feed that is used, relative to the tool's feed.
 LEAST = 1.05
-#: Minimum length of a stretch with its own feed, tool diameters.
+#: Minimum length of a section with its own feed, in tool diameters.
 SHORTEST = 0.5
-#: Minimum time that a faster stretch must save, s.
+#: Minimum time that a faster section must save, s.
 MIN_SAVING = 0.05
-#: Maximum distance over which a feed change moves to the nearest vertex of the path, tool diameters.
+#: Maximum distance by which a feed change is moved to the nearest vertex of the path, in tool diameters.
 SNAP = 0.1
 #: Safety margin for the width of a cut, in path tolerances.
 WIDTH_MARGIN = 2.0
@@ -37,12 +37,13 @@ MIN_LENGTH = 1e-3
 def with_feeds(
     pieces: Sequence[PocketPiece], limits: FeedLimits, rules: PocketRules, acceleration: float, *, anywhere: bool
 ) -> list[list[PocketPiece]]:
-    """Divide each path section where its feed changes; a section's feed is relative to the tool's feed.
+    """Divide each path section where its feed changes; the feed of a section is relative to the tool's feed.
 
-    A stretch is faster if its chips are thinner than in a slot and it is long enough to speed up and slow down. It is
-    slower if the cut needs more power than the spindle has. Feeds change in steps of 10 %. Finishing sections and entry
-    loops get no faster; air cuts keep their feed. `acceleration` is the acceleration of the machine in the plane,
-    mm/s². If `anywhere` is false, feeds change only at vertices of the path, so no move is divided.
+    The feed of a section is increased if its chips are thinner than in a slot, and if the section is long enough to
+    speed up and slow down. The feed is reduced if the cut needs more power than the spindle has. Feeds change in steps
+    of 10 %. Feeds of finishing sections and entry loops are not increased, and feeds of air cuts do not change.
+    `acceleration` is the acceleration of the machine in the plane, mm/s². If `anywhere` is false, feeds change only at
+    vertices of the path, so that no move is divided.
     """
     path, engaged = engaged_tool_path(PocketPath("", tuple(pieces)), rules)
     shares = _allowed_feed_shares(pieces, path, _widened_by_uncertainty(path, engaged, rules), limits)
@@ -60,9 +61,9 @@ def with_feeds(
 
 
 def _widened_by_uncertainty(path: ToolSteps, engaged: Engaged, rules: PocketRules) -> Engaged:
-    """Return the engagement with each cut widened by its uncertainty.
+    """Return the engagement in which each cut is widened by its uncertainty.
 
-    The proof measures the rounded program, in which the direction at a vertex may differ by up to the turn there.
+    Verification measures the rounded program, in which the direction at a vertex may differ by up to the turn there.
     """
     cross = np.abs(path.chord[:-1, 0] * path.chord[1:, 1] - path.chord[:-1, 1] * path.chord[1:, 0])
     turn = np.arctan2(cross, (path.chord[:-1] * path.chord[1:]).sum(axis=1))
@@ -80,11 +81,11 @@ def _widened_by_uncertainty(path: ToolSteps, engaged: Engaged, rules: PocketRule
 def _allowed_feed_shares(
     pieces: Sequence[PocketPiece], path: ToolSteps, engaged: Engaged, limits: FeedLimits
 ) -> Floats:
-    """Return the allowed feed at each step, relative to the tool's feed, rounded down to a step of the feed."""
+    """Return the allowed feed at each step, relative to the tool's feed and rounded down to a step of the feed."""
     allowed = allowed_feed(engaged, limits) / limits.feed
     kind = np.array([piece.kind for piece in pieces])[path.piece]
     allowed[kind == "finish"] = np.minimum(allowed[kind == "finish"], 1.0)
-    # The engagement on an entry loop is not measured: assume a slot.
+    # The engagement on an entry loop is not measured, so a slot is assumed.
     allowed[kind == "entry"] = allowed_feed(slot(limits.diameter), limits)[0] / limits.feed
     before = np.concatenate([[np.inf], allowed[:-1]])
     before[~np.isfinite(path.back[:, 0])] = np.inf
@@ -98,7 +99,7 @@ def _allowed_feed_shares(
 
 
 def _cutting_stretches(pieces: Sequence[PocketPiece], path: ToolSteps) -> list[Indices]:
-    """Return the indices of consecutive cutting steps, one array per stretch between retracts or air cuts."""
+    """Return the indices of consecutive cutting steps, one array per section between retracts or air cuts."""
     air = np.array([piece.kind == "air" for piece in pieces], dtype=bool)[path.piece]
     new = np.append(True, (path.run[1:] != path.run[:-1]) | (air[1:] != air[:-1]))[: len(path)]
     rows = np.split(np.arange(len(path)), np.flatnonzero(new)[1:])
@@ -108,7 +109,7 @@ def _cutting_stretches(pieces: Sequence[PocketPiece], path: ToolSteps) -> list[I
 def _merge_short_stretches(
     shares: Floats, length: Floats, feed: float, acceleration: float, rules: PocketRules
 ) -> Floats:
-    """Lower the feed of each stretch that is too short to save time to the next lower feed of a neighbour."""
+    """Reduce the feed of each section that is too short to save time to the next lower feed of a neighbour."""
     edges = np.flatnonzero(np.diff(shares)) + 1
     runs = [
         [float(part[0]), float(size.sum())]
@@ -168,8 +169,8 @@ def divide_section(piece: PocketPiece, parts: Sequence[tuple[float, str, float]]
 class _PieceSteps:
     """The sampled steps of one path section.
 
-    `steps` are their indices; `ends` and `vertices` are the distances of the step ends and of the section's vertices
-    from its start, mm. `lifted` is true if the section starts with a descent.
+    `steps` contains their indices. `ends` and `vertices` contain the distances of the ends of the steps and of the
+    vertices of the section from its start, mm. `lifted` is true if the section starts with a descent.
     """
 
     def __init__(self, steps: Indices, ends: Floats, vertices: Floats, lifted: bool) -> None:
@@ -180,7 +181,7 @@ class _PieceSteps:
         first, last = np.searchsorted(path.piece, [number, number + 1])
         ends = np.cumsum(path.step[first:last])
         whole = float(ends[-1]) if len(ends) else 0.0
-        scale = piece.path.length / whole if whole > 0.0 else 1.0  # arcs are longer than their sampled chords
+        scale = piece.path.length / whole if whole > 0.0 else 1.0  # because arcs are longer than their sampled chords
         lifted = bool(last > first and np.isnan(path.back[first, 0]))
         return cls(np.arange(first, last), ends * scale, np.cumsum(piece.path.lengths), lifted)
 
@@ -198,7 +199,7 @@ class _PieceSteps:
         if not len(shares) or not length > MIN_LENGTH:
             return [piece]
         if self.lifted and math.dist(piece.path.start, piece.path.end) <= SAME_PLACE:
-            # The tool may descend along a ring, so the ring is not divided.
+            # Do not divide a ring, because the tool may descend along it.
             return [PocketPiece(piece.path, piece.kind, float(shares.min()))]
         changes = np.flatnonzero(np.diff(shares))
         starts = [0.0, *(self._snap_to_vertex(float(self.ends[k]), snap) for k in changes.tolist())]

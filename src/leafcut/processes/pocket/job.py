@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PocketSolid:
-    """The surface of a solid as triangles, float64[n, 3, 3], mm, all its pockets, and the pockets to mill.
+    """The surface of a solid as triangles, float64[n, 3, 3], mm, all its pockets, and the pockets to be milled.
 
     `before` is the solid on the machine with all pockets filled.
     """
@@ -44,9 +44,9 @@ class PocketSolid:
 class PocketJob:
     """The pockets of a job, with tool, levels, heights and rules.
 
-    `around` is the index of the pocket in whose floor each pocket lies, or None. `limits` is None for a constant feed.
-    `tops` is the height of the material over each pocket before milling, mm, measured from the highest point of the
-    part.
+    `around` contains, for each pocket, the index of the pocket whose floor contains it, or None. `limits` is None for a
+    constant feed. `tops` contains the height of the material above each pocket before milling, mm, relative to the
+    highest point of the part.
     """
 
     run: Job
@@ -75,12 +75,12 @@ class PocketJob:
 
     @property
     def top(self) -> float:
-        """Height of the top of the pockets, mm; planning and proof count heights from there."""
+        """Height of the top of the pockets, mm; planning and verification measure heights from there."""
         return self.part.pockets[0].top or 0.0
 
     @property
     def rounding(self) -> float:
-        """Largest distance between the tool path and a corner that the machine rounds, mm."""
+        """Maximum distance between the tool path and a corner that the machine rounds, mm."""
         from leafcut.processes.pocket.plan.rules import corner_rounding
 
         return corner_rounding(self.run.machine, self.limits.most if self.limits else self.data.tool.feed)
@@ -93,13 +93,13 @@ class PocketMotion:
     path: Toolpath
     descents: tuple[Descent, ...]
     measure: Measure
-    #: Issues about uncut areas, and the chips if feeds follow the load; both are results of the proof.
+    #: Issues about uncut areas, and the chips if feeds follow the load; both are results of verification.
     left: Sequence[Issue] = ()
     chips: MeasuredChips | None = None
 
 
 def required_holes(descents: Sequence[Descent]) -> dict[Point, float]:
-    """Return the holes that must be drilled first, as a map from position to height of the bottom, mm."""
+    """Return the holes that must be drilled first: position → height of the bottom, mm."""
     bottoms: dict[Point, float] = {}
     for descent in descents:
         if descent.kind == "predrilled":
@@ -108,7 +108,7 @@ def required_holes(descents: Sequence[Descent]) -> dict[Point, float]:
 
 
 def raise_path(path: Toolpath, by: float) -> Toolpath:
-    """Return a toolpath without drilling cycles, moved up by `by` mm; machine coordinates do not change."""
+    """Move a toolpath without drilling cycles up by `by` mm; machine coordinates do not change."""
     if not by:
         return path
     end = path.end.copy()

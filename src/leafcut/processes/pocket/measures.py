@@ -1,4 +1,4 @@
-"""Measures of a path over one level of a pocket: lengths, areas, step-over, and engagement."""
+"""Measures of a path on one level of a pocket: lengths, areas, step-over, and engagement."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from leafcut.model.pocket import Pocket, PocketMeasures, PocketPath, PocketRules
 def measure_path(
     pocket: Pocket, path: PocketPath, rules: PocketRules, engaged: tuple[ToolSteps, Engaged] | None = None
 ) -> PocketMeasures:
-    """Return the measures of a path over one level of a pocket.
+    """Return the measures of a path on one level of a pocket.
 
-    Air is feed without engagement. The first cut into full material counts as an engagement of half a turn. Entry loops
-    do not count for engagement, air and step-over, because the tool clears them during its descent. `engaged` is the
-    result of `engaged_tool_path`, if known. Raises PlanError if the pocket's outline or islands cross themselves or
-    touch.
+    Feed moves without engagement count as air. The first cut into full material counts as an engagement of half a turn.
+    Entry loops do not count for engagement, air and step-over, because the tool clears them during its descent.
+    `engaged` is the result of `engaged_tool_path`, if known. Raises PlanError if the outline or the islands of the
+    pocket cross themselves or touch.
     """
     removed = removal(pocket, path, rules)
     samples, (angle, width, _) = engaged_tool_path(path, rules) if engaged is None else engaged

@@ -15,7 +15,7 @@ class PocketDetail:
 
     `programs` is empty for a single pocket. `pace` is None for a constant feed. `before` is the material before the
     first cut if it is a solid with steps instead of a block. `clearance` and `retract` are the heights of rapids, mm.
-    `entries` are kind and number of the entries into the material.
+    `entries` contains the kind and number of the entries into the material.
     """
 
     plans: tuple[PocketPlan, ...]

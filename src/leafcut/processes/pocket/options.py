@@ -1,4 +1,4 @@
-"""Options of pockets."""
+"""Options for pockets."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.options.option_spec import OptionGroup, option
 class PocketOptions(OptionGroup):
     """Options for clearing pockets.
 
-    `JobOptions` has depth, safe height, retract height, spindle speed, and start and end points.
+    `JobOptions` contains the depth, safe height, retract height, spindle speed, and start and end points.
     """
 
     section: ClassVar[str] = "pocket"

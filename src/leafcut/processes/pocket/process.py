@@ -1,4 +1,4 @@
-"""The process of pocket milling: options, planning, proof, and form."""
+"""The pocket milling process: options, planning, verification, and form."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ _MAIN = (
     "outline",
     "pixel_size",
 )
-#: Suitability of drawings with layers named for pockets, and of other drawings.
+#: Suitability of drawings in which layer names suggest pockets, and of other drawings.
 _BY_NAME, _UNNAMED = 0.98, 0.01
 #: Share of the time limit for ordering several pockets.
 ORDERING = 0.1
@@ -67,7 +67,7 @@ _PLACES = ("clearance_height", "retract_height", "start_point", "end_point", "wo
 
 
 class Pocketing(Process):
-    """Mills pockets with islands, from a drawing, a picture or a solid."""
+    """Mills pockets with islands from a drawing, a picture or a solid."""
 
     name = "pocket"
     title = "milling pockets"
@@ -143,7 +143,7 @@ class Pocketing(Process):
     )
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Return a high suitability if layers are named for pockets or islands, otherwise a low suitability."""
+        """Return a high suitability if layer names suggest pockets or islands, otherwise a low suitability."""
         from leafcut.processes.suitability import Suitability
 
         named = drawing.named(self.layer_names)
@@ -155,7 +155,7 @@ class Pocketing(Process):
         return Suitability(_UNNAMED, "outlines", drawing.figures, *closed) if drawing.n_outlines else None
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Clear each pocket by the best strategy. Return a plan with one stage, which has a task for each region."""
+        """Clear each pocket by the best strategy; return a plan with one stage, which has a task for each region."""
         import numpy as np
 
         from leafcut.model.plan import Stage
@@ -163,7 +163,7 @@ class Pocketing(Process):
         from leafcut.processes.pocket.spec import prepare_pocket_job
 
         ours, issues = prepare_pocket_job(job, sources[0])
-        # Only now: they load the compiled kernels, which a refused file or option does not need.
+        # These imports load the compiled kernels, which are not needed if a file or option is refused.
         from leafcut.processes.pocket.clearing import PocketWork, clear_pocket, order_problem
         from leafcut.processes.pocket.strategies import SearchTime
 
@@ -230,7 +230,7 @@ class Pocketing(Process):
         return replace(best, text=text, written=written, detail=replace(best.detail, left=left, chips=chips))
 
     def notes(self, plan: Plan, best: Candidate) -> Sequence[str]:
-        """Return a line of the program header for each hole that must be drilled first."""
+        """Return a line for the program header for each hole that must be drilled first."""
         from leafcut.processes.pocket.proving import required_hole_lines
 
         return required_hole_lines(plan.work.job, best.detail.descents)
@@ -238,7 +238,7 @@ class Pocketing(Process):
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
         """Return the operation of the end mill, with the order of the regions.
 
-        For a single region, it has neither an algorithm nor a lower bound.
+        If there is a single region, the operation has neither an algorithm nor a lower bound.
         """
         from leafcut.model.outcome import OperationOutcome
 
@@ -283,7 +283,7 @@ class Pocketing(Process):
         return PocketReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the pockets of a source, moved to the program zero."""
+        """Return the pockets of a source, moved to the program origin."""
         from leafcut.processes.placing import place_part
         from leafcut.read import read_pockets
 

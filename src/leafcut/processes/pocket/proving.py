@@ -1,4 +1,4 @@
-"""The proof of a pocketing program, and issues about entries, required holes and uncut areas."""
+"""Verification of a pocketing program, and issues about entries, required holes and uncut areas."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NAMED_PLACES = 3
 
 
 def required_hole_lines(job: PocketJob, descents: Sequence[Descent]) -> list[str]:
-    """Return a line of the program header for each hole that must be drilled first."""
+    """Return a line for the program header for each hole that must be drilled first."""
     scale, unit = (MM_PER_INCH, "in") if job.run.settings.post.output_units == "inch" else (1.0, "mm")
     return [
         f"needs a hole at X{x / scale:.4f} Y{y / scale:.4f}, {job.data.tool.diameter / scale:.4g} {unit} or wider, "
@@ -125,7 +125,7 @@ def _uncut_area_issues(job: PocketJob, removed: list[tuple[int, Removal]]) -> li
 
 
 def stop_notes(job: PocketJob) -> list[Issue]:
-    """Return a note if the tool stops after every move, and stock on the walls would avoid these stops."""
+    """Return a note if the tool stops after every move and stock on the walls would avoid these stops."""
     if not job.words.rounding or job.rounding <= job.rules.stock:
         return []
     words = Message(

@@ -1,4 +1,4 @@
-"""Preparation of a milling job: pockets of a drawing, a picture or a solid, with tool, levels and rules."""
+"""Preparation of a milling job: the pockets of a drawing, a picture or a solid, with tool, levels and rules."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
     part, left = milled_pockets(part, settings.job.blind_depth, diameter)
     depths = [one.depth or 0.0 for one in part.pockets]
     if mill is not None:
-        # The depths of a solid are known now: the mill may be too short.
+        # Only now are the depths of a solid known, and the mill may be too short.
         mill = _library_mill(run, max(depths))
     rules = rules_of(options, milling.milling, settings.job.step_over, diameter)
     around = enclosing_pockets(part.pockets, rules.tolerance)
@@ -124,7 +124,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
 
 
 def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> tuple[PocketSolid | None, list[float]]:
-    """Return the solid, and the height of the material over each pocket, mm.
+    """Return the solid, and the height of the material above each pocket, mm.
 
     Without --pocket-top surface, these are None and zeros. Raises OptionError if the input is not a solid.
     """
@@ -183,7 +183,7 @@ def _library_mill(run: Job, depth: float | None) -> Tool | None:
 def _material(settings: Settings) -> WorkMaterial | None:
     """Return the material of the workpiece; None if it is not given or its cutting force is unknown.
 
-    Raises OptionError if the file of a material is invalid.
+    Raises OptionError if a material file is invalid.
     """
     from leafcut.read.work_materials import load_material
 
@@ -195,7 +195,7 @@ def _material(settings: Settings) -> WorkMaterial | None:
     except OptionError:
         if JobOptions.specs()["material"].names_file(named):
             raise
-        return None  # the material occurs only in the tables of cutting speeds
+        return None  # the material is listed only in the tables of cutting speeds
 
 
 def _xy(point: tuple[float, ...] | None) -> Point | None:
@@ -205,7 +205,9 @@ def _xy(point: tuple[float, ...] | None) -> Point | None:
 
 
 def _extent_moves(job: PocketJob) -> Toolpath:
-    """Return moves across the box of each pocket, from the clearance height to the floor, to check machine limits."""
+    """Return moves across the bounding box of each pocket, from the clearance height to the floor, to check machine
+    limits.
+    """
     builder = ToolpathBuilder()
     builder.rapid(z=job.heights.clearance)
     for one, levels in zip(job.part.pockets, job.levels, strict=True):
@@ -218,7 +220,7 @@ def _extent_moves(job: PocketJob) -> Toolpath:
     return raise_path(builder.build(), job.top)
 
 
-#: Overlap with a zone that is left to the proof, mm, because the proof knows the exact path.
+#: Maximum overlap with a zone that is left to verification, mm, because only verification knows the exact path.
 ROUNDING = 0.05
 
 
@@ -230,10 +232,10 @@ def refuse_clamps(
     keep_out: Sequence[str],
     clearance: float,
 ) -> None:
-    """Refuse a pocket that cannot be milled without hitting a keep-out zone.
+    """Raise an error for a pocket that cannot be milled without hitting a keep-out zone.
 
-    `floors` are the heights of the floors, mm. `clearance` is the height of zones without a height of their own, mm.
-    Raises PlanError with the pocket, the zone, and the missing tool length or distance.
+    `floors` contains the heights of the floors, mm. `clearance` is the height of zones without their own height, mm.
+    The PlanError states the pocket, the zone, and the missing tool length or distance.
     """
     zones: Any = [shapely.box(*zone) for zone in parse_zones(keep_out)]
     heights = crossing_heights(keep_out, clearance).tolist()

@@ -25,13 +25,13 @@ ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
 #: Algorithms that each strategy with a grid accepts.
 OF_GRID = {"ants": ("auto", *ANTS), "firefly": ("auto", "firefly")}
 
-#: Spacings of rings to try, step-overs; a smaller spacing avoids gaps in corners that are wider than the step-over.
+#: Spacings of rings to try, in step-overs; a smaller spacing avoids gaps in corners that are wider than the step-over.
 NEARER = (1.0, 0.98, 0.95, 0.92, 0.89)
 
-#: Grids that the next strategy reuses: problem and context by region.
+#: Grids that the next strategy reuses: routing problem and context by region.
 Grids = dict["CentreRegion", tuple["RoutingProblem", "GridContext"]]
 
-#: A function that returns the path of the tool's centre over one level of a region.
+#: Function that returns the path of the tool centre on one level of a region.
 Strategy = Callable[["CentreRegion", Job, Grids], PocketPath]
 
 
@@ -42,8 +42,8 @@ def _with_planned_rules(region: CentreRegion) -> CentreRegion:
 def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
     """Return a function that computes the points of a path, float64[n, 2], where passes are too far apart.
 
-    Too far means further than the step-over. The function measures the path with fitted arcs, as in the program,
-    because arcs shift passes by a few micrometres.
+    Passes are too far apart if their distance exceeds the step-over. The function measures the path with fitted arcs,
+    as in the program, because arcs shift passes by a few micrometres.
     """
     from leafcut.material.step_over import WidePlaceFinder
     from leafcut.processes.pocket.plan.arcs import fit_arcs_to_path
@@ -114,7 +114,7 @@ def _grid(name: str) -> Strategy:
             grids[region] = problem, context
         options = replace(settings.solve, bound=False, time_limit=run.deadline.seconds)
         if asked.strategy != name:
-            # A short search is enough for the comparison: its cost is a few tenths of a percent higher at most.
+            # A short search is sufficient for the comparison: its cost is at most a few tenths of a percent higher.
             options = replace(options, preset="fast")
         ants = options.algorithm if options.algorithm in ANTS else "auto"
         solution = solve(
@@ -154,9 +154,9 @@ STRATEGIES = (
 
 
 class SearchTime:
-    """Shares a time limit equally among the remaining searches of all pockets, `to_come` in number.
+    """Divides a time limit equally among the remaining searches of all pockets, `to_come` in number.
 
-    `grids` are kept for reuse by another strategy.
+    `grids` are stored so that another strategy can reuse them.
     """
 
     def __init__(self, deadline: Deadline) -> None:
@@ -164,7 +164,7 @@ class SearchTime:
         self.grids: Grids = {}
 
     def path(self, strategy: ClearingStrategy, region: CentreRegion, run: Job) -> PocketPath:
-        """Return the path of a strategy through a region. A strategy that searches gets its share of the time."""
+        """Return the path of a strategy through a region; a strategy that searches gets its share of the time."""
         if strategy.searches:
             run = replace(run, deadline=self.deadline.part(1.0 / max(self.to_come, 1)))
             self.to_come -= 1

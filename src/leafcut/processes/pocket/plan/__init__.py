@@ -1,1 +1,1 @@
-"""Planning of pockets: where the tool may be, the paths that clear a region, levels, entries and walls."""
+"""Planning of pockets: possible positions of the tool, paths that clear a region, levels, entries and walls."""

@@ -2,8 +2,9 @@
 
 A helix and a spiral clear the largest disc in the region of tool centres. From there, discs that touch the walls on
 both sides follow the medial axis into every branch and corner. The tool clears each disc by an arc along its front, and
-returns through the cleared area to the start of the next arc. The next disc is the most distant disc whose arc keeps
-the engagement limit everywhere. The engagement is exact, because the cleared area is a union of discs (`fronts`).
+returns through the cleared area to the start of the next arc. The next disc is the most distant one whose arc stays
+within the engagement limit everywhere. The engagement is exact, because the cleared area is a union of discs
+(`fronts`).
 
 Sources: M. Held, C. Spielberger, "A smooth spiral tool path for high speed machining of 2D pockets", Computer-Aided
 Design 41 (2009), for discs on the axis; G. Elber, E. Cohen, S. Drake, "MATHSM: medial axis transform toward high speed
@@ -29,29 +30,29 @@ from leafcut.processes.pocket.plan.cleared_discs import ClearedDiscs
 from leafcut.processes.pocket.plan.medial_axis import Axis, medial_axis
 from leafcut.processes.pocket.plan.region import CentreRegion
 
-#: Safety margin of the engagement limit, rad: the engagement is sampled and may peak between two samples.
+#: Safety margin of the engagement limit, rad, because the engagement is sampled and may peak between two samples.
 MARGIN = math.radians(0.4)
-#: Radius of the entry helix, tool radii; below 1, so that no core remains.
+#: Radius of the entry helix, in tool radii; less than 1, so that no core remains.
 HELIX = 0.9
-#: Maximum cusp that arcs leave along a wall for the wall pass: in mm, and relative to the maximum cut width.
+#: Maximum cusp that arcs leave along a wall for the wall pass, in mm and relative to the maximum cut width.
 CUSP, CUSP_SHARE = 0.05, 0.25
-#: Cuts thinner than this, relative to the maximum cut width, are left for the next arc.
+#: Maximum thickness of a cut that is left for the next arc, relative to the maximum cut width.
 THIN = 0.03
-#: Maximum film that remains in the tip of a corner for the wall pass, relative to the path tolerance.
+#: Maximum thickness of the film left in the tip of a corner for the wall pass, relative to the path tolerance.
 FILM = 0.6
 #: Number of bisections between a possible disc and a disc that is too far away.
 _HALVINGS = 5
-#: Factor by which a step that turns out slightly too long is shortened.
+#: Factor by which a step that proves slightly too long is shortened.
 _BACK = 0.8
-#: Minimum step to a new disc, mm; if only shorter steps are possible, the engagement limit cannot be kept.
+#: Minimum step to a new disc, mm; if only shorter steps are possible, the engagement limit cannot be met.
 _STUCK = 1e-5
 
 
 def adaptive(region: CentreRegion) -> PocketPath:
     """Return a path that clears a region within the engagement limit, then a pass along its walls.
 
-    The engagement also stays below the engagement of a straight cut as wide as the step-over. Raises PlanError if no
-    limit is given, or if the region is too narrow to keep it.
+    The engagement also stays below that of a straight cut as wide as the step-over. Raises PlanError if no limit is
+    given, or if the region is too narrow for the limit.
     """
     limit = region.rules.max_engagement
     if limit is None:
@@ -73,7 +74,7 @@ def adaptive(region: CentreRegion) -> PocketPath:
 class _ClearedPoint:
     """A point of the medial axis, float64[2], mm, whose disc is cleared.
 
-    `disc` is the index of a cleared disc that contains it.
+    `disc` is the index of a cleared disc that contains the point.
     """
 
     disc: int
@@ -84,7 +85,7 @@ class _ClearedPoint:
 class _AdaptivePath:
     rules: PocketRules
     limit: float
-    #: Boundary of the region, a prepared shapely geometry.
+    #: Boundary of the region, as a prepared shapely geometry.
     edge: Any
     pieces: list[PocketPiece] = field(default_factory=list)
     #: Predecessor of each disc.
@@ -122,16 +123,16 @@ class _AdaptivePath:
         self.at = self.pieces[-1].path.end
 
     def _spiral(self, first: float, last: float) -> Points:
-        """Return a spiral around (0, 0) that ends with a full circle, float64[n, 2]; radii in mm.
+        """Return a spiral around (0, 0) that ends with a full circle, float64[n, 2]; radii are in mm.
 
-        A tool of radius r that widens a hole from r + ρ − w to r + ρ has the engagement φ with
-        (r + ρ − w)² = ρ² + r² + 2ρr cos φ. The width w grows with ρ, so a growth of w(ρ) per turn cuts at most w(ρ).
+        A tool of radius r that widens a hole from r + ρ − w to r + ρ has the engagement φ with (r + ρ − w)² = ρ² + r² +
+        2ρr cos φ. The width w increases with ρ, so a growth of w(ρ) per turn cuts at most w(ρ).
         """
         radii, angles, full = [first], [0.0], math.inf
         while angles[-1] < full:
             rho = radii[-1]
             step = min(2.0 * math.sqrt(0.5 * self.rules.tolerance / rho), 0.2)
-            # The spiral points outwards by an angle whose tangent is dρ/(ρ dθ), which adds to the engagement.
+            # The spiral is inclined outwards by an angle whose tangent is dρ/(ρ dθ); this angle adds to the engagement.
             rate = self._uncut_width(rho, self.limit) / math.tau
             rate = self._uncut_width(rho, max(self.limit - math.atan2(rate, rho), 0.5 * self.limit)) / math.tau
             if rho >= last and math.isinf(full):
@@ -157,14 +158,14 @@ class _AdaptivePath:
             stack += [(child, node) for child in reversed(children[node])]
 
     def _clear_along_edge(self, start: Floats, end: Floats, spot: _ClearedPoint, to_end: bool) -> _ClearedPoint:
-        """Clear as few discs as possible between two neighbouring points of the axis. Return the last point cleared."""
+        """Clear as few discs as possible between two neighbouring points of the axis; return the last point cleared."""
         good = 0.0
         while not self._can_clear(end, spot, to_end):
             low, high = good, 1.0
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)
                 low, high = (middle, high) if self._can_clear(start + middle * (end - start), spot) else (low, middle)
-            for _ in range(_HALVINGS):  # finer sampling may reveal a peak
+            for _ in range(_HALVINGS):  # finer sampling may reveal a higher peak
                 if self._can_clear(start + low * (end - start), spot, True):
                     at, on = start + low * (end - start), low
                     break
@@ -175,7 +176,7 @@ class _AdaptivePath:
             if cleared.disc == spot.disc and float(np.hypot(*(at - spot.at))) < _STUCK:
                 x, y = end.tolist()
                 if self.fronts.contains_disc(x, y, self._radius(end), FILM * self.rules.tolerance):
-                    return cleared  # the wall pass cuts the film in the tip of a corner
+                    return cleared  # the wall pass removes the film in the tip of a corner
                 raise PlanError(
                     "the engagement cannot be kept near ({:.2f}, {:.2f}), where the tool hardly has room to turn; "
                     "choose a larger --max-engagement or a smaller --tool-diameter",
@@ -188,8 +189,8 @@ class _AdaptivePath:
     def _closer_point(self, at: Floats, spot: _ClearedPoint) -> Floats:
         """Return a point between `at` and the last disc whose own disc can be cleared next.
 
-        The line between the two lies in the region: a point outside would be nearer to the boundary than to the last
-        disc.
+        The line between them is inside the region, because a point outside would be closer to the boundary than to the
+        last disc.
         """
         part = 1.0
         while part * float(np.hypot(*(at - spot.at))) > 0.5 * _STUCK:
@@ -218,15 +219,15 @@ class _AdaptivePath:
         return self.fronts.engagement(x, y, radius, sure) <= self._engagement_limit(radius)
 
     def _uncut_arcs(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
-        """Return the uncut arcs of a disc as start angle and sweep, rad; none if only a film in a corner remains."""
+        """Return the uncut arcs of a disc as start angle and sweep, rad; empty if only a film in a corner remains."""
         if radius < self.fine and self.fronts.contains_disc(x, y, radius, 0.5 * self.rules.tolerance):
             return []
         return self.fronts.arcs(x, y, radius)
 
     def _engagement_limit(self, radius: float) -> float:
-        """Return the engagement limit on a circle, rad. It is lower on small circles, where films count more.
+        """Return the engagement limit on a circle, rad. It is lower on small circles, where films have a larger effect.
 
-        A film of thickness h in a hole of radius r + ρ has the effect of a film h (1 + r/ρ) at a straight edge.
+        A film of thickness h in a hole of radius r + ρ has the effect of a film of h (1 + r/ρ) at a straight edge.
         """
         tool = self.rules.radius
         film = self.fine * (1.0 + tool / max(radius, self.fine))
@@ -252,12 +253,12 @@ class _AdaptivePath:
         return first if math.dist(place, (x, y)) <= radius + 1e-7 else self.fronts.nearest(*place)
 
     def _link_to(self, to: tuple[float, float], disc: int) -> None:
-        """Move through the cleared area to the position `to`, which lies in the given disc."""
+        """Move through the cleared area to the position `to`, which is in the given disc."""
         discs = self._discs_between(self.disc, disc)
         places = [self.at, *(self._lens_middle(a, b) for a, b in pairwise(discs)), to]
         corners, i = [places[0]], 0
         while i < len(places) - 1:
-            # The line from position k to position k + 1 lies in disc k of `discs`.
+            # The line from position k to position k + 1 is inside disc k of `discs`.
             j = len(places) - 1
             while j > i + 1 and not self.fronts.contains_move(places[i], places[j], discs[i:j]):
                 j = i + 1 + (j - i - 1) // 2
@@ -270,7 +271,7 @@ class _AdaptivePath:
     def _discs_between(self, a: int, b: int) -> list[int]:
         up, down = [a], [b]
         while up[-1] != down[-1]:
-            longer = up if up[-1] > down[-1] else down  # a disc is younger than its predecessor
+            longer = up if up[-1] > down[-1] else down  # a disc has a higher index than its predecessor
             longer.append(self.parents[longer[-1]])
         return up + down[-2::-1]
 

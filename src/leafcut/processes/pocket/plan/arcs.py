@@ -1,4 +1,4 @@
-"""Arc fitting: few lines and arcs replace many chords, for short programs and a steady feed."""
+"""Arc fitting: replace many chords by few lines and arcs, for short programs and a steady feed."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.pocket import PocketPath
 
-#: Share of the tolerance for arc fitting; the rest is for the chords of walls and for rounding.
+#: Share of the tolerance for arc fitting; the remainder is for the chords of walls and for rounding.
 FITTED_PART = 0.5
-#: Distance within which points are merged, mm: the decimals of a program hardly distinguish such points.
+#: Distance within which points are merged, mm; with the decimals of a program, such points hardly differ.
 NEAREST = 0.005
 
 
 def fit_arcs_to_path(path: PocketPath, tolerance: float) -> PocketPath:
-    """Return a path with arcs fitted to its chords, within half of `tolerance`, mm.
+    """Fit arcs to the chords of a path, within half of `tolerance`, mm.
 
     Existing arcs and the ends of sections do not change.
     """

@@ -8,22 +8,22 @@ import numpy as np
 
 from leafcut.geometry.arrays import Floats
 
-#: Number of nearest discs from which an engagement is computed; the omitted discs could only reduce it.
+#: Number of nearest discs from which an engagement is computed; other discs could only reduce it.
 _NEAREST = 96
-#: Samples of the engagement along an arc: spacing, tool radii, and maximum number.
+#: Samples of the engagement along an arc: spacing, in tool radii, and maximum number.
 _APART, _MOST = 0.1, 160
-#: Finer samples for a safe result, because cusps of earlier arcs cause short peaks of the engagement.
+#: Finer sampling for a safe result, because cusps of earlier arcs cause short peaks of the engagement.
 _APART_SURE, _MOST_SURE = 0.025, 1000
 _HALF = 0.5 * math.pi
-#: Rounding tolerance of points on the edge of a disc, mm.
+#: Rounding tolerance for points on the edge of a disc, mm.
 _SLACK = 1e-6
 
 
 class ClearedDiscs:
-    """The discs cleared so far, in order of clearing.
+    """The discs cleared so far, in order.
 
-    `turn` is 1 for counter-clockwise arcs, -1 for clockwise arcs. `fine` and `thin` describe material that is not worth
-    cutting: the thickness of a film, mm, and the width of a straight cut, mm.
+    `turn` is 1 for counter-clockwise arcs, and -1 for clockwise arcs. `fine` and `thin` describe material that is not
+    worth cutting: the thickness of a film, mm, and the width of a straight cut, mm.
     """
 
     def __init__(self, tool_radius: float, turn: int, fine: float, thin: float) -> None:
@@ -49,7 +49,8 @@ class ClearedDiscs:
     def arcs(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
         """Return the arcs of a circle outside all discs, as start angle and sweep, rad, in the direction of `turn`.
 
-        Arcs within `fine` mm of the discs, or with thinner chips than a straight cut of width `thin` mm, are omitted.
+        Arcs within `fine` mm of the discs, and arcs with thinner chips than a straight cut of width `thin` mm, are
+        omitted.
         """
         return self._arcs(x, y, radius, self.discs)
 
@@ -109,7 +110,9 @@ class ClearedDiscs:
         return float(self._engagement_at(x, y, radius, angle, discs).max())
 
     def _engagement_at(self, x: float, y: float, radius: float, angle: Floats, discs: Floats) -> Floats:
-        """Return the engagement at points of a circle, float64[k], rad: the tool's front edge in uncut material."""
+        """Return the engagement at points of a circle, float64[k], rad: the front edge of the tool in uncut
+        material.
+        """
         px, py = x + radius * np.cos(angle), y + radius * np.sin(angle)
         dx, dy = discs[:, 0] - px[:, None], discs[:, 1] - py[:, None]
         distance = np.hypot(dx, dy)
@@ -118,7 +121,7 @@ class ClearedDiscs:
             cosine = (tool * tool + distance * distance - cleared * cleared) / (2.0 * tool * distance)
         half = np.arccos(np.clip(np.where(distance > 0.0, cosine, -1.0), -1.0, 1.0))
         ahead = angle + self.turn * _HALF
-        # Angles relative to the direction of travel; copies of intervals that cross ±π are kept.
+        # Angles are relative to the direction of travel; intervals that cross ±π are copied.
         middle = (np.arctan2(dy, dx) - ahead[:, None] + math.pi) % math.tau - math.pi
         low = np.concatenate([middle - half, middle - half + math.tau, middle - half - math.tau], axis=1)
         high = np.concatenate([middle + half, middle + half + math.tau, middle + half - math.tau], axis=1)
@@ -131,7 +134,9 @@ class ClearedDiscs:
         return math.pi - np.minimum(covered, math.pi)
 
     def nearest(self, x: float, y: float) -> int:
-        """Return the index of the disc in which a point lies deepest; outside all discs, of the nearest disc."""
+        """Return the index of the disc in which a point is deepest, or of the nearest disc if it is outside all
+        discs.
+        """
         discs = self.discs
         return int(np.argmin(np.hypot(discs[:, 0] - x, discs[:, 1] - y) - discs[:, 2]))
 
@@ -145,7 +150,7 @@ class ClearedDiscs:
         return gaps
 
     def contains_move(self, a: tuple[float, float], b: tuple[float, float], which: list[int]) -> bool:
-        """Return whether the straight move from `a` to `b` lies within the union of the discs with indices `which`."""
+        """Return whether the straight move from `a` to `b` is inside the union of the discs with indices `which`."""
         discs = self._discs[which]
         move = np.array(b) - a
         length = float(np.hypot(*move))

@@ -22,21 +22,21 @@ from leafcut.processes.pocket.plan.rings import never_stopped, rings
 from leafcut.processes.pocket.plan.shorten import SAMPLE_SPACING, chamfer_corners, shorten_path, subdivide_path
 from leafcut.processes.pocket.plan.spurs import add_spurs
 
-#: Tolerance that is added to half the step-over for the spacing of sample points, step-overs.
+#: Tolerance that is added to half the step-over for the spacing of sample points, in step-overs.
 LEEWAY = 0.0035
 #: Maximum number of attempts to correct a path whose passes are too far apart.
 CORRECTIONS = 4
-#: Safety margin of chamfers that allows for the spacing of sample points, tool radii.
+#: Safety margin of chamfers that allows for the spacing of sample points, in tool radii.
 SPARE = 0.03
-#: Maximum distance allowed between a sample point and the path, step-overs.
+#: Maximum distance allowed between a sample point and the path, in step-overs.
 LONGEST_LIMIT = 1.25
-#: Maximum length of a segment in the spatial index, step-overs: long segments have large boxes.
+#: Maximum length of a segment in the spatial index, in step-overs, because long segments have large boxes.
 LONGEST_LOOKED = 4.0
-#: A function that returns whether the search must stop.
+#: Function that returns whether the search must stop.
 Stopped = Callable[[], bool]
 #: Maximum number of nested rings.
 MOST_LEVELS = 400
-#: A segment within this distance of a wall runs along it, mm.
+#: Maximum distance between a wall and a segment that runs along it, mm.
 ALONG = 1e-5
 
 
@@ -59,7 +59,7 @@ def connected_path(
 
     Raises PlanError for more than `MOST_LEVELS` nested rings.
     """
-    # The planned step-over is smaller, because chords and sample points have tolerances of their own.
+    # The planned step-over is smaller, because chords and sample points have their own tolerances.
     region = replace(region, rules=region.rules.planned)
     cut = rings(region)
     if max((ring.level for ring in cut), default=0) >= MOST_LEVELS:
@@ -108,9 +108,9 @@ def _divide_at_walls(region: CentreRegion, path: Points) -> list[PocketPiece]:
 
 
 def _coverage_grid(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
-    """Return sample points of the region, each with the maximum distance that it may have from the path.
+    """Return sample points of the region, each with its maximum allowed distance from the path.
 
-    This limit is half the step-over, or the present distance from `paths` if that is larger.
+    This limit is half the step-over, or the current distance from `paths` if that is larger.
     """
     step = region.rules.step_over
     short = [subdivide_path(path, LONGEST_LOOKED * step) for path in paths]

@@ -1,4 +1,4 @@
-"""Sample points in the area of a pocket, each with its maximum distance from the tool path."""
+"""Sample points in the area of a pocket, each with its maximum allowed distance from the tool path."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from leafcut.geometry.arrays import Indices, Points
 from leafcut.geometry.cells import Cells
 from leafcut.material.bands import segments_near
 
-#: A function that returns the maximum distance of each sample point from the path, float64[n], mm. Its arguments are
-#: the points, float64[n, 2], and their spacing, mm.
+#: Function that returns the maximum distance of each sample point from the path, float64[n], mm. Its arguments are the
+#: points, float64[n, 2], and their spacing, mm.
 Limit = Callable[[Points, float], Points]
 
-#: Maximum number of sample points in use, which bounds time and memory.
+#: Maximum number of sample points in use; it limits time and memory.
 MOST_PLACES = 200_000
 #: Number of grid cells along the largest of the maximum distances.
 CELLS = 2
@@ -30,8 +30,8 @@ CELLS = 2
 class CoveragePoints:
     """Sample points, float64[n, 2], and the segments of a path near them.
 
-    `limits` are the maximum distances of the points from the path, float64[n], mm. `pieces` are the indices of the
-    segments.
+    `limits` contains the maximum distances of the points from the path, float64[n], mm. `pieces` contains the indices
+    of the segments.
     """
 
     points: Points
@@ -44,7 +44,9 @@ class CoveragePoints:
         return shapely.points(self.points)
 
     def near(self, path: Points) -> tuple[Indices, Indices]:
-        """Return the pairs (segment, sample point) with a distance within the limit of the point, sorted by segment."""
+        """Return the pairs (segment, sample point) whose distance is within the limit of the point, sorted by
+        segment.
+        """
         piece, place = segments_near(path[self.pieces], path[self.pieces + 1], self.points, self.limits)
         return self.pieces[piece], place
 
@@ -52,8 +54,8 @@ class CoveragePoints:
 class CoverageGrid:
     """A square grid of sample points inside a region of tool centres.
 
-    The spacing is `pitch` mm, or more to bound the number of points. Only requested cells are stored. `limit` computes
-    the maximum distances of points from the path, at most `longest` mm.
+    The spacing is `pitch` mm, or more to limit the number of points. Only requested cells are stored. `limit` computes
+    the maximum distances of points from the path, which are at most `longest` mm.
     """
 
     def __init__(self, polygon: Any, pitch: float, longest: float, limit: Limit) -> None:

@@ -1,4 +1,4 @@
-"""Limits of feeds that follow the load of the end mill."""
+"""Limits for feeds that follow the load of the end mill."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.rules import finishing_levels
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Minimum feed, relative to the tool's feed; at a lower feed, the tool rubs more than it cuts.
+#: Minimum feed, relative to the tool's feed; below it, the tool rubs more than it cuts.
 SLOWEST = 0.25
 
 
@@ -34,7 +34,7 @@ def feed_limits(
     mill: Tool | None,
     material: WorkMaterial | None,
 ) -> tuple[FeedLimits, list[Issue]]:
-    """Return the limits of feeds, and issues about limits that are unknown.
+    """Return the feed limits, and issues about limits that are unknown.
 
     Raises OptionError if the feed or speed of the tool is not given, and PlanError if the spindle has much less power
     than the first cut needs.
@@ -43,7 +43,7 @@ def feed_limits(
     _check_stated(settings, data.tool, mill)
     tool = data.tool
     highest = max(min(FEED_INCREASE * tool.feed, machine.max_feed, data.air_feed), tool.feed)
-    # One tool cuts all pockets, so the highest level step counts.
+    # One tool cuts all pockets, so the largest step between levels counts.
     depth = max(one.step for one in levels)
     finish = max(one.begin - finishing_levels(one, tool.diameter)[0] for one in levels) if options.stock else depth
     limits = FeedLimits(tool.diameter, tool.feed, tool.spindle_rpm, highest, depth, finish, FILM * tool.diameter)
@@ -69,8 +69,8 @@ def _unlimited_feed_note(settings: Settings, tool: Tool, material: WorkMaterial 
 
 
 def _check_slot(limits: FeedLimits, tool: Tool) -> None:
-    """Refuse a spindle that has too little power for a full slot at the minimum feed."""
-    from leafcut.material.engagement import slot  # loads kernels, which a refused file does not need
+    """Raise an error if the spindle has too little power for a full slot at the minimum feed."""
+    from leafcut.material.engagement import slot  # loads kernels, which are not needed if a file is refused
 
     slowest = float(allowed_feed(slot(tool.diameter), limits)[0])
     if slowest < SLOWEST * tool.feed:
@@ -86,7 +86,7 @@ def _check_slot(limits: FeedLimits, tool: Tool) -> None:
 
 
 def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
-    """Refuse a tool with an assumed feed or speed, because its chip load is unknown."""
+    """Raise an error if the feed or speed of the tool is assumed, because its chip load is then unknown."""
     feed = settings.job.feed or (mill.feed if mill else 0.0)
     speed = settings.job.spindle_speed or (mill.spindle_rpm if mill else 0.0)
     if not feed and not speed:
@@ -110,7 +110,7 @@ def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
 
 
 def _power(machine: Machine, tool: Tool) -> float | None:
-    """Return the power that the spindle has at the tool's speed, W; None if it is unknown."""
+    """Return the power of the spindle at the tool's speed, W; None if it is unknown."""
     power, torque = machine.spindle_power, machine.spindle_torque
     limits = [power * DRIVE_EFFICIENCY] if power else []
     if torque:

@@ -2,11 +2,11 @@
 
 Source: the published pocketing method with a discrete firefly algorithm uses such a grid with a point spacing DP
 between 0.5 D and 0.7 D (D: tool diameter), and separate paths for roughing and finishing. Its points are pixels of a
-picture. Differs: these points lie in the exact region, and the finishing pass follows the walls instead of points.
+picture. Differs: these points are in the exact region, and the finishing pass follows the walls instead of points.
 
 Nothing remains uncut: every position is within DP/√2 of a point of the unbounded grid. If that point is in the region,
-the tool visits it. If not, the boundary lies between the two, and the finishing pass follows the boundary. With stock,
-this pass runs at the stock's distance from the walls, and another pass finishes them (`walls`).
+the tool visits it. If not, the boundary is between the two, and the finishing pass follows the boundary. With stock,
+this pass is at the distance of the stock from the walls, and another pass finishes them (`walls`).
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.region_paths import RegionPaths, length_of
 from leafcut.processes.pocket.plan.stationed_path import Ring
 
-#: Usual and minimum spacing of points, tool diameters; closer points would clear the same area twice. The centre of
-#: four points is 0.71 spacings away from each, so it is cleared if the spacing is less than 0.7 diameters.
+#: Usual and minimum spacing of points, in tool diameters; closer points would clear the same area twice. The centre of
+#: four points is 0.71 spacings away from each of them, so it is cleared if the spacing is less than 0.7 diameters.
 USUAL, NEAREST = 0.6, 0.5
-#: Maximum number of points, which bounds memory: the costs of all pairs are stored, 8 bytes each.
+#: Maximum number of points; it limits memory, because the costs of all pairs are stored with 8 bytes each.
 MOST_POINTS = 3000
 #: Number of offsets of the grid to try along each axis, and angles to try, rad.
 OFFSETS, ANGLES = 8, (0.0, math.pi / 12.0, math.pi / 6.0)
@@ -40,13 +40,15 @@ OFFSETS, ANGLES = 8, (0.0, math.pi / 12.0, math.pi / 6.0)
 
 @dataclass(frozen=True)
 class Retract:
-    """Cost of a retract as a length of feed moves, mm: `fixed` for up and down, `per_mm` per millimetre of rapid."""
+    """Cost of a retract as an equivalent feed length, mm: `fixed` for raising and lowering, `per_mm` per millimetre of
+    rapid.
+    """
 
     fixed: float = 60.0
     per_mm: float = 0.25
 
     def cost(self, distance: float) -> float:
-        """Return the cost of a retract with a rapid of `distance` mm, as a length of feed moves, mm."""
+        """Return the cost of a retract with a rapid of `distance` mm, as an equivalent feed length, mm."""
         return self.fixed + self.per_mm * distance
 
 
@@ -61,9 +63,10 @@ class Grid:
     pitch
         Distance between neighbours along a row, mm.
     longer
-        Lower bound of the number of steps longer than the pitch in any path over all points. Colour the grid like a
-        chessboard: a step of one pitch changes the colour, so unequal numbers of colours need longer steps. A point
-        with fewer than two neighbours is an end of the path or of a longer step.
+        Lower bound on the number of steps longer than the pitch in any path over all points. If the grid is coloured
+        like
+        a chessboard, a step of one pitch changes the colour, so unequal numbers of both colours require longer steps. A
+        point with fewer than two neighbours is an end of the path or of a longer step.
     """
 
     points: Points
@@ -81,7 +84,7 @@ class Grid:
 
 @dataclass(frozen=True, eq=False)
 class GridContext:
-    """Data that `grid_path` needs to turn an order of points into a path."""
+    """Data that `grid_path` needs to convert an order of points to a path."""
 
     region: CentreRegion
     grid: Grid
@@ -110,8 +113,8 @@ def grid_points(
 ) -> Grid:
     """Return the grid from the corner of the region's bounding box, moved by `offset`, mm, and rotated by `angle`, rad.
 
-    Points outside the region, but within the tolerance, are moved onto its boundary. `grown` is the region grown by the
-    tolerance, if known. Raises PlanError if the step-over is too small for a grid, or if the grid has more than
+    Points outside the region, but within the tolerance, are moved onto its boundary. `grown` is the region enlarged by
+    the tolerance, if known. Raises PlanError if the step-over is too small for a grid, or if the grid has more than
     `MOST_POINTS` points.
     """
     pitch, rules = checked_pitch(region.rules), region.rules
@@ -140,7 +143,7 @@ def grid_points(
 def _count_spurs(columns: NDArray[np.int64], rows: NDArray[np.int64]) -> int:
     if len(columns) < 2:
         return 0
-    # A frame of empty cells avoids checks at the border.
+    # A frame of empty cells makes checks at the border unnecessary.
     cells = np.zeros((columns.max() + 3, rows.max() + 3), dtype=bool)
     cells[columns + 1, rows + 1] = True
     middle = slice(1, -1)
@@ -162,7 +165,7 @@ def _refuse_grid(count: float, rules: PocketRules) -> None:
 
 
 def best_grid(region: CentreRegion) -> Grid:
-    """Return the grid with the smallest lower bound of its path, of several offsets and angles.
+    """Return the grid whose path has the smallest lower bound, among several offsets and angles.
 
     A region too small for any grid gets a single point.
     """
@@ -187,7 +190,7 @@ def grid_problem(
     """Return the routing problem of visiting all points of a grid, and the context for `grid_path`.
 
     The cost between two points is the length of the shortest path inside the region, mm, or the cost of a retract if
-    that is lower. Raises PlanError like `grid_points`.
+    that is lower. Raises the same errors as `grid_points`.
     """
     grid, retract = grid or best_grid(region), retract or Retract()
     paths = RegionPaths(region.polygon, region.rings, grid.points, grid.pitch)
@@ -202,7 +205,7 @@ def grid_problem(
 def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "firefly") -> PocketPath:
     """Return the path over the points in the given order, int32[n], then along every wall in the milling direction.
 
-    The order is reversed if that makes the links to the walls cheaper. The tool retracts if a retract is cheaper than a
+    The order is reversed if that makes the links to the walls cheaper. The tool retracts if that is cheaper than a
     link.
     """
     nodes = [int(k) for k in order]
@@ -216,8 +219,8 @@ def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "f
 def _path_over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
     """Return the path sections over the points in the order of `nodes`.
 
-    The tool moves straight where possible, and retracts where a retract is cheaper. It never retracts both before and
-    after a point, because it cuts only while it moves.
+    The tool moves straight where possible, and retracts where that is cheaper. It never retracts both before and after
+    a point, because it cuts only while it moves.
     """
     places, paths, retract = context.paths.places, context.paths, context.retract
     pieces: list[PocketPiece] = []
@@ -242,7 +245,7 @@ def _path_over_points(context: GridContext, nodes: list[int]) -> list[PocketPiec
 
 
 def _path_along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece]]:
-    """Return the cost of all links, mm, and the path sections from a node along every wall, always the nearest next."""
+    """Visit the walls in nearest-neighbour order from a node; return the total link cost, mm, and the path sections."""
     paths, retract = context.paths, context.retract
     left, rules = set(range(len(paths.rings))), context.region.rules
     spent, pieces = 0.0, []
@@ -270,9 +273,9 @@ def _path_along_walls(context: GridContext, at: int) -> tuple[float, list[Pocket
 
 
 def _wall_loop(walls: list[Points], place: Points, climb: bool) -> Points:
-    """Return the wall nearest to a position as a closed loop from there, float64[k, 2].
+    """Return the wall nearest to a position as a closed loop that starts there, float64[k, 2].
 
-    For climb milling, outer walls run counter-clockwise.
+    For climb milling, outer walls are counter-clockwise.
     """
     rings = [Ring.through(wall, 0) for wall in walls]
     ring = min(rings, key=lambda ring: ring.line.distance(shapely.Point(place)))

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Points, segments
 
-#: A branch that ends within this distance of the boundary, in spacings of its samples, leads into a corner.
+#: Maximum distance of the end of a branch from the boundary, in sample spacings, if the branch leads into a corner.
 _IN_CORNER = 4.0
-#: Maximum number of samples on the boundary, which bounds memory.
+#: Maximum number of samples on the boundary; it limits memory.
 _MOST = 200_000
 
 
@@ -23,9 +23,9 @@ _MOST = 200_000
 class Axis:
     """The medial axis as a tree of points.
 
-    The points, float64[n, 2], start with the root, the widest point; every other point comes after its parent. `width`
-    is the distance from the boundary of the region, float64[n], mm. `parent` has the index of each parent, -1 for the
-    root.
+    The first of the points, float64[n, 2], is the root, which is the widest point. Every other point comes after its
+    parent. `width` is the distance from the boundary of the region, float64[n], mm. `parent` contains the index of each
+    parent, or -1 for the root.
     """
 
     xy: Points
@@ -49,16 +49,17 @@ def medial_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
     """Return the medial axis of a polygon, from the Voronoi diagram of points on its boundary, `spacing` mm apart.
 
     Cycles around islands are cut at their narrowest points. Branches into corners are extended to the corner. Branches
-    whose discs exceed the disc at their fork by less than the tolerance are removed: they lead to vertices of chords.
-    Source: J. W. Brandt, "Convergence and continuity criteria for discrete approximations of the continuous planar
-    skeleton", CVGIP: Image Understanding 59 (1994): the inner edges of the diagram converge to the axis.
+    whose discs extend beyond the disc at their fork by less than the tolerance are removed, because they lead to
+    vertices of chords. Source: J. W. Brandt, "Convergence and continuity criteria for discrete approximations of the
+    continuous planar skeleton", CVGIP: Image Understanding 59 (1994): the inner edges of the diagram converge to the
+    axis.
     """
     points = _boundary_points(polygon, spacing)
     lines = shapely.voronoi_polygons(shapely.MultiPoint(points), only_edges=True)
     ends = np.concatenate([segments(np.asarray(g.coords)) for g in getattr(lines, "geoms", [lines])])
     shapely.prepare(polygon)
     ends = ends[shapely.contains_properly(polygon, shapely.linestrings(ends))]
-    if not len(ends):  # a circle: all edges of the diagram meet in its centre
+    if not len(ends):  # a circle, where all edges of the diagram meet in the centre
         line = shapely.maximum_inscribed_circle(polygon, 0.1 * tolerance)
         return Axis(np.asarray(line.coords)[:1], np.array([line.length]), np.array([-1]))
     xy, names = np.unique(ends.reshape(-1, 2).round(7), axis=0, return_inverse=True)
@@ -82,9 +83,9 @@ def _boundary_points(polygon: Any, spacing: float) -> Points:
 
 
 def _widest_spanning_tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -> tuple[list[int], NDArray[np.int64]]:
-    """Return the points in the order in which the widest spanning tree reaches them, and the parent of each.
+    """Return the points in the order in which the widest spanning tree reaches them, and the parent of each point.
 
-    A parent is an index into this order.
+    A parent is an index in this order.
     """
     near: list[list[int]] = [[] for _ in xy]
     for a, b in pairs.tolist():
@@ -109,7 +110,7 @@ def _widest_spanning_tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -
 
 
 def _extend_into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
-    """Return the axis with each branch that ends near a corner of the boundary extended into the corner."""
+    """Extend each branch that ends near a corner of the boundary into the corner."""
     leaf = np.ones(len(axis.xy), dtype=bool)
     leaf[axis.parent[1:]] = False
     leaf[0] = False
@@ -129,7 +130,7 @@ def _extend_into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
 
 
 def _prune_branches(axis: Axis, tolerance: float) -> Axis:
-    """Return the axis without the branches whose discs lie in the disc at their fork, within the tolerance."""
+    """Remove the branches whose discs are inside the disc at their fork, within the tolerance."""
     n = len(axis.xy)
     parent, places, width = axis.parent.tolist(), axis.xy.tolist(), axis.width.tolist()
     keep = np.ones(n, dtype=bool)

@@ -16,19 +16,21 @@ from leafcut.message import Message
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.pocket import Pocket, PocketRules
 
-#: Unreachable areas smaller than this, relative to the tool's area, are not reported, for example corners of pixels.
+#: Minimum size of an unreachable area that is reported, relative to the area of the tool; corners of pixels are
+#: smaller.
 SMALL = 0.001
-#: Number of unreachable areas that get a message of their own.
+#: Number of unreachable areas that are reported individually.
 NAMED_PLACES = 4
-#: Maximum thickness of films along walls that are ignored, path tolerances: chords of arcs cause them.
+#: Maximum thickness of films along walls that are ignored, in path tolerances; chords of arcs cause such films.
 _THIN = 2.0
-#: An area is a corner, not a passage, if the diameter of its largest circle is at most this share of its mouth's width.
+#: Maximum diameter of the largest circle in an area that counts as a corner instead of a passage, as a share of the
+#: width of its mouth.
 _AS_WIDE = 0.75
 
 
 @dataclass(frozen=True, eq=False)
 class CentreRegion:
-    """A region of possible tool centres, at least tool radius and stock away from walls: shapely Polygon, mm."""
+    """A region of possible tool centres, at least tool radius and stock away from walls; shapely Polygon, mm."""
 
     polygon: Any
     rules: PocketRules
@@ -61,8 +63,8 @@ class CentreRegion:
 class UnreachableArea:
     """An area of a pocket that the tool cannot clear: shapely geometry, area, mm², and a point inside.
 
-    A `corner` has one opening to the cleared area and narrows from there. Any other area is cut off: a passage, or an
-    area behind an entrance that is too narrow for the tool.
+    A `corner` has one opening to the cleared area and narrows from there. Any other area is cut off: it is a passage,
+    or an area behind an entrance that is too narrow for the tool.
     """
 
     shape: Any
@@ -72,7 +74,7 @@ class UnreachableArea:
 
 
 def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegion], list[Issue]]:
-    """Return the regions of possible tool centres, the largest first, and issues about unreachable areas.
+    """Return the regions of possible tool centres, largest first, and issues about unreachable areas.
 
     Raises PlanError if the tool fits nowhere.
     """
@@ -99,7 +101,7 @@ def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegio
 
 
 def unreachable_areas(shape: Any, rules: PocketRules) -> list[UnreachableArea]:
-    """Return the areas of a pocket that the tool cannot clear, the largest first; tiny areas are omitted."""
+    """Return the areas of a pocket that the tool cannot clear, largest first; tiny areas are omitted."""
     reached, thin = reachable_area(shape, rules), _THIN * rules.tolerance
     rest, near = shape.difference(reached), reached.buffer(thin)
     places = []
@@ -111,11 +113,12 @@ def unreachable_areas(shape: Any, rules: PocketRules) -> list[UnreachableArea]:
 
 
 def _is_corner(piece: Any, near: Any, thin: float) -> bool:
-    """Return whether an unreachable area is a corner: it has one mouth, and no circle as wide as the mouth fits in it.
+    """Return whether an unreachable area is a corner: it has one mouth, and no circle as wide as the mouth fits into
+    it.
 
     Between straight walls at an angle of 2α, the mouth is 2 r cos α wide, and the largest circle behind it has the
-    radius r (1 − sin α) / (1 + sin α): a quarter of half the mouth at 90°, half of it at 40°. Between parallel walls,
-    it equals half the mouth.
+    radius r (1 − sin α) / (1 + sin α): a quarter of half the mouth at 90°, and half of it at 40°. Between parallel
+    walls, it equals half the mouth.
     """
     mouths = shapely.line_merge(shapely.multilinestrings(_line_strings(piece.boundary.intersection(near))))
     mouths = [mouth for mouth in _line_strings(mouths) if mouth.length > 2.0 * thin]

@@ -1,7 +1,7 @@
 """Straight moves and shortest paths inside a region of tool centres.
 
-The nodes are the points to visit and points on the boundary. Straight moves connect nodes that are close together;
-paths along the boundary connect its neighbouring nodes.
+The nodes are the points to visit and points on the boundary. Straight moves connect nodes that are close together, and
+paths along the boundary connect neighbouring nodes on the boundary.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Floats, Indices, Points
 from leafcut.geometry.obstacles import shortest_path
 
-#: Rounding tolerance of moves along the boundary, mm.
+#: Rounding tolerance for moves along the boundary, mm.
 ROUNDING = 1e-6
 #: Maximum length of a straight move between two nodes, in grid spacings.
 REACH = 3.0
 #: Distance between nodes on the boundary, in grid spacings.
 NODE_SPACING = 0.5
-#: Number of segments tested at once, which bounds memory.
+#: Number of segments tested at once; it limits memory.
 SEGMENTS_AT_ONCE = 50_000
 
 
 class RegionPaths:
     """Allowed moves between points of a region, and the shortest paths along them.
 
-    `places` has the points to visit, then the nodes on the boundary, float64[n + m, 2], mm. `rings` has the nodes of
-    each boundary ring in order, as indices into `places`.
+    `places` contains the points to visit, then the nodes on the boundary, float64[n + m, 2], mm. `rings` contains the
+    nodes of each boundary ring in order, as indices of `places`.
     """
 
     def __init__(self, polygon: Any, rings: list[Points], points: Points, pitch: float) -> None:
@@ -75,7 +75,9 @@ class RegionPaths:
         self._target, self._cost = target[order], costs[order]
 
     def straight(self, start: Points, end: Points) -> NDArray[np.bool_]:
-        """Return whether each straight move from `start` to `end`, float64[k, 2], stays inside the region, bool[k]."""
+        """Return a mask of the straight moves from `start` to `end`, float64[k, 2] each, that stay inside the
+        region.
+        """
         inside = np.zeros(len(start), dtype=np.bool_)
         for k in range(0, len(start), SEGMENTS_AT_ONCE):
             part = slice(k, k + SEGMENTS_AT_ONCE)
@@ -109,7 +111,8 @@ class RegionPaths:
         return both
 
     def path_to_nearest(self, start: int, ends: Collection[int]) -> tuple[int, Points] | None:
-        """Return the node of `ends` with the shortest path from `start`, and the corners of this path, straightened.
+        """Return the node of `ends` that has the shortest path from `start`, and the corners of this path,
+        straightened.
 
         The result is None if no path exists.
         """
@@ -134,7 +137,7 @@ class RegionPaths:
         return bool(self.straight(self.places[[a]], self.places[[b]])[0])
 
     def _straightened(self, corners: Points) -> Points:
-        """Straighten a path: from each corner, go to the farthest corner in line of sight."""
+        """Straighten a path: from each corner, go to the farthest visible corner."""
         kept, at = [0], 0
         while at < len(corners) - 1:
             rest = corners[at + 1 :]

@@ -15,21 +15,21 @@ from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rings import NEAR, never_stopped
 from leafcut.processes.pocket.plan.stationed_path import Ring
 
-#: Spacing of candidate joints along a ring, step-overs.
+#: Spacing of candidate joints along a ring, in step-overs.
 STATION_STEP = 0.25
-#: Two rings are side by side if this share of the smaller ring is near the other ring.
+#: Share of the smaller of two rings that must be near the other ring if they are side by side.
 LONG = 0.3
 #: Maximum number of spines (chains of nested rings) to try.
 MOST_SPINES = 12
-#: Maximum number of further joints between two rings to try after the first possible joint.
+#: Maximum number of joints between two rings that are tried after the first possible joint.
 MOST_LOOKS = 60
-#: Share of a gap that may be omitted if only one of two rings has a gap.
+#: Share of a gap that may be omitted if only one of both rings has a gap.
 ONE_SIDED = 1.0
-#: Maximum distance of rings to join, step-overs; if such joints do not connect all rings, any rings may be joined.
+#: Maximum distance between rings to join, in step-overs; if such joints do not connect all rings, any may be joined.
 FAR = 2.5
-#: Minimum length of a ring that may have a gap, step-overs.
+#: Minimum length of a ring that may have a gap, in step-overs.
 TINY = 3.0
-#: Cost of a turn inside the gap of a joint, step-overs per radian; it keeps gaps out of corners.
+#: Cost of a turn inside the gap of a joint, in step-overs per radian; it keeps gaps out of corners.
 TURN_PENALTY = 0.3
 #: Distance from avoided positions within which joints get a penalty, and this penalty, both in step-overs.
 AVOIDED, AVOIDED_PENALTY = 2.0, 4.0
@@ -39,8 +39,8 @@ AVOIDED, AVOIDED_PENALTY = 2.0, 4.0
 class Joint:
     """A detour from one ring (`parent`) along another ring (`child`), in mm.
 
-    The path leaves the parent half its gap before the station and returns half the gap after it. The child is not
-    closed: its own gap remains open.
+    The path leaves the parent half a gap before the station, and returns half a gap after it. The child is not closed;
+    its own gap remains open.
     """
 
     parent: int
@@ -52,7 +52,7 @@ class Joint:
 
 
 class _JointOptions(NamedTuple):
-    """Candidate joints between two rings, the cheapest first.
+    """Candidate joints between two rings, cheapest first.
 
     The columns are the extra path length, float64[n], and the stations and gaps of parent and child, float64[n, 2], mm.
     """
@@ -63,7 +63,7 @@ class _JointOptions(NamedTuple):
 
 
 def _run_side_by_side(a: Ring, b: Ring, step_over: float) -> bool:
-    """Return whether two rings of different levels run side by side over a long stretch."""
+    """Return whether two rings of different levels are side by side along most of the smaller ring."""
     small, large = (a, b) if a.length <= b.length else (b, a)
     if a.level == b.level:
         return False
@@ -73,9 +73,9 @@ def _run_side_by_side(a: Ring, b: Ring, step_over: float) -> bool:
 
 
 def spines(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> list[list[int]]:
-    """Return chains of nested rings that run side by side, from the inside out; the most promising chain comes first.
+    """Return chains of nested rings that are side by side, from the inside out, with the most promising chain first.
 
-    `edges` are the pairs of rings that may be joined.
+    `edges` contains the pairs of rings that may be joined.
     """
     inner: dict[int, list[int]] = {}
     for a, b in edges:
@@ -96,7 +96,7 @@ def spines(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> l
 
 
 def children_of(spine: list[int], edges: list[tuple[int, int]], n: int) -> dict[int, list[int]]:
-    """Return the children of each of `n` rings if the rings of the spine are the roots of the tree."""
+    """Return the children of each of `n` rings in a tree whose roots are the rings of the spine."""
     beside: list[list[int]] = [[] for _ in range(n)]
     for i, j in edges:
         beside[i].append(j)
@@ -113,7 +113,7 @@ def children_of(spine: list[int], edges: list[tuple[int, int]], n: int) -> dict[
 
 
 def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
-    """Return the pairs of rings to join: the minimum spanning tree of joints (Kruskal 1956).
+    """Return the pairs of rings to join, which form the minimum spanning tree of joints (Kruskal 1956).
 
     The line between the nearest points of two joined groups crosses no wall, because a ring along that wall would be
     nearer.
@@ -127,7 +127,7 @@ def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
 def _kruskal(cut: list[Ring], a: Indices, b: Indices, step_over: float) -> list[tuple[int, int]]:
     lines = np.array([ring.line for ring in cut])
     levels = np.array([ring.level for ring in cut])
-    # Neighbouring offsets are a step-over apart; measuring long rings is slow.
+    # Neighbouring offsets are one step-over apart, so they are not measured; measuring long rings is slow.
     near = np.full(len(a), step_over)
     rest = ~((np.abs(levels[a] - levels[b]) == 1) & shapely.dwithin(lines[a], lines[b], NEAR * step_over))
     near[rest] = shapely.distance(lines[a[rest]], lines[b[rest]])
@@ -151,9 +151,9 @@ def _kruskal(cut: list[Ring], a: Indices, b: Indices, step_over: float) -> list[
 
 
 class RingLinks:
-    """Joints between all rings, the stretches that the joints occupy, and the resulting path.
+    """Joints between all rings, the parts of rings that the joints occupy, and the resulting path.
 
-    Once `stopped` returns true, the first possible joints are taken.
+    Once `stopped` returns true, the first possible joints are used.
     """
 
     def __init__(self, region: CentreRegion, cut: list[Ring], stopped: Callable[[], bool] = never_stopped) -> None:
@@ -181,7 +181,7 @@ class RingLinks:
     def paths(self, avoided: Points) -> list[Points]:
         """Return the joined path, float64[n, 2], mm, then each ring without a joint.
 
-        Joints stay away from `avoided` positions.
+        Joints stay away from the positions `avoided`.
         """
         self._remove_joints()
         self.avoided = shapely.multipoints(avoided)
@@ -201,7 +201,7 @@ class RingLinks:
         for spine in spines(self.cut, self.edges, self.step):
             first = self.cut[spine[0]]
             n = max(min(math.ceil(first.length / self.step), 24), 4)
-            # Approximate saving of joints that are crossed once instead of twice.
+            # Approximate saving, because the joints of a spine are crossed once instead of twice.
             spared = self.step * (len(spine) + (self.cut[spine[-1]].level == 0))
             for start in np.arange(n) * first.length / n:
                 if best is not None and math.isfinite(best[0]) and self.stopped():
@@ -280,7 +280,7 @@ class RingLinks:
         costs, all_gaps = [], []
         for share in (1.0, 0.5, 0.0):
             gaps = share * self.gap(parent), share * self.gap(child)
-            if not all(gaps):  # only one ring has a gap
+            if not all(gaps):  # at most one ring has a gap
                 gaps = ONE_SIDED * gaps[0], ONE_SIDED * gaps[1]
             leave, back = (a.places(stations[:, 0] + side * gaps[0]) for side in (-0.5, 0.5))
             enter, out = (b.places(stations[:, 1] + side * gaps[1]) for side in (0.5, -0.5))
@@ -293,7 +293,7 @@ class RingLinks:
         return _JointOptions(cost[order], np.tile(stations, (len(costs), 1))[order], np.vstack(all_gaps)[order])
 
     def _stations(self, parent: int, child: int) -> Points:
-        """Return pairs of stations (parent, child) at which two rings are close to each other, float64[n, 2], mm."""
+        """Return pairs of stations (parent, child) where two rings are close to each other, float64[n, 2], mm."""
         a, b = self.cut[parent], self.cut[child]
         pairs = []
         for ring, other, order in ((b, a, [1, 0]), (a, b, [0, 1])):
@@ -333,7 +333,7 @@ class RingLinks:
         return bool(shapely.dwithin(shapely.Point(place), self.avoided, AVOIDED * self.step))
 
     def _is_free(self, ring: int, station: float, half: float) -> bool:
-        """Return whether a stretch of a ring, `half` mm on each side of the station, is free of other joints."""
+        """Return whether a ring has no other joints within `half` mm on each side of a station."""
         length = self.cut[ring].length
         for start, end in self.taken[ring]:
             middle, reach = 0.5 * (start + end), 0.5 * (end - start) + half - 1e-9
@@ -355,7 +355,7 @@ class RingLinks:
 
 
 def _total_turn(ring: Ring, start: float, length: float) -> float:
-    """Return the total change of direction of a ring over a stretch of the given length, rad."""
+    """Return the total change of direction of a ring over the given length, rad."""
     if length <= 0.0:
         return 0.0
     points = ring.stretch(start, start + length)

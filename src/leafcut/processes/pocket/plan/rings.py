@@ -13,16 +13,16 @@ from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.spurs import add_spurs
 from leafcut.processes.pocket.plan.stationed_path import Ring
 
-#: Maximum distance between neighbouring rings, step-overs.
+#: Maximum distance between neighbouring rings, in step-overs.
 NEAR = 1.01
-#: Maximum length of a link at depth, step-overs.
+#: Maximum length of a link at depth, in step-overs.
 LINK_STEPS = 2.0
 
 
 def rings(region: CentreRegion) -> list[Ring]:
     """Return the rings that clear a region, from the walls inwards.
 
-    With a clockwise spindle, walls are on the right of the tool for climb milling, on its left for conventional
+    For a clockwise spindle, walls are on the right of the tool in climb milling, and on its left in conventional
     milling.
     """
     cut: list[Ring] = []
@@ -43,7 +43,7 @@ def neighbouring_rings(cut: list[Ring], step_over: float) -> list[tuple[int, int
 
 
 def contour_parallel_path(region: CentreRegion) -> PocketPath:
-    """Return closed rings from the inside out, always the nearest next, linked at depth where a short link fits."""
+    """Return closed rings from the inside out in nearest-neighbour order, linked at depth where a short link fits."""
     rules = region.rules
     cut = rings(region)
     around = [ring.stretch(0.0, ring.length) for ring in cut]
@@ -84,12 +84,12 @@ class LinkedPath:
 
 
 def never_stopped() -> bool:
-    """Return False: a search with this check is never stopped."""
+    """Return False, so that a search with this check never stops early."""
     return False
 
 
 def kind_of(ring: Ring, rules: PocketRules) -> str:
-    """Return ``finish`` for a ring along a wall if no stock remains there, else ``rough``."""
+    """Return ``finish`` for a ring along a wall if no stock remains there, otherwise ``rough``."""
     return "finish" if ring.level == 0 and rules.stock == 0.0 else "rough"
 
 

@@ -16,14 +16,14 @@ from leafcut.model.part import Part
 from leafcut.model.pocket import Pocket, PocketLevels, PocketRules
 from leafcut.processes.pocket.options import PocketOptions
 
-#: Maximum path tolerance: in mm, and relative to the step-over, because close passes need a finer tolerance.
+#: Maximum path tolerance, in mm and relative to the step-over, because close passes need a finer tolerance.
 TOLERANCE, TOLERANCE_SHARE = 0.01, 0.05
 
-#: Default step-over, tool diameters.
+#: Default step-over, in tool diameters.
 STEP_OVER = 0.6
 #: Maximum number of levels: a larger number indicates a mistake.
 MOST_LEVELS = 2000
-#: Maximum depth of a finishing pass, tool diameters.
+#: Maximum depth of a finishing pass, in tool diameters.
 FINISHING_DEPTH = 2.0
 
 
@@ -33,7 +33,7 @@ def rules_of(
     """Return the rules for clearing a level. `milling` is ``climb`` or ``conventional``, `step_over` is a share of the
     diameter, and the other lengths are in mm.
 
-    Raises OptionError if the tool's diameter is missing, if the stock is wider than the step-over, or if the strategy
+    Raises OptionError if the tool diameter is missing, if the stock is wider than the step-over, or if the strategy
     `adaptive` has no engagement limit.
     """
     if diameter is None:
@@ -71,8 +71,8 @@ def levels_of(
     """Return the levels of a pocket `depth` mm below the top, in equal steps of at most the step-down.
 
     `begin` is the height of the material, mm; it is negative in the floor of another pocket. `thickness` is the
-    thickness of the plate, and `beyond` the break-through below it, mm. Raises OptionError if the pocket is deeper than
-    plate and break-through, or if it has too many levels.
+    thickness of the plate, and `beyond` is the break-through below it, mm. Raises OptionError if the pocket is deeper
+    than plate and break-through, or if it has too many levels.
     """
     if thickness is not None and depth > thickness + beyond + 1e-9:
         raise OptionError(
@@ -90,11 +90,11 @@ def levels_of(
 
 
 def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> tuple[Part, list[Issue]]:
-    """Return the part with only the pockets to mill, with their depths, and issues about the other pockets.
+    """Return the part with only the pockets to be milled, with their depths, and issues about the other pockets.
 
     All pockets of a drawing are `depth` mm deep. Pockets of a solid have their own depths, and `depth` selects the
-    pockets to mill. A round pocket no wider than the tool is a hole. Raises OptionError if the pockets of a drawing
-    have no depth; PlanError if no pocket of a solid is wider than the tool and has the requested depth.
+    pockets to be milled. A round pocket no wider than the tool is a hole. Raises OptionError if the pockets of a
+    drawing have no depth, and PlanError if no pocket of a solid is wider than the tool and has the requested depth.
     """
     if not any(pocket.depth is not None for pocket in part.pockets):
         if depth is None:
@@ -150,13 +150,13 @@ def _opening_issues(part: Part, diameter: float | None) -> list[Issue]:
 
 
 def _depth_summary(pockets: Sequence[Pocket]) -> str:
-    """Return the depths with the number of pockets of each, for example ``6 mm (1 pocket), 8 mm (2 pockets)``."""
+    """Return the depths and the number of pockets of each, for example ``6 mm (1 pocket), 8 mm (2 pockets)``."""
     counted = Counter(round(pocket.depth or 0.0, 3) for pocket in pockets)
     return ", ".join(f"{deep:g} mm ({count_of(counted[deep], 'pocket')})" for deep in sorted(counted))
 
 
 def enclosing_pockets(pockets: Sequence[Pocket], tolerance: float) -> list[int | None]:
-    """Return, for each pocket, the index of the pocket in whose floor it lies, or None."""
+    """Return, for each pocket, the index of the pocket whose floor contains it, or None."""
     shapes = [pocket.region(tolerance) for pocket in pockets]
     around: list[int | None] = []
     for pocket, shape in zip(pockets, shapes, strict=True):
@@ -184,9 +184,10 @@ def finishing_levels(levels: PocketLevels, diameter: float) -> tuple[float, ...]
 
 
 def corner_rounding(machine: Machine, feed: float) -> float:
-    """Return the largest distance of the tool from a corner, mm, if the next move starts while the tool still brakes.
+    """Return the maximum distance of the tool from a corner, mm, if the next move starts while the tool still
+    decelerates.
 
-    With acceleration a and velocity v, braking and speeding up both take v / a. Halfway through, the tool is v² / 8a
-    from the corner on each move. It passes a turn by θ at a distance of 2 sin(θ / 2) v² / 8a, at most v² / 4a.
+    With acceleration a and velocity v, deceleration and acceleration each take v / a. Halfway, the tool is v² / 8a from
+    the corner on each move. At a turn of θ, its distance from the corner is 2 sin(θ / 2) v² / 8a, at most v² / 4a.
     """
     return feed * feed / (4.0 * min(machine.acceleration[:2]))

@@ -15,35 +15,35 @@ from leafcut.model.pocket import PocketRules
 from leafcut.processes.pocket.plan.coverage_points import CoverageGrid
 from leafcut.processes.pocket.plan.region import CentreRegion
 
-#: A replaced stretch of the path: indices of its first and last point, and the points of the new curve.
+#: A replaced section of the path: indices of its first and last point, and the points of the new curve.
 Edit = tuple[int, int, Points]
 
-#: Spacing of the sample points of the area, tool radii.
+#: Spacing of the sample points of the area, in tool radii.
 SAMPLE_SPACING = 0.11
-#: Maximum length of a segment of the sampled path, tool radii.
+#: Maximum length of a segment of the sampled path, in tool radii.
 PIECE = 0.2
-#: Candidate lengths of a replaced stretch on each side of a bend, tool radii.
+#: Candidate lengths of a replaced section on each side of a bend, in tool radii.
 REACHES = (5.0, 4.0, 3.2, 2.4, 1.8, 1.4, 1.0, 0.7, 0.5, 0.3, 0.2)
-#: Candidate lengths of a chamfer on each side of a corner, tool radii.
+#: Candidate lengths of a chamfer on each side of a corner, in tool radii.
 CHAMFERS = (0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)
-#: Distance from a chamfer within which other passes are considered, step-overs.
+#: Distance from a chamfer within which other passes are considered, in step-overs.
 PASS_SEARCH_RADIUS = 3.0
-#: Maximum difference of the directions of passes side by side, rad; other passes meet in a corner.
+#: Maximum difference between the directions of passes side by side, rad; other passes meet in a corner.
 SIDE_BY_SIDE = math.radians(30.0)
-#: Tolerance of the step-over for chords and rounding, relative to the step-over.
+#: Tolerance for chords and rounding, relative to the step-over.
 SLACK = 0.004
 #: Maximum number of rounds over the bends of a path.
 PASSES = 6
 #: Minimum change of direction at a bend, rad.
 BEND = 0.6
-#: Minimum length that a replacement must save, tool radii.
+#: Minimum length that a replacement must save, in tool radii.
 MIN_SAVING = 0.01
 #: Number of chords of a replacement curve.
 CURVE = 8
 
 
 def subdivide_path(path: Points, longest: float) -> Points:
-    """Return a path with points added until no segment is longer than `longest` mm, float64[n, 2]."""
+    """Add points to a path so that no segment is longer than `longest` mm, float64[n, 2]."""
     step = np.hypot(*np.diff(path, axis=0).T)
     path = path[np.concatenate([[True], step > 1e-9])]
     step = np.hypot(*np.diff(path, axis=0).T)
@@ -58,7 +58,7 @@ def subdivide_path(path: Points, longest: float) -> Points:
 def shorten_path(
     path: Points, coverage: CoverageGrid, region: CentreRegion, allowed: Any, kept: Points, stopped: Callable[[], bool]
 ) -> Points:
-    """Return a path that is at most as long, and still within the maximum distances of all sample points.
+    """Return a path that is at most as long, and still within the maximum distance of every sample point.
 
     The path does not change within a tool radius of the points `kept`, float64[n, 2]. Once `stopped` returns true, the
     path is valid, but may be longer than necessary.
@@ -83,7 +83,7 @@ def shorten_path(
 def chamfer_corners(
     path: Points, coverage: CoverageGrid, region: CentreRegion, allowed: Any, links: Points, stopped: Callable[[], bool]
 ) -> Points:
-    """Return a path with chamfers at its sharp corners, except near the points `links`, float64[n, 2]."""
+    """Chamfer the sharp corners of a path, except near the points `links`, float64[n, 2]."""
     if stopped():
         return path
     corners = _CornerChamferer(subdivide_path(path, PIECE * region.rules.radius), coverage, region.rules, allowed)
@@ -120,7 +120,7 @@ class _BendShortener:
         self.station = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
         self.bends = self._sharp_bends(self.least)
         if changed is not None:
-            # The stretch of a bend, the sample points near it, and the other passes that may clear these points.
+            # This covers the section at a bend, the sample points near it, and the passes that may clear these points.
             reach = self.reaches[0] * self.radius + 2.0 * coverage.longest
             near = _near_any(path[self.bends], changed, reach)
             self.bends = [i for i, there in zip(self.bends, near, strict=True) if there]
@@ -142,7 +142,9 @@ class _BendShortener:
         self.edits: list[Edit] = []
 
     def _selected(self) -> NDArray[np.bool_]:
-        """Return whether each segment may be replaced: near bends and at both ends of the path, bool[n − 1]."""
+        """Return a mask of the segments that may be replaced, which are near bends and at both ends of the path, bool[n
+        − 1].
+        """
         reach = self.reaches[0] * self.radius
         at = self.station[[0, *self.bends, len(self.path) - 1]]
         change = np.zeros(len(self.path) + 1, np.int64)
@@ -152,14 +154,14 @@ class _BendShortener:
         return selected
 
     def shorten_all(self, stopped: Callable[[], bool]) -> None:
-        """Shorten the stretch around each bend, until `stopped` returns true."""
+        """Shorten the section around each bend, until `stopped` returns true."""
         for i in self.bends:
             if stopped():
                 break
             self._shorten_bend(i)
 
     def trim(self) -> None:
-        """Remove the segments at both ends of the path that clear nothing on their own."""
+        """Remove segments at both ends of the path that are not needed to clear any sample point."""
         n = len(self.path) - 1
         j = 0
         while j < n - 1 and not self.fixed[j] and not self.done[j] and self._stays_covered(j, j + 1, None):
@@ -177,7 +179,7 @@ class _BendShortener:
             self.done[k:] = True
 
     def _sharp_bends(self, least: float) -> list[int]:
-        """Return the points where the path turns by more than `least`, the sharpest first."""
+        """Return the points where the path turns by more than `least`, sharpest first."""
         step = np.diff(self.path, axis=0)
         angle = np.arctan2(step[:, 1], step[:, 0])
         turn = np.zeros(len(self.path))
@@ -186,7 +188,7 @@ class _BendShortener:
         return [int(i) for i in bends[np.argsort(-turn[bends], kind="stable")]]
 
     def _shorten_bend(self, i: int) -> None:
-        """Replace the longest stretch around a bend that can be replaced."""
+        """Replace the longest replaceable section around a bend."""
         for reach in self.reaches:
             a = int(np.searchsorted(self.station, self.station[i] - reach * self.radius))
             b = int(np.searchsorted(self.station, self.station[i] + reach * self.radius, side="right")) - 1
@@ -204,7 +206,9 @@ class _BendShortener:
                 return
 
     def _replacement_curve(self, a: int, i: int, b: int) -> Points | None:
-        """Return the replacement of a stretch: a parabola tangential to the lines from its ends to the bend."""
+        """Return the replacement of a section: a parabola tangential to the lines from the ends of the section to the
+        bend.
+        """
         t = np.linspace(0.0, 1.0, CURVE + 1)[:, None]
         p, q, r = self.path[a], self.path[i], self.path[b]
         curve: Points = (1.0 - t) ** 2 * p + 2.0 * t * (1.0 - t) * q + t * t * r
@@ -217,7 +221,7 @@ class _BendShortener:
         return self.point[self.first[a] : self.first[b]]
 
     def _stays_covered(self, a: int, b: int, curve: Points | None) -> bool:
-        """Return whether all sample points stay within their maximum distances if a curve replaces a stretch."""
+        """Return whether all sample points stay within their maximum distances if a curve replaces a section."""
         who, times = np.unique(self._points_of(a, b), return_counts=True)
         lost = who[self.count[who] <= times]
         if not len(lost):
@@ -236,7 +240,7 @@ class _BendShortener:
         self.count[who[shapely.distance(line, self.geoms[who]) <= self.places.limits[who]]] += 1
 
     def changed(self) -> Points:
-        """Return the points of all replaced stretches and of their replacements, float64[n, 2]."""
+        """Return the points of all replaced sections and of their replacements, float64[n, 2]."""
         places = [part for a, b, curve in self.edits for part in (self.path[a : b + 1], curve)]
         return np.vstack([np.zeros((0, 2)), *places])
 
@@ -263,7 +267,7 @@ class _CornerChamferer(_BendShortener):
         super().__init__(path, coverage, rules, allowed)
         points: Any = shapely.points(path)
         self.points = shapely.STRtree(points)
-        #: Points of each chamfer, by the index of the path's point at which it starts.
+        #: Points of each chamfer, by the index of the point of the path at which it starts.
         self.chamfers: dict[int, Points] = {}
         self.gone = np.zeros(len(path), dtype=bool)
 
@@ -271,7 +275,7 @@ class _CornerChamferer(_BendShortener):
         p, q, r = self.path[a], self.path[i], self.path[b]
         before, after = q - p, r - q
         # `half` is half the interior angle of the corner. Chamfers of neighbouring corners are 1 / sin(half) times as
-        # far apart as the sides. They run side by side, unless the sides are nearer to the point midway between them.
+        # far apart as the sides. They are side by side, unless the sides are closer to the point midway between them.
         half = max(0.5 * (math.pi - _angle(before, after)), 0.05)
         longest = 0.5 * self.step * (1.0 / math.sin(half) - 1.0) / (math.sin(half) * math.cos(half))
         chord = r - p
@@ -285,8 +289,8 @@ class _CornerChamferer(_BendShortener):
     def _next_passes_close(self, a: int, i: int, b: int) -> bool:
         """Return whether the passes next to a chamfer are within the step-over.
 
-        The neighbouring pass is the first pass that a growing disc touches while it stays tangential to the chamfer.
-        Passes that diverge from the chamfer do not count.
+        The neighbouring pass is the first pass touched by a growing disc that stays tangential to the chamfer. Passes
+        that diverge from the chamfer do not count.
         """
         p, q, r = self.path[a], self.path[i], self.path[b]
         normal = np.array([p[1] - r[1], r[0] - p[0]]) / max(math.dist(p, r), 1e-9)

@@ -13,29 +13,29 @@ from leafcut.geometry.regions import chords_per_quarter, polygons, swept
 from leafcut.model.pocket import PocketRules
 from leafcut.processes.pocket.plan.stationed_path import StationedPath
 
-#: Uncut areas smaller than this, relative to the tool's area, are ignored: chords of rings cause them.
+#: Minimum size of an uncut area that is cleared, relative to the area of the tool; chords of rings cause smaller areas.
 SPECK = 1e-5
-#: Extra length of a spur, tool radii. A longer spur clears more, so fewer spurs are needed.
+#: Additional length of a spur, in tool radii. A longer spur clears more, so fewer spurs are needed.
 DEEPER = 0.1
-#: Maximum distance between an uncut area and the pass from which its spur starts, tool radii.
+#: Maximum distance between an uncut area and the pass from which its spur starts, in tool radii.
 FAR = 4.0
-#: Rounding tolerance of a spur along the edge of the region, mm.
+#: Rounding tolerance for a spur along the edge of the region, mm.
 ROUNDING = 1e-6
-#: Maximum number of spurs for an uncut area.
+#: Maximum number of spurs per uncut area.
 MOST = 60
 
 
 def uncut_areas(floor: Any, passes: list[Any], rules: PocketRules) -> list[Any]:
-    """Return the areas of `floor` that are farther than the tool radius from all passes (shapely polygons)."""
+    """Return the areas of `floor` that are farther than the tool radius from all passes, as shapely polygons."""
     quarters = chords_per_quarter(rules.radius, rules.tolerance)
     cleared = shapely.union_all([line.buffer(rules.radius, quad_segs=quarters) for line in passes])
     return _significant_parts(floor.difference(cleared), rules)
 
 
 def add_spurs(paths: list[Points], floor: Any, rules: PocketRules) -> list[Points]:
-    """Return the paths with spurs that clear all uncut areas of `floor`.
+    """Add spurs to the paths that clear all uncut areas of `floor`.
 
-    A spur runs straight from the nearest pass to an uncut area and back. If it would leave `floor`, it starts from the
+    A spur goes straight from the nearest pass to an uncut area and back. If it would leave `floor`, it starts from the
     next nearest pass.
     """
     room = floor.buffer(ROUNDING)
@@ -70,7 +70,7 @@ def _significant_parts(shape: Any, rules: PocketRules) -> list[Any]:
 def _spur_to_uncut(
     places: list[Any], track: StationedPath, rules: PocketRules, room: Any
 ) -> tuple[float, Points] | None:
-    """Return station and tip of a spur towards the most distant uncut point; None if it would leave `room`."""
+    """Return the station and the tip of a spur towards the most distant uncut point; None if it would leave `room`."""
     corners = shapely.get_coordinates(places)
     away, stations = track.nearest(corners)
     deepest = int(np.argmax(away))

@@ -1,4 +1,4 @@
-"""Paths with stations: positions along a path, and the point of a path nearest to a position."""
+"""Paths with stations, which are positions measured along the path, and the point of a path nearest to a position."""
 
 from __future__ import annotations
 
@@ -35,7 +35,9 @@ class StationedPath:
         return shapely.STRtree(steps)
 
     def nearest(self, places: Points) -> tuple[Points, Points]:
-        """Return the distances of positions, float64[m, 2], from the path, and the stations of the nearest points."""
+        """Return the distance of each position, float64[m, 2], from the path, and the station of the nearest point on
+        the path.
+        """
         (row, step), away = self._steps.query_nearest(shapely.points(places), return_distance=True, all_matches=False)
         along = (self.points[1:] - self.points[:-1])[step]
         long = np.maximum((along**2).sum(axis=1), 1e-18)
@@ -45,13 +47,13 @@ class StationedPath:
 
 @dataclass(frozen=True, eq=False)
 class Ring(StationedPath):
-    """A closed path of the tool's centre, `level` step-overs from the wall. Its last point repeats the first."""
+    """A closed path of the tool centre, `level` step-overs from the wall. Its last point repeats the first."""
 
     level: int
 
     @classmethod
     def through(cls, points: Points, level: int) -> Ring:
-        """Return the ring through points, float64[n, 2], given without the closing point."""
+        """Create the ring through points, float64[n, 2], given without the closing point."""
         return cls(np.vstack([points, points[:1]]), level)
 
     @cached_property
@@ -74,7 +76,7 @@ class Ring(StationedPath):
         return super().places(stations % self.length)
 
     def stretch(self, start: float, end: float) -> Points:
-        """Return the points of the ring between two stations (end ≥ start), with both ends, float64[m, 2], mm."""
+        """Return the points of the ring from station `start` to station `end` ≥ `start`, float64[m, 2], mm."""
         points, own = self.points[:-1], self.stations[:-1]
         lap, last = math.floor(start / self.length), math.floor(end / self.length)
         parts = [self.at(start)[None]]
@@ -85,5 +87,5 @@ class Ring(StationedPath):
         return np.vstack([*parts, self.at(end)[None]])
 
     def station_of(self, place: Points) -> float:
-        """Return the station of the ring's point that is nearest to a position, mm."""
+        """Return the station of the point on the ring that is nearest to a position, mm."""
         return float(self.nearest(np.asarray(place)[None, :2])[1][0])

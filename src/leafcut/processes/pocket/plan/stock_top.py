@@ -1,4 +1,4 @@
-"""Height of the material over each pocket of a solid: the highest point of the surface over and around the pocket."""
+"""Height of the material above each pocket of a solid: the highest point of the surface above and around the pocket."""
 
 from __future__ import annotations
 
@@ -11,18 +11,19 @@ from numpy.typing import NDArray
 
 from leafcut.model.pocket import Pocket
 
-#: Maximum projected area of vertical triangles, mm²; they are skipped, because a neighbour shares their upper edge.
+#: Maximum projected area of a vertical triangle, mm². Such triangles are skipped, because a neighbour shares their
+#: upper edge.
 _UPRIGHT = 1e-9
 
 
 def stock_tops(
     pockets: Sequence[Pocket], of_solid: Sequence[Pocket], triangles: NDArray[np.float64], radius: float
 ) -> list[float]:
-    """Return the height of the material over each pocket before milling, mm, relative to the top of the pocket.
+    """Return the height of the material above each pocket before milling, mm, relative to the top of the pocket.
 
-    It is the highest point of the solid over the pocket and a rim as wide as the tool's radius, but never above the top
-    of the pocket. A pocket inside another pocket counts as filled up to the rim of the outer pocket, whether that is
-    milled or not. `triangles` is the surface, float64[n, 3, 3], mm.
+    It is the highest point of the solid above the pocket and a rim as wide as the tool radius, but never above the top
+    of the pocket. A pocket inside another pocket counts as filled up to the rim of the outer pocket, whether or not
+    that is milled. `triangles` is the surface, float64[n, 3, 3], mm.
     """
     filled = [pocket.region(filled=True) for pocket in of_solid]
     tops = []
@@ -47,7 +48,7 @@ def fill_pockets(
 
 
 def highest_over(triangles: NDArray[np.float64], area: Any) -> float:
-    """Return the maximum height of a surface over an area, mm; −∞ if no triangle lies over the area."""
+    """Return the maximum height of a surface above an area, mm; −∞ if no triangle is above the area."""
     x0, y0, x1, y1 = area.bounds
     low, high = triangles[:, :, :2].min(axis=1), triangles[:, :, :2].max(axis=1)
     near = triangles[(low <= (x1, y1)).all(axis=1) & (high >= (x0, y0)).all(axis=1)]
@@ -65,7 +66,7 @@ def highest_over(triangles: NDArray[np.float64], area: Any) -> float:
 
 
 def _on_plane(triangle: NDArray[np.float64], part: Any) -> NDArray[np.float64]:
-    """Return the corners of a shape in the plane with their heights on a triangle, float64[n, 3], mm."""
+    """Return the corners of a plane shape with their heights on a triangle, float64[n, 3], mm."""
     xy = shapely.get_coordinates(part)
     a, b, c = triangle
     share = np.linalg.solve(np.array([(b - a)[:2], (c - a)[:2]]).T, (xy - a[:2]).T)

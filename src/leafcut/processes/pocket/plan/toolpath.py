@@ -1,4 +1,4 @@
-"""Motion of a pocketing program, generated from paths over one level: entries, links, retracts, finishing passes."""
+"""Generate the motion of a pocketing program from paths on one level: entries, links, retracts, finishing passes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 #: Maximum number of moves of a program.
 MOST_MOVES = 3_000_000
-#: Number of significant digits of a feed in mm/min, if it differs from the tool's feed.
+#: Number of significant digits of a feed in mm/min that differs from the tool's feed.
 DIGITS = 3
 
 
@@ -38,8 +38,8 @@ DIGITS = 3
 class Clearing:
     """A region of a pocket, and the path that clears it on one level.
 
-    `region` has the tool centres that the finished walls allow, `allowed` the tool centres of roughing (shapely
-    geometry). `walls` is the finishing pass if roughing leaves stock, else None.
+    `region` contains the tool centres that the finished walls allow, and `allowed` the tool centres for roughing
+    (shapely geometry). `walls` is the finishing pass if roughing leaves stock, otherwise None.
     """
 
     region: CentreRegion
@@ -50,7 +50,7 @@ class Clearing:
 
     @property
     def path(self) -> PocketPath:
-        """The path over the last level: roughing, then the walls."""
+        """The path on the last level: roughing, then the walls."""
         walls = () if self.walls is None else self.walls.pieces
         return PocketPath(self.rough.strategy, (*self.rough.pieces, *walls))
 
@@ -69,8 +69,8 @@ class Clearing:
 class PocketHeights:
     """Heights and positions of a program, mm.
 
-    `zones`, float64[k, 4], are keep-out zones higher than the retract height, so the tool crosses them at the clearance
-    height only. They are grown by the overhang of a shank or holder that would hit them at the retract height.
+    `zones`, float64[k, 4], are keep-out zones higher than the retract height, so the tool crosses them only at the
+    clearance height. They are enlarged by the overhang of a shank or holder that would hit them at the retract height.
     """
 
     clearance: float
@@ -94,7 +94,7 @@ def pocket_motion(
     """Return the motion of the whole program, and all entries into material.
 
     Each region is cleared level by level, from the top. Then its walls are finished if roughing left stock: at full
-    depth, in deeper pockets in steps of two diameters. If roughing left more than `FILM`, as in a passage too narrow
+    depth, or in deeper pockets in steps of two diameters. If roughing left more than `FILM`, as in a passage too narrow
     for tool and stock, the walls are finished level by level.
 
     Between levels, the tool stays down if the straight move to the next path is clear and quicker than a retract.
@@ -162,7 +162,7 @@ class _PocketMotion:
             top = z
 
     def _move_to(self, place: Point, at: float, allowed: Any, z: float) -> None:
-        """Move to the start of a run of feed moves at height `z`, mm.
+        """Move to the start of a series of feed moves at height `z`, mm.
 
         The tool moves straight at height `at` if this move stays in `allowed` and is quicker; otherwise it retracts.
         """
@@ -179,7 +179,7 @@ class _PocketMotion:
             builder.rapid(z=self.heights.retract)
 
     def _is_quicker_at_depth(self, here: Point, place: Point, allowed: Any) -> bool:
-        """Return whether the straight move at depth stays in the region, and is not slower than a retract."""
+        """Return whether the straight move at depth stays in the region and is not slower than a retract."""
         distance = math.dist(here, place)
         rise = self._height(here, place) - self.builder.position[2]
         velocity, feed = self.machine.rapid_velocity, self.data.tool.feed
@@ -286,14 +286,17 @@ def rounded_feed(share: float, feed: float) -> float:
     return math.floor(value / unit + 1e-9) * unit / SECONDS_PER_MINUTE
 
 
-#: Maximum width of the material under the tool for a straight descent at feed, tool radii.
+#: Maximum width of the material under the tool for a straight descent at feed, in tool radii.
 _SLIVER = 0.02
-#: Maximum width of the material under the tool for a descent by rapid, path tolerances; the proof allows a bit more.
+#: Maximum width of the material under the tool for a descent by rapid, in path tolerances; verification allows slightly
+#: more.
 _FILM = 0.5
 
 
 class DescentClearance(IntEnum):
-    """How far the area under the tool is cleared before a descent: not, all but a sliver, or completely."""
+    """State of the area under the tool before a descent: not cleared, cleared except for a sliver, or completely
+    cleared.
+    """
 
     NO = 0
     NEARLY = 1
@@ -310,12 +313,12 @@ class ClearedArea:
         """Add the area that a run clears, and return whether its start was already cleared (`DescentClearance`)."""
         opened = self._descent_clearance(run.start)
         steps = segments(run.flattened(FINE * self.rules.tolerance))
-        # As in the proof, a plunge clears nothing.
+        # As in verification, a plunge clears nothing.
         self._steps = np.concatenate([self._steps, steps[(steps[:, 0] != steps[:, 1]).any(axis=1)]])
         return opened
 
     def area(self) -> Any:
-        """Return the area that all runs together clear (shapely geometry)."""
+        """Return the area that all runs clear together (shapely geometry)."""
         return cleared_area(self._steps, self.rules)
 
     def _descent_clearance(self, start: Point) -> DescentClearance:

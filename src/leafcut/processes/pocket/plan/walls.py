@@ -1,4 +1,4 @@
-"""The finishing pass along every wall, which removes the stock that roughing leaves."""
+"""The finishing pass along every wall, which removes the stock left by roughing."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.pocket import PocketPath, PocketPiece
 from leafcut.processes.pocket.plan.region import CentreRegion
 
-#: Candidate radii of lead-in and lead-out arcs, tool radii.
+#: Candidate radii of lead-in and lead-out arcs, in tool radii.
 LEADS = (0.8, 0.5, 0.3, 0.15)
 #: Maximum number of positions along a wall at which leads are tried.
 MOST_PLACES = 60
@@ -22,15 +22,15 @@ TOUCH = 0.1
 
 
 def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
-    """Return a pass along every wall of a region, each starting and ending in the cleared area.
+    """Return a pass along every wall of a region; each pass starts and ends in the cleared area.
 
     Lead-in and lead-out are quarter circles; where they do not fit, the pass starts on the wall. `roughed` is the
-    shapely geometry of the tool centres of roughing.
+    shapely geometry of the tool centres for roughing.
     """
     shapely.prepare(roughed)
     room = region.polygon.buffer(TOUCH * region.rules.tolerance)
     shapely.prepare(room)
-    # The region lies left of its rings, so the wall is on the right of the tool: climb.
+    # The region is on the left of its rings, so the wall is on the right of the tool, which is climb milling.
     rings = [ring if region.rules.climb else ring[::-1] for ring in region.rings]
     pieces = []
     place: tuple[float, float] | None = None
@@ -46,7 +46,7 @@ def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
 
 
 def _order_rings(rings: list[Points]) -> list[Points]:
-    """Return the outer wall, then the walls of the islands, always the nearest next."""
+    """Return the outer wall, then the walls of the islands in nearest-neighbour order."""
     rest, order = rings[1:], rings[:1]
     while rest:
         here = order[-1][0]
@@ -75,14 +75,14 @@ def _wall_pass(ring: Points, room: Any, roughed: Any, climb: bool, radius: float
 
 
 def _add_midpoints(ring: Points, least: float) -> Points:
-    """Return a ring with the midpoint added to each edge longer than `least`, mm."""
+    """Add the midpoint of each edge longer than `least`, mm, to a ring."""
     after = np.roll(ring, -1, axis=0)
     long = np.hypot(*(after - ring).T) > least
     return np.insert(ring, np.flatnonzero(long) + 1, 0.5 * (ring + after)[long], axis=0)
 
 
 def _straight_places(ring: Points) -> list[int]:
-    """Return the indices of points where a ring hardly turns; points between long edges come first."""
+    """Return the indices of points where a ring hardly turns, starting with points between long edges."""
     ahead = np.roll(ring, -1, axis=0) - ring
     behind = np.roll(ahead, 1, axis=0)
     turn = np.abs(np.arctan2(behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0], (behind * ahead).sum(axis=1)))

@@ -19,12 +19,12 @@ from leafcut.processes.pocket.plan.spurs import add_spurs
 
 #: Number of angles to try.
 ANGLES = 12
-#: Distances between the ends of lines and the finishing pass, step-overs. The second distance is tried if the first
+#: Distances between the ends of lines and the finishing pass, in step-overs. The second distance is tried if the first
 #: leaves gaps, for example along a wall nearly parallel to the lines.
 MARGINS = (0.5, 0.0)
-#: Spacing of samples along a wall, step-overs, and maximum angle between a wall and a line along it, rad.
+#: Spacing of samples along a wall, in step-overs, and maximum angle between a wall and a line along it, rad.
 SAMPLE_SPACING, SIDE_BY_SIDE = 0.1, math.radians(30.0)
-#: Minimum length of a line that can start with an entry ramp of the usual depth, tool diameters.
+#: Minimum length of a line that can start with an entry ramp of the usual depth, in tool diameters.
 ENTRY_ROOM = 1.0
 
 
@@ -109,7 +109,7 @@ def _zigzag_lines(region: CentreRegion, inner: Any, angle: float, rules: PocketR
     level = rotate(inner, -angle, origin=(0.0, 0.0), use_radians=True)
     x0, y0, x1, y1 = level.bounds
     n = max(math.ceil((y1 - y0) / rules.step_over - 1e-9), 1)
-    rim = min(1e-3 * rules.step_over, 0.25 * (y1 - y0))  # the region of a slot as wide as the tool has hardly any area
+    rim = min(1e-3 * rules.step_over, 0.25 * (y1 - y0))  # in a slot as wide as the tool, the region has almost no area
     rows: list[list[Points]] = []
     for y in np.linspace(y0 + rim, y1 - rim, n + 1):
         cut = shapely.intersection(level, shapely.LineString([(x0 - 1.0, y), (x1 + 1.0, y)]))
@@ -124,7 +124,7 @@ def _zigzag_lines(region: CentreRegion, inner: Any, angle: float, rules: PocketR
 
 
 def _joined_lines(region: CentreRegion, rows: list[list[Points]], row: int, turned: Points) -> Points:
-    """Return the first line of a row joined with lines of the next rows.
+    """Join the first line of a row with lines of the following rows.
 
     A link to the next row must be short and stay in the region. The lines used are removed from `rows`.
     """

@@ -1,1 +1,1 @@
-"""The proof of a pocketing program: read back and simulated."""
+"""Verification of a pocketing program, which is read back and simulated."""

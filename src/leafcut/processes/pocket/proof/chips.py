@@ -1,4 +1,4 @@
-"""Chip thickness and power of a pocketing program, computed from the program as read back."""
+"""Chip thickness and power of a pocketing program, computed from the program that was read back."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 #: Relative tolerance of all limits, because numbers in the program are rounded.
 _PART = 1e-4
-#: Largest difference between equal heights, mm.
+#: Maximum difference between heights that count as equal, mm.
 _SAME = 1e-6
-#: Maximum width of the material under a plunging tool that is ignored, tool radii.
+#: Maximum width of the material under a plunging tool that is ignored, in tool radii.
 _SLIVER = 0.03
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredChips:
-    """Load of the end mill: chips and feeds, number of cuts with a changed feed, and differences from the limits."""
+    """Load of the end mill: chips and feeds, number of cuts with a changed feed, and violations of the limits."""
 
     tool: ToolPace
     changed: int
@@ -73,13 +73,14 @@ def measured_chips(
        spindle has (`material.chip_feeds`).
     2. No cutting move is faster than the maximum feed.
     3. No descent below the surface is faster than the tool's own feed, and none needs more power than the spindle has.
-       A ramp or helix counts as a slot as deep as the level. A plunge into cleared area needs no power.
+       A ramp or helix counts as a slot as deep as the level. A plunge into a cleared area needs no power.
 
-    Films thinner than `thickest_film` are ignored. `levels` are the heights of cuts, mm; all other moves are descents.
+    Films thinner than `thickest_film` are ignored. `levels` contains the heights of cuts, mm; all other moves are
+    descents.
     """
     cuts = list(cutting_moves(written, rules.tolerance))
     rpm = np.abs(written.latest(Kind.SPINDLE, written.value))
-    # A short move of a ramp may be horizontal after rounding, but it is not at the height of a level.
+    # After rounding, a short move of a ramp may be horizontal, but it is not at the height of a level.
     flat = {
         cut.row for cut in cuts if cut.height <= _SAME and np.abs(np.array(levels) - cut.z).min() <= HEIGHT_TOLERANCE
     }
@@ -123,7 +124,7 @@ def _all_levels(samples: list[_LevelSamples], name: str) -> Floats:
 
 
 def _limits(samples: list[_LevelSamples], ramps: list[_Ramp], limits: FeedLimits) -> Iterator[FeedLimit]:
-    """Yield the maximum power at a constant feed and at the feeds of the program, if power is limited."""
+    """If power is limited, yield the maximum power at a constant feed and at the feeds of the program."""
 
     def most(values: Floats) -> float:
         return float(values.max(initial=0.0))
@@ -188,7 +189,8 @@ def _ramps(
 ) -> Iterator[_Ramp]:
     """Yield each ramp with the power that it needs, W.
 
-    Consecutive moves with the same feed are one ramp, because rounded heights give each move a different slope.
+    Consecutive moves with the same feed count as one ramp, because with rounded heights each move has a different
+    slope.
     """
     descents: list[list[PocketCut]] = []
     for cut in cuts:

@@ -1,4 +1,4 @@
-"""Proof of a pocketing program by simulation: no gouges, no cuts that are too deep, no rapids in the material."""
+"""Verify a pocketing program by simulation: no gouges, no cuts that are too deep, and no rapids in material."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ from leafcut.model.turns import turns_of
 from leafcut.proof.difference import limit_differences, position_text
 from leafcut.proof.surface import surface_meets_area
 
-#: Tolerance of written heights, mm (half of 0.0001 inch is 0.00127 mm), and of the chords of walls.
+#: Tolerance for heights in the program, mm (half of 0.0001 inch is 0.00127 mm), and for the chords of walls.
 HEIGHT_TOLERANCE = 0.002
 #: Minimum height above the cleared floor at which a rapid may end, mm.
 OVER = 0.4
-#: Maximum width of a film that does not count as material, tool diameters.
+#: Maximum width of a film that does not count as material, in tool diameters.
 AIR_FILM = 0.01
 
 
 @dataclass(frozen=True, eq=False)
 class PocketCut:
-    """A feed move: its row of the toolpath, its line of the program, and the path of the tool tip, float64[n, 3], mm.
+    """A feed move: its row in the toolpath, its line in the program, and the path of the tool tip, float64[n, 3], mm.
 
-    `bulge` is the bulge (`geometry.polyline`) of an arc of at most half a turn, 0 for all other moves.
+    `bulge` is the bulge (`geometry.polyline`) of an arc of at most half a turn, and 0 for all other moves.
     """
 
     row: int
@@ -54,12 +54,12 @@ class PocketCut:
 
     @property
     def height(self) -> float:
-        """Difference between the greatest and the lowest height, mm."""
+        """Difference between the highest and the lowest point, mm."""
         return float(np.ptp(self.path[:, 2]))
 
     @property
     def vertices(self) -> NDArray[np.float64]:
-        """The path in the plane as vertices of a polyline, float64[n, 3]; arcs stay arcs."""
+        """The path in the plane as the vertices of a polyline, float64[n, 3]; arcs stay arcs."""
         points = self.path[[0, -1], :2] if self.bulge else self.path[:, :2]
         return np.column_stack([points, np.append(np.full(len(points) - 1, self.bulge), 0.0)])
 
@@ -72,7 +72,7 @@ def check_pockets(
     retract: float,
     tops: Sequence[float] = (),
 ) -> list[Difference]:
-    """Return the gouges and dangerous rapids of a program; an empty list is the proof.
+    """Return the gouges and dangerous rapids of a program; an empty list means that the program is verified.
 
     1. No feed move is deeper than its pocket, and no feed move below the surface takes the tool more than the tolerance
        beyond a wall.
@@ -80,8 +80,8 @@ def check_pockets(
     3. Rapids below the R plane are vertical. A rapid down below the R plane ends above an area that earlier feed moves
        cleared under the whole tool, or above a pocket whose material starts lower.
 
-    `depths` are the depths of the pockets from the surface, mm, positive. `tops` are the heights of the material over
-    the pockets before milling, mm; if empty, all are 0.
+    `depths` contains the depths of the pockets from the surface, mm, positive. `tops` contains the heights of the
+    material above the pockets before milling, mm; if empty, all are 0.
     """
     cuts = list(cutting_moves(written, rules.tolerance))
     low = _lower_tops(pockets, tops, rules)
@@ -91,7 +91,7 @@ def check_pockets(
 
 @dataclass(frozen=True, eq=False)
 class SimulatedLevel:
-    """The material removed from one pocket at height `z`, and the largest distance between neighbouring passes, mm."""
+    """The material removed from one pocket at height `z`, and the maximum distance between neighbouring passes, mm."""
 
     z: float
     number: int
@@ -108,8 +108,8 @@ def simulated_levels(
 ) -> list[SimulatedLevel]:
     """Simulate each pocket at its `levels` and at the heights of its finishing passes, mm.
 
-    The step-over of a finishing pass is measured to the passes of the next lower level. Levels with equal paths are
-    simulated once.
+    The step-over of a finishing pass is measured to the passes of the next lower level. Levels with identical paths are
+    simulated only once.
     """
     cuts = list(cutting_moves(written, rules.tolerance))
     shapes = [pocket.region(rules.tolerance) for pocket in pockets]
@@ -144,7 +144,7 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
 
     A faster move must be level, and earlier moves at its height must have cleared its whole path, which is sampled
     (`material.engagement`). Films up to a hundredth of the diameter are ignored: passes within the tolerance may leave
-    them, and their chips are only a fifth as thick as usual at the same feed.
+    them, and at the same feed, their chips are only a fifth as thick as usual.
     """
     cuts = list(cutting_moves(written, rules.tolerance))
     speed = {cut.row: float(written.value[cut.row]) for cut in cuts}
@@ -199,12 +199,12 @@ def engaged_levels(
 
 
 def path_of_cuts(pieces: Sequence[Points]) -> PocketPath:
-    """Return a path with one section for each polyline, given by its vertices, float64[n, 3]."""
+    """Return a path with one section per polyline; each polyline is given by its vertices, float64[n, 3]."""
     return PocketPath("program", tuple(PocketPiece(Polyline(p)) for p in pieces))
 
 
 def _area_in_helices(written: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules) -> Any:
-    """Return the area inside full circles no wider than the tool, such as helices. The tool clears this area."""
+    """Return the area inside full circles no wider than the tool, such as helices, which the tool clears."""
     turned: dict[tuple[float, ...], float] = {}
     for cut in cuts:
         if written.kind[cut.row] == Kind.FEED:
@@ -261,7 +261,7 @@ def depth_differences(
     """Return the levels at which the tool cuts more than `step` mm below earlier levels.
 
     Strips narrower than `FILM` diameters are allowed, because a finishing pass removes the stock over its whole depth.
-    `tops` are the heights of the material over the pockets before milling, mm; if empty, all are 0.
+    `tops` contains the heights of the material above the pockets before milling, mm; if empty, all are 0.
     """
     lower = _lower_tops(pockets, tops, rules)
     wrong, levels = [], _levels(list(cutting_moves(written, rules.tolerance)))
@@ -304,7 +304,7 @@ class _Level:
 
 
 def _levels(cuts: Sequence[PocketCut]) -> list[_Level]:
-    """Return the levels in the order of cutting; descents are left out."""
+    """Return the levels in cutting order, without descents."""
     levels: list[_Level] = []
     for cut in cuts:
         if cut.height > HEIGHT_TOLERANCE:
@@ -316,7 +316,7 @@ def _levels(cuts: Sequence[PocketCut]) -> list[_Level]:
 
 
 def _undirected_keys(steps: NDArray[np.float64]) -> NDArray[Any]:
-    """Return a key for each segment that is the same for both directions."""
+    """Return a key for each segment that is the same in both directions."""
     rounded = np.round(steps, 3) + 0.0
     turned = (rounded[:, 0] > rounded[:, 1])[:, 0] | (
         (rounded[:, 0, 0] == rounded[:, 1, 0]) & (rounded[:, 0, 1] > rounded[:, 1, 1])
@@ -333,7 +333,7 @@ def _lies_in(points: Points, shape: Any) -> bool:
 
 
 def cutting_moves(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
-    """Yield the feed moves that reach below the surface; chords replace arcs."""
+    """Yield the feed moves that go below the surface, with arcs replaced by chords."""
     moves = straight_moves(replace(path, line=np.arange(len(path), dtype=np.int32)), FINE * tolerance, np.inf)
     turns = turns_of(path)
     bulges = {
@@ -371,7 +371,7 @@ def _join_cuts(run: Sequence[Points]) -> Points:
 
 
 def _lower_tops(pockets: Sequence[Pocket], tops: Sequence[float], rules: PocketRules) -> list[tuple[float, Any]]:
-    """Return height, mm, and area of each pocket whose material starts below 0."""
+    """Return the height, mm, and the area of each pocket whose material starts below 0."""
     if not tops:
         return []
     return [(top, pocket.region(rules.tolerance)) for pocket, top in zip(pockets, tops, strict=True) if top < 0.0]
@@ -397,7 +397,7 @@ def _unknown_places(path: Toolpath) -> list[Difference]:
 def _rapids(
     path: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules, retract: float, lower: Sequence[tuple[float, Any]]
 ) -> list[Difference]:
-    """Return the rapids below the R plane that move sideways, or go down to an area that is not cleared."""
+    """Return the rapids below the R plane that move sideways, or descend to an area that is not cleared."""
     before = path.before
     rapid = path.kind == Kind.RAPID
     sideways = (np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == before[:, :2])).any(axis=1)
@@ -431,8 +431,8 @@ def _rapids_into_material(
 ) -> list[int]:
     """Return the rows of vertical rapids that end less than `OVER` mm above uncleared material.
 
-    Earlier feed moves must have cleared a disc of the tool's radius less the tolerance. `lower` are the pockets whose
-    material starts below 0.
+    Earlier feed moves must have cleared a disc of the tool's radius minus the tolerance. `lower` contains the pockets
+    whose material starts below 0.
     """
     before, earlier, uncleared = path.before, EarlierCuts(cuts, rules), []
     chords = chords_per_quarter(rules.radius, FINE * rules.tolerance)
@@ -451,7 +451,7 @@ def _rapids_into_material(
 
 
 class EarlierCuts:
-    """Feed moves without plunges, in order, for finding the area that is cleared around a position."""
+    """Feed moves without plunges, in order, for finding the cleared area around a position."""
 
     def __init__(self, cuts: Sequence[PocketCut], rules: PocketRules) -> None:
         self.rules, moving = rules, [cut for cut in cuts if np.ptp(cut.path[:, :2], axis=0).any()]
@@ -461,7 +461,7 @@ class EarlierCuts:
         self._tree = shapely.STRtree([shapely.LineString(cut.path[:, :2]) for cut in moving])
 
     def passed(self, place: Floats, row: int, height: float) -> bool:
-        """Return whether the tool's centre passed a position before a row of the toolpath, at `height` mm or lower."""
+        """Return whether the tool centre passed a position before a row of the toolpath, at `height` mm or lower."""
         return len(self._near(place, row, height, 0.1 * self.rules.tolerance)) > 0
 
     def cleared(self, place: Floats, row: int, height: float) -> Any:
@@ -516,7 +516,7 @@ def stock_top_differences(
     triangles: NDArray[np.float64],
     radius: float,
 ) -> list[Difference]:
-    """Return a difference for each pocket with material above its assumed top, over it or within a tool radius of it.
+    """Return a difference for each pocket with material higher than assumed, above it or within a tool radius of it.
 
     Other pockets of the solid count as filled up to their rims. The check tests the distance of each triangle, and
     shares no code with the planning of heights. `triangles` is the surface, float64[n, 3, 3], mm.

@@ -21,11 +21,11 @@ from leafcut.report.marks import arrow_head, end_marks
 from leafcut.report.missing_drawing import missing_drawing, missing_points
 from leafcut.report.svg import element, lines_data, scaled_group, svg_number, title
 
-#: Tolerance for chords that approximate arcs, user units of the drawing.
+#: Chord error for arcs, in user units of the drawing.
 _CHORDS = 0.06
-#: Tolerance of uncut and unreachable areas in the drawing, mm; coarser than the tolerance of the path.
+#: Tolerance for uncut and unreachable areas in the drawing, mm; coarser than the tolerance of the path.
 _SEEN = 0.02
-#: Arrow heads: spacing along a path and half length, user units of the drawing, and maximum number.
+#: Arrowheads: spacing along a path and half length, in user units of the drawing, and maximum number.
 _ARROW_APART, _ARROW, _MOST_ARROWS = 70.0, 3.2, 90
 _HATCH = 4.0
 _WIDE_FROM = 1.9
@@ -43,7 +43,7 @@ class PocketShapes:
 
 @dataclass(frozen=True, eq=False)
 class PocketScene:
-    """Data shared by all drawings of a page: the frame, the pockets, and issues about missing work."""
+    """Data shared by all drawings of a page: the frame, the pockets, and the issues about missing work."""
 
     frame: Frame
     pockets: tuple[Pocket, ...]
@@ -60,7 +60,7 @@ def build_pocket_scene(plans: Sequence[PocketPlan], missing: tuple[Issue, ...] =
 
 
 def shapes_of(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketShapes:
-    """Return the unreachable and the uncut area of a pocket; films as thin as the tolerance are omitted."""
+    """Return the unreachable and the uncut area of a pocket; films no thicker than the tolerance are omitted."""
     whole = pocket.region(_SEEN)
     reachable = swept(shrink(whole, rules.radius, _SEEN), rules.radius, _SEEN).intersection(whole)
     steps = np.concatenate([segments(piece.path.flattened(0.5 * _SEEN)) for piece in path.pieces])
@@ -132,7 +132,7 @@ def _unfinished_areas(frame: Frame, shapes: PocketShapes, name: str) -> str:
 
 
 def outline_of(frame: Frame, shape: Any) -> str:
-    """Return the outline of an area as the shape of a clip path, with the scale of the drawing."""
+    """Return the outline of an area as the shape of a clip path, in the scale of the drawing."""
     return element("path", d=_area_path(frame, shape), transform="scale(0.03125)", clip_rule="evenodd")
 
 

@@ -59,20 +59,20 @@ from leafcut.report.wording import (
 
 #: Maximum number of path segments for which uncut areas are drawn.
 MOST_PIECES = 200_000
-#: Additional uncut area, compared with the usual strategy, that counts as less work, percentage points.
+#: Minimum additional uncut area, compared with the usual strategy, that counts as less work, in percentage points.
 LESS_WORK = 0.1
-#: Minimum share of air cuts in the path for a fact about them.
+#: Minimum share of air cuts in the path that is reported as a fact.
 _AIR = 0.01
 #: Height above the material for moves between the sections of a path, mm.
 _ABOVE = 2.0
 _FEEDS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
-#: Columns of the table of strategies, and those that the summary leaves out.
+#: Columns of the table of strategies, and the columns that the summary omits.
 _TITLES = ("feed", "rapid", "retracts", "uncut", "step-over mm", "engagement", "mean", "air", "program time")
 _WIDE = ("step-over mm", "air")
 
 
 class PocketReport(PathReport[PocketDetail]):
-    """Facts, table, page and pictures of cleared pockets."""
+    """Facts, table, report page and pictures of cleared pockets."""
 
     proof = "read back and simulated"
     found = "read back and simulated: it does the work that was planned"
@@ -208,7 +208,7 @@ class PocketReport(PathReport[PocketDetail]):
         return facts
 
     def _uncut_words(self, m: PocketMeasures) -> str:
-        """Return the uncut area as a part of the reachable area; issue L701 reports the area out of reach."""
+        """Return the uncut area as a share of the reachable area; issue L701 reports the area out of reach."""
         area, whole = area_words(m.uncovered_mm2), area_words(m.reachable_mm2)
         if all(issue.code != "L701" for issue in self.outcome.issues):
             return translatable("{area} of {whole}", area=area, whole=whole)
@@ -221,7 +221,7 @@ class PocketReport(PathReport[PocketDetail]):
         levels, words = f"{len(first)} × {abs(first[0]):.4g} mm", "; ".join(lines)
         depth, stock = f"{min(plan.heights[-1] for plan in plans):.4g}", f"{rules.stock:g}"
         if several_depths(plans) or any(plan.begin for plan in plans):
-            # Each line names its step, its depth, and where the material starts.
+            # Each line states its step, its depth, and where the material starts.
             number = sum(len(plan.levels) for plan in plans)
             levels = translatable("{number} in {pockets} pockets", number=str(number), pockets=str(len(plans)))
             if rules.stock > 0.0:
@@ -257,7 +257,7 @@ class PocketReport(PathReport[PocketDetail]):
         }
 
     def table(self) -> list[tuple[tuple[str, ...], bool]]:
-        """Return the rows of the table of all possible strategies, over one level.
+        """Return the rows of the table of all possible strategies, on one level.
 
         Each row has a flag that is true for the chosen strategy.
         """
@@ -295,7 +295,7 @@ class PocketReport(PathReport[PocketDetail]):
         }
 
     def saved(self) -> views.PageRow:
-        """Return the headline figure and its text: the saved time, or the program time if nothing is compared."""
+        """Return the headline number and its text: the time saved, or the program time if there is no comparison."""
         outcome = self.outcome
         if not self.compared:
             alone = all(len(plan.results) == 1 for plan in outcome.detail.plans)
@@ -313,7 +313,7 @@ class PocketReport(PathReport[PocketDetail]):
         return {**row, "words": compared, "percent": row["percent"] + less, "gap": _length_change(now, usual)}
 
     def drawing(self, which: Which) -> str:
-        """Return a drawing of the paths over one level.
+        """Return a drawing of the paths on one level.
 
         It shows the usual strategy (``before``) or the written strategy (``after``).
         """
@@ -325,7 +325,7 @@ class PocketReport(PathReport[PocketDetail]):
         return pocket_drawing(scene, paths, which, words, tool_diameter=diameter, size=True)
 
     def tried_paths(self) -> Iterator[tuple[str, Toolpath]]:
-        """Yield the toolpath of each strategy over one level of all pockets."""
+        """Yield the toolpath of each strategy on one level of all pockets."""
         outcome = self.outcome
         for row in self.strategies:
             paths = self._paths(row.name)
@@ -336,7 +336,7 @@ class PocketReport(PathReport[PocketDetail]):
                 )
 
     def stock(self) -> ShownStock:
-        """Return the tools and the stock: the solid with filled pockets if known, else a block around the cuts."""
+        """Return the tools and the stock: the solid with filled pockets if known, otherwise a block around the cuts."""
         found, before = super().stock(), self.outcome.detail.before
         return found if before is None else replace(found, surface=before)
 
@@ -344,7 +344,9 @@ class PocketReport(PathReport[PocketDetail]):
         return f"Tool path over one level of {replace_unprintable(self.outcome.part.name)}, {strategy}"
 
     def _size(self) -> str:
-        """Return the size of the box around several pockets; "" for a single pocket, whose size is a fact already."""
+        """Return the size of the bounding box of several pockets; "" for a single pocket, whose size is already a
+        fact.
+        """
         boxes = [plan.pocket.outline.extents for plan in self.outcome.detail.plans]
         if len(boxes) == 1:
             return ""
@@ -392,7 +394,7 @@ def _strategy(row: StrategyFigures) -> dict[str, Any]:
 
 
 def _cells(row: StrategyFigures) -> tuple[str, ...]:
-    """Return the measures of a strategy as texts, in the order of `_TITLES`; empty if it is refused."""
+    """Return the measures of a strategy as texts, in the order of `_TITLES`; empty if the strategy is refused."""
     m = row.measures
     if m is None:
         return ()
@@ -418,7 +420,7 @@ def _length_change(now: PocketMeasures, usual: PocketMeasures) -> str:
 
 
 def toolpath_over_level(paths: Sequence[PocketPath], level: float, tool: Tool) -> Toolpath:
-    """Return the paths of all pockets over one level as a toolpath; the tool plunges after each gap in a path."""
+    """Return the paths of all pockets on one level as a toolpath; the tool plunges after each gap in a path."""
     builder = ToolpathBuilder()
     builder.tool(tool.number)
     builder.spindle(tool.spindle_rpm)

@@ -22,10 +22,10 @@ from leafcut.report.wording import (
 
 @dataclass(frozen=True)
 class StrategyFigures:
-    """Measures of a strategy over one level of all pockets (sums and maxima); None if it is refused.
+    """Measures of a strategy on one level of all pockets (sums and maxima); None if it is refused.
 
     `program_s` is the time of a program that clears all pockets by this strategy. `passed_over` is the reason why a
-    cheaper strategy was rejected, from the first pocket with a reason. `usual` is whether the written program is
+    cheaper strategy was rejected, from the first pocket that has a reason. `usual` tells whether the written program is
     compared with this strategy in any pocket.
     """
 
@@ -53,9 +53,9 @@ def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
 
 
 def figures_by_strategy(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ()) -> list[StrategyFigures]:
-    """Return the measures of each strategy over all pockets. A strategy is refused if it is refused in any pocket.
+    """Return the measures of each strategy over all pockets; a strategy refused in any pocket is refused.
 
-    `programs` has the times and rapids of programs over several pockets.
+    `programs` contains the times and rapids of programs for several pockets.
     """
     rows, whole = [], {program.strategy: program for program in programs}
     for name in dict.fromkeys(r.strategy for plan in plans for r in plan.results):
@@ -104,14 +104,14 @@ def sum_measures(every: Sequence[PocketMeasures]) -> PocketMeasures:
 
 
 def written_measures(outcome: Outcome[PocketDetail]) -> PocketMeasures:
-    """Return the measures of the written path over one level of each pocket, with the moves between pockets."""
+    """Return the measures of the written path on one level of each pocket, including the moves between pockets."""
     known = [plan.result.measures for plan in outcome.detail.plans if plan.result.measures is not None]
     program = next((program for program in outcome.detail.programs if not program.strategy), None)
     return _with_moves_between(sum_measures(known), program)
 
 
 def plain_measures(m: PocketMeasures) -> dict[str, Any]:
-    """Return the measures over one level as plain numbers for the JSON answer; angles in degrees."""
+    """Return the measures on one level as plain numbers for the JSON answer; angles are in degrees."""
     return {
         "length_mm": plain_number(m.feed_mm + m.rapid_mm),
         "feed_mm": plain_number(m.feed_mm),
@@ -143,7 +143,7 @@ def several_depths(plans: Sequence[PocketPlan]) -> bool:
 def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
     """Return a text such as ``3 × 2 mm to Z-6`` for each set of levels.
 
-    If there are several sets, each text has the number of pockets.
+    If there are several sets, each text states the number of pockets.
     """
     counted = Counter((plan.begin, plan.levels, plan.heights, plan.in_floor) for plan in plans)
     words = []
