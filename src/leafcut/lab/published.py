@@ -1,4 +1,4 @@
-"""Compare published results with those of our own runs of the same design."""
+"""Compare published results with the results of our own runs of the same design."""
 
 from __future__ import annotations
 

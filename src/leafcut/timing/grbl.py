@@ -149,10 +149,9 @@ def grbl_seconds(
 
 
 def _arc_chords(moves: Moves, tolerance: float) -> tuple[NDArray[np.int64], Floats, Floats, Floats, Floats]:
-    """Return how arcs are divided into chords.
+    """Divide arcs into chords.
 
-    The result has the number of chords, the angle per chord, rad, two vectors that span the circle, and the rise per
-    chord, mm.
+    Return the number of chords, the angle per chord, rad, two vectors that span the circle, and the rise per chord, mm.
     """
     turn = moves.turn
     radius, sweep = turn.radius, turn.sweep

@@ -1,5 +1,5 @@
-"""Choose a strategy for each pocket: among all strategies with nearly the lowest cost, the one with the fewest
-retracts.
+"""Choose a strategy for each pocket: the strategy with the fewest retracts among all strategies with nearly the lowest
+cost.
 """
 
 from __future__ import annotations
