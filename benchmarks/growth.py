@@ -126,7 +126,9 @@ def parts(count: int, file: Path) -> None:
 
 @dataclass(frozen=True)
 class Work:
-    """Work of any size: its unit, largest size, input file, writer of the input, and command with FILE and COUNT."""
+    """Work of any size: its unit, largest size, input file, function that writes the input, and command with FILE and
+    COUNT.
+    """
 
     counts: str
     most: int

@@ -50,7 +50,7 @@ class Feature(NamedTuple):
     feed: int = 300
 
     def text(self) -> str:
-        """Return the blocks of the cut, from the safe height and back."""
+        """Return the blocks of the cut, which start and end at the safe height."""
         x, y, end, depth = self.x, self.y, self.x + self.length, -self.depth
         over = f"G0 X{x:.3f} Y{y:.3f}\nG0 Z2.\n"
         down = f"G1 Z{depth:.3f} F{self.feed}\n"

@@ -34,7 +34,7 @@ def files_without_schema() -> Iterator[str]:
 
 
 def faults_of_page() -> Iterator[str]:
-    """Yield kinds of document that are missing on the page, or that it lists with other numbers."""
+    """Yield kinds of document that are missing on the page, or are listed with other numbers."""
     page = sources.DOCS / "schemas.md"
     rows = r"^\| ([\w ]+) \| .* \| `(\w+)` \| (\d+) \| (\d+) \|$"
     listed = {match.groups() for _, match in sources.matches(rows, page)}

@@ -119,7 +119,10 @@ def _divide(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
 
 
 def _merge(points: Points, weights: Floats, cuts: list[int]) -> list[int]:
-    """Remove cuts inside a single line or arc, which arise where a piece exceeds the window or the ring was opened."""
+    """Remove cuts that divide a single line or arc.
+
+    They arise where a piece exceeds the window, and where the ring was opened.
+    """
     cuts = list(cuts)
     k = 1
     while k < len(cuts):

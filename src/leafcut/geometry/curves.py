@@ -33,7 +33,7 @@ def allow_any_number(_: int) -> None:
 
 
 def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats | None, tolerance: float) -> Points:
-    """Return points along a B-spline, or a rational one if `weights` are given; the chord error is about `tolerance`.
+    """Return points along a B-spline, which is rational if `weights` are given; the chord error is about `tolerance`.
 
     Only the domain of the spline is evaluated, knots[degree] … knots[n], so knots need not be repeated at the ends.
 

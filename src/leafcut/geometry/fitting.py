@@ -69,7 +69,7 @@ def _longest_segment(points: Points, start: int, tolerance: float, last: int) ->
 
 
 def _fitted_bulge(points: Points, tolerance: float) -> float | None:
-    """Return the bulge from the first to the last point that fits all points between them, or None."""
+    """Return the bulge of an arc from the first to the last point that fits all points between them, or None."""
     start, chord = points[0], points[-1] - points[0]
     length = float(np.hypot(*chord))
     if length <= tolerance:

@@ -71,8 +71,8 @@ def shortest_path(
 class ObstacleMap:
     """Obstacles for a head: walls, which always block it, and polygons, which block it only if they are `standing`.
 
-    The head keeps its radius away from standing polygons, and its centre never crosses a wall. Results are cached for
-    each set of standing polygons.
+    The head stays at least its radius away from standing polygons, and its centre never crosses a wall. Results are
+    cached for each set of standing polygons.
     """
 
     def __init__(self, polygons: Mapping[int, Any], walls: Mapping[int, Any]) -> None:
@@ -94,7 +94,7 @@ class ObstacleMap:
         ] = {}
 
     def polygons_crossed(self, a: Point, b: Point) -> frozenset[int]:
-        """Return the polygons that a straight move crosses, whether standing or not, without walls."""
+        """Return the polygons, standing or not, that a straight move crosses; walls are excluded."""
         if (a, b) not in self._crossed:
             hit = self._inner.query(shapely.LineString([a, b]), predicate="intersects")
             self._crossed[a, b] = frozenset(self._numbers[k] for k in hit.tolist()) - self._walls

@@ -263,7 +263,7 @@ def height_of(table: NDArray, i: int) -> float:
 
 @part
 def way_height(code: int, xy: NDArray, table: NDArray, i: int, j: int) -> float:
-    """Return the travel height from node i to node j, mm, which is at least the higher of both nodes."""
+    """Return the travel height from node i to node j, mm, which is at least the height of the higher node."""
     if code == DOGLEG:
         highest = highest_of_box(table, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1])
     else:

@@ -61,8 +61,8 @@ def longest_edge(costs: NDArray, tour: NDArray) -> float:
 def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int, states: NDArray, k: int) -> float:
     """Try `moves` inversions of random runs one after the other; keep those that do not lengthen the tour.
 
-    Return the gain. An inversion needs four table lookups, or usually a single one, because the first new edge alone is
-    longer than both removed edges. Equal length is accepted; otherwise no move would succeed on grids.
+    Return the gain. An inversion needs four table lookups. Usually one is enough, because the first new edge alone is
+    longer than both removed edges together. Equal length is accepted; otherwise no move would succeed on grids.
 
     ======= ============= ==================================================================
     costs   float32[h, h] costs of all edges; half the memory gives twice as many inversions per second

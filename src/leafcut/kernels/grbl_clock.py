@@ -94,7 +94,7 @@ def new_board(n_items: int, byte_s: float, lock_s: float, pace: float) -> Board:
 
 @part
 def _spend_time(board: Board, seconds: float) -> None:
-    """Let the main program work for a time; it works more slowly while the motors run."""
+    """Let the main program work for a given time; it works more slowly while the motors run."""
     board.state[NOW] += board.pace * seconds / (board.state[SHARE] if board.counts[RUNNING] else 1.0)
 
 

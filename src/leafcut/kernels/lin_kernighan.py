@@ -124,9 +124,10 @@ def predecessor(node: NDArray, place: NDArray, v: int) -> int:
 
 @part
 def reverse(node: NDArray, place: NDArray, first: int, last: int) -> int:
-    """Reverse the positions first … last (wrapping around if last < first), or the other positions if these are fewer.
+    """Reverse the nodes at positions first … last (wrapping around if last < first), or the other nodes if these are
+    fewer.
 
-    Return the number of positions. Changes: node, place.
+    Return the number of nodes reversed. Changes: node, place.
     """
     n = len(node)
     size = last - first + 1

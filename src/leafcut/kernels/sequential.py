@@ -84,7 +84,7 @@ def node_at(route: Route, x: int, s: int) -> int:
 
 @part
 def reversal_cost(route: Route, s: int, x: int, y: int) -> float:
-    """Return the cost within the piece of coordinates x … y that is added by reversing it."""
+    """Return the cost that reversing the piece of coordinates x … y adds within the piece."""
     if route.flags[TWISTED] == 0:
         return 0.0
     n, bias, shift = len(route.bias), route.bias, route.shift

@@ -160,7 +160,7 @@ def leave_by_tree(
 
 @part
 def _root(up: NDArray, i: int) -> int:
-    """Return the part of node i. Changes: up (path compression)."""
+    """Return the number of the part that contains node i. Changes: up (path compression)."""
     while up[i] != i:
         up[i] = up[up[i]]
         i = up[i]

@@ -210,8 +210,8 @@ def lowest_height(
 def material_over_tool(rows: CellRows, shape: ToolShape, move: NDArray, margin: float) -> float:
     """Return the maximum height of material above a tool that is wider by a margin all around, along its path, mm.
 
-    A negative value means that the material is below the tool, and −∞ that there is no material under it in these rows.
-    On a sloped move, each point counts as passed at the lowest height of the move, at its smallest distance.
+    A negative value means that all material is below the tool, and −∞ that these rows contain no material under it. On
+    a sloped move, the tool is assumed to pass each point at its lowest height and smallest distance.
     """
     xa, ya, z_low = move[0] - rows.x, move[1] - rows.y, min(move[2], move[5])
     dx, dy = move[3] - move[0], move[4] - move[1]

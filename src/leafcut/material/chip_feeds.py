@@ -66,7 +66,7 @@ def allowed_feed(engaged: Engaged, limits: FeedLimits) -> Floats:
 def power_on_ramp(limits: FeedLimits, across: float, sink_rate: float, depth: float) -> float:
     """Return the maximum power of a ramp or a helix, W; 0 without a power limit.
 
-    The side of the tool is assumed to cut a slot as deep as the level all the time. In fact, only the end of a ramp is
+    The side of the tool is assumed to cut a slot as deep as the level throughout. In fact, only the end of a ramp is
     that deep, and a helix is only as deep as its pitch. The end of the tool cuts over its whole area.
 
     Parameters
@@ -114,7 +114,7 @@ def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> fl
 
 
 def _within_power(limits: FeedLimits, feed: float, power: float) -> float:
-    """Return `feed`, reduced to the power limit; without the reduction, it needs `power` W."""
+    """Return `feed`, which would need `power` W, reduced to the power limit if necessary."""
     if limits.material is None or power <= limits.power:
         return feed
     return float(feed * feed_ratio(limits.material, limits.power / power))

@@ -88,7 +88,9 @@ def widest_gaps(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArr
 
 
 def wide_places(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> Floats:
-    """Return the points of a path whose closer neighbour is farther away than the step-over, float64[n, 2]."""
+    """Return the points of a path where the nearest neighbouring pass is farther away than the step-over, float64[n,
+    2].
+    """
     sides = _sides(path, centres, rules, passes)
     if sides is None:
         return np.zeros((0, 2))
@@ -225,7 +227,7 @@ def _neighbours(xy: Floats, normal: Floats, candidates: Floats, rules: PocketRul
 
 
 class WidePlaceFinder:
-    """Finds the points of a path whose closer neighbour is farther away than the step-over.
+    """Finds the points of a path where the nearest neighbouring pass is farther away than the step-over.
 
     After a change of the path, it searches only near the change.
     """
@@ -236,7 +238,7 @@ class WidePlaceFinder:
         self.previous, self.wide = np.zeros((0, 2)), np.zeros((0, 2))
 
     def __call__(self, pocket_path: PocketPath) -> Floats:
-        """Return the points of a path that are too far from their closer neighbour, float64[n, 2], mm."""
+        """Return the points of a path that are too far from the nearest neighbouring pass, float64[n, 2], mm."""
         path = steps_along_path(pocket_path, self.rules)
         moved_cells = self.cells.of(
             np.vstack([_without_points(path.xy, self.previous), _without_points(self.previous, path.xy)])

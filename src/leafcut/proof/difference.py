@@ -25,7 +25,7 @@ def limit_differences(differences: list[Difference], count: int | None = None) -
 
 
 def position_text(x: float, y: float, z: float | None = None) -> str:
-    """Return a position in words: ``X10.000 Y20.000``, ``X10.000 and an unknown Y``, ``an unknown position``."""
+    """Describe a position in words: ``X10.000 Y20.000``, ``X10.000 and an unknown Y``, ``an unknown position``."""
     axes = [(axis, value) for axis, value in zip("XYZ", (x, y, z), strict=True) if value is not None]
     known = " ".join(f"{axis}{to_fixed(value, 3)}" for axis, value in axes if not math.isnan(value))
     unknown = " and ".join(axis for axis, value in axes if math.isnan(value))
@@ -40,7 +40,7 @@ def end_texts(path: Toolpath, row: int) -> tuple[str, str]:
 
 
 def describe_motion(motion: Motion) -> str:
-    """Return a row in words: ``rapid to X1.000 Y2.000 Z3.000``."""
+    """Describe a row in words, for example ``rapid to X1.000 Y2.000 Z3.000``."""
     if motion.kind is Kind.MACHINE:
         axes = " ".join(
             f"{axis}{to_fixed(v, 3)}" for axis, v in zip("XYZ", motion.end, strict=True) if not math.isnan(v)

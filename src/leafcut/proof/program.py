@@ -27,7 +27,8 @@ from leafcut.units import MM_PER_INCH
 
 
 def read_back(text: str, dialect: Dialect, material_feeds: Mapping[int, float] | None = None) -> Toolpath:
-    """Return the motion of a program, interpreted like the controller, whatever modes another program left active.
+    """Return the motion of a program, interpreted as the controller would, for any modes that another program left
+    active.
 
     `material_feeds` contains the feeds of the controller's material table, mm/s, by number (`gcode.interpreter`).
 

@@ -155,7 +155,7 @@ class _TimedPath(NamedTuple):
     Attributes
     ----------
     source
-        Original row of each row.
+    Row in the original toolpath for each row.
     delta
         Displacement of each row, mm.
     turns, moves

@@ -177,7 +177,7 @@ def _may_be_nearest(plan: Plan) -> bool:
 
 
 def keep_given(plan: Plan, order: Order) -> Order:
-    """Return the order, or a faster one in which no more moves cross or approach detached parts.
+    """Return the order, or a faster order in which the number of moves across or near detached parts is not higher.
 
     The alternatives are the order of the drawing or of the plan file, and the nearest-neighbour order after
     `detach_later`.

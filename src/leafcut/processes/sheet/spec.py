@@ -300,7 +300,8 @@ def _read_sheet(run: Job, source: Source) -> tuple[Part, Sheet]:
 def check_thickness(part: Part, thickness: float | None) -> list[Issue]:
     """Return a warning (L413) if a common substitute replaces the thickness of the solid.
 
-    `thickness` is the thickness of the sheet, mm. Raises OptionError if the height of the solid differs more from it.
+    `thickness` is the thickness of the sheet, mm. Raises OptionError if it differs from the height of the solid by more
+    than a common substitute does.
     """
     if part.height is None or thickness is None:
         return []

@@ -187,7 +187,7 @@ class _AdaptivePath:
         return self._clear_disc(end, spot) if to_end else spot
 
     def _closer_point(self, at: Floats, spot: _ClearedPoint) -> Floats:
-        """Return a point between `at` and the last disc whose own disc can be cleared next.
+        """Return a point between `at` and the last disc such that the disc around the point can be cleared next.
 
         The line between them is inside the region, because a point outside would be closer to the boundary than to the
         last disc.

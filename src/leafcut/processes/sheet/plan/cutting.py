@@ -95,7 +95,7 @@ class Cutting:
 
     @cached_property
     def by_contour(self) -> list[list[int]]:
-        """Indices in `starts` of the starts of each contour."""
+        """Indices in `starts`, grouped by contour."""
         found: list[list[int]] = [[] for _ in self.contours]
         for number, start in enumerate(self.starts):
             found[start.contour].append(number)

@@ -148,7 +148,9 @@ class _CutPaths:
 
     @property
     def _reaches(self) -> tuple[float, float]:
-        """Distances within which a pierce is in the kerf of a centreline, and within a full kerf of it, mm."""
+        """Maximum distances between a pierce and a centreline, mm, that count as in its kerf and as within a full
+        kerf.
+        """
         kerf = self.cutting.rules.kerf
         return 0.5 * kerf + ROOM, kerf
 

@@ -64,7 +64,7 @@ def check_sheet(
 
 
 def uncut_contours(laid: MatchedRuns) -> list[Difference]:
-    """Return a fault for each contour that is not cut, or not completely."""
+    """Return a fault for each contour that is not cut, or is cut incompletely."""
     found = []
     for target in laid.targets:
         claims = laid.of_target.get(target.index, [])

@@ -122,7 +122,7 @@ class SheetReport(PathReport[SheetDetail]):
         return [*facts, *([Fact(sentence=", ".join(uses), name="uses")] if uses else [])]
 
     def bound_words(self) -> str:
-        """Return a text with the proved gap between the order and the optimum, for the starts that were tried."""
+        """Return the proved gap between the order and the optimum as text, for the starts that were tried."""
         outcome = self.outcome
         if outcome.gap is None:
             return ""
