@@ -193,7 +193,6 @@ def drawn_sheets(folder: Path) -> None:
 
 
 def _sheets(folder: Path, only: str) -> None:
-    """Write the outputs of `SHEETS`."""
     import leafcut
 
     with tempfile.TemporaryDirectory() as work:

@@ -78,7 +78,9 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
 def _partners_of_ends(
     paths: Sequence[Polyline], first: Indices, second: Indices, gaps: NDArray[np.float64], same_path: NDArray[np.bool_]
 ) -> Indices:
-    """Return the end joined to each end, or -1; the nearest pairs are joined first, and ties in drawing order."""
+    """Return the end joined to each end, or -1; the nearest pairs are joined first, and equally near ones in drawing
+    order.
+    """
     distance = np.where(gaps <= EXACT, 0.0, gaps)
     follow = np.abs(first // 2 - second // 2) == 1
     # Join the end of a path to the start of the next path in the drawing: starts are even numbers, ends are odd.

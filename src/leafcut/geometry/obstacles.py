@@ -161,8 +161,8 @@ class ObstacleMap:
         return [self._numbers[k] for k in self._whole.query(point, predicate="dwithin", distance=distance).tolist()]
 
     def _clear_points_nearby(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point]:
-        """Return a clear point for each standing polygon within the radius: the nearest one straight away from the
-        polygon.
+        """For each standing polygon within the radius, return the nearest clear point in the direction straight away
+        from it.
         """
         point, away = shapely.Point(place), list[Point]()
         for number in self._numbers_near(point, radius) if radius > 0.0 else ():

@@ -42,7 +42,7 @@ class Segment(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Polyline:
-    """Vertices with the bulge of the segment that starts at each.
+    """A path of lines and arcs, stored as vertices with the bulge of the segment that starts at each vertex.
 
     Attributes
     ----------

@@ -40,10 +40,10 @@ MAX_SHIFT = 0.5
 
 
 def level_lines(height: NDArray[np.float32]) -> list[Points]:
-    """Return the closed lines that separate values below 0 from the others, float64[n, 2]; no first point is repeated.
+    """Return the closed lines that separate values below 0 from the others, float64[n, 2].
 
-    Coordinates are in pixels from the upper left corner of the picture, x to the right and y down. Outside the picture,
-    all values count as 1.
+    The first point of a line is not repeated at its end. Coordinates are in pixels from the upper left corner of the
+    picture, x to the right and y down. Outside the picture, all values count as 1.
     """
     import contourpy
 

@@ -156,8 +156,8 @@ def reverse(node: NDArray, place: NDArray, first: int, last: int) -> int:
 def sort_removed_ends(place: NDArray, move: NDArray, k: int) -> None:
     """Sort the 2k ends of the k removed edges by position, starting directly after the first removed edge.
 
-    Then even ranks start a piece of the tour, and odd ranks end one. The node of a piece of one node has both, the
-    start first.
+    Then even ranks start a piece of the tour, and odd ranks end one. In a piece of one node, the node occurs twice,
+    first as the start.
     Changes: rows ORDER, RANK, KEY of move.
     """
     n = len(place)

@@ -93,7 +93,7 @@ Performer = Callable[[Iterable[RunTask]], Iterator[tuple[RunTask, Answer]]]
 
 @dataclass(frozen=True)
 class RunSummary:
-    """Summary of a call of `run`.
+    """Summary of a call to `run`.
 
     `runs` is the number of runs that this machine can execute, and `finished` of them are stored; `done` were executed
     by this call. `left_out` runs need more threads than this machine has cores.
@@ -422,7 +422,6 @@ def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
 
 
 def _inputs_with_hashes(description: Description) -> dict[str, tuple[str | Source, str]]:
-    """Return the content and the hash of each input."""
     instances = {plan.input: plan.instance.name for plan in description.runs()}
     return {name: _input_and_hash(description.command, name, instance) for name, instance in instances.items()}
 

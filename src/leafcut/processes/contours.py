@@ -539,7 +539,7 @@ def _places_text(places: Sequence[Any]) -> str:
 
 
 def without_excluded_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
-    """Remove the round holes that the diameter limits exclude from a sheet; their number is reported (L205).
+    """Remove from a sheet the round holes that the diameter limits exclude; their number is reported (L205).
 
     Slots, windows, outlines of parts and marks of any size remain. Raises PlanError if an excluded hole contains
     contours, which would then be in the metal of the part.

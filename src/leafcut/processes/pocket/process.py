@@ -254,7 +254,7 @@ class Pocketing(Process):
         return (*entry_issues(best.detail.descents), *stop_notes(plan.work.job), *best.detail.left)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> PocketDetail:
-        """Return the results of all strategies, the saving by load-dependent feeds, the solid, heights and entries."""
+        """Return the results of all strategies, the time saved by load-dependent feeds, and the stock and entries."""
         from leafcut.model.pace_change import PaceChange
         from leafcut.processes.pocket.clearing import clearing_motion, strategy_programs
         from leafcut.processes.pocket.model import PocketDetail

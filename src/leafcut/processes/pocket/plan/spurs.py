@@ -33,7 +33,7 @@ def uncut_areas(floor: Any, passes: list[Any], rules: PocketRules) -> list[Any]:
 
 
 def add_spurs(paths: list[Points], floor: Any, rules: PocketRules) -> list[Points]:
-    """Add spurs to the paths that clear all uncut areas of `floor`.
+    """Add spurs to the paths, so that they clear all uncut areas of `floor`.
 
     A spur goes straight from the nearest pass to an uncut area and back. If it would leave `floor`, it starts from the
     next nearest pass.

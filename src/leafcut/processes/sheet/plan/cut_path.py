@@ -232,8 +232,7 @@ def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span,
 
 
 def compensate_where_needed(contours: list[CutContour], scrap: Scrap) -> tuple[list[CutContour], list[Issue]]:
-    """Adapt contours for which the controller cannot compensate the kerf to compensation by the program; also return a
-    note.
+    """Let the program compensate the kerf of contours where the controller cannot; also return a note about them.
 
     The controller cannot compensate where run-in and arc do not fit, as in small holes, and where the radius of a
     concave arc is too small, or a notch is narrower than the kerf.

@@ -216,7 +216,7 @@ def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
 
 
 def without_short_steps(path: Polyline) -> Polyline:
-    """Remove segments so short that the program would round them to a single point from an open path."""
+    """Remove from an open path all segments so short that the program would round them to a single point."""
     lengths, rows = path.lengths, path.vertices
     if lengths.min(initial=math.inf) >= LEAST_STEP:
         return path
