@@ -16,7 +16,7 @@ from packages import Installer, write_package
 from shared_data import DATA
 from solid_reader import SolidReader
 
-pytest_plugins = ["case_times", "message_texts"]
+pytest_plugins = ["case_times"]
 
 # Each run tries the same examples. There is no deadline, so results do not depend on machine load.
 # A rule with cheap examples multiplies this number: `@settings(max_examples=settings().max_examples * 5)`.

@@ -367,7 +367,11 @@ def solve(
     from leafcut.results.tour import TourResult
 
     settings = _settings("solve", options, None, defaults_file)
-    part = source if isinstance(source, Part) else read(source, settings.read, heartbeat_for_step(progress, "reading"))
+    part = (
+        source
+        if isinstance(source, Part)
+        else read(source, settings.read, heartbeat_for_step(progress, Message("reading")))
+    )
     solved = Solved(part, _tour(part, settings, progress, observe, cancelled), settings.from_defaults())
     return result_of(TourResult, solved, [part.source or None, defaults_file, *files_read(settings)])
 

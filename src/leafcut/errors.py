@@ -11,7 +11,7 @@
     └── SendError      a program cannot be sent to a machine, or its run was ended
 
 A message is one line: the problem, the expectation and the remedy. It is a template with its values (`Message`):
-``PlanError("tool {} is too long for {}", tool, name)``. A text without values is used unchanged. Quotations are
+``PlanError("tool {} is too long for {}", tool, name)``. A text without values is its own template. Quotations are
 shortened here (`shorten_message`), and exceptions of other libraries become a `ReadError` (`parser_errors`).
 """
 
@@ -22,7 +22,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from leafcut.message import Message, map_text
 
@@ -66,8 +66,8 @@ class LeafcutError(Exception):
 
     answered = False
 
-    def __init__(self, message: str = "", *values: object) -> None:
-        super().__init__(shorten_message(Message(message, *values) if values else message))
+    def __init__(self, message: str, *values: object) -> None:
+        super().__init__(shorten_message(Message(message, *values) if values else Message.of_text(message)))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Make the exception picklable for any arguments; otherwise it would break a process pool."""
@@ -87,9 +87,9 @@ class ReadError(LeafcutError):
     def __init__(self, file: str | Path, reason: str, line: int | None = None) -> None:
         self.file = str(file)
         self.line = line
-        self.reason = shorten_message(reason)
+        self.reason = shorten_message(Message.of_text(reason))
         place = self.file if line is None else f"{self.file}:{line}"
-        super().__init__()
+        super().__init__("")
         self.args = (Message("{}: {}", place, self.reason),)  # file names are never shortened
 
 
@@ -101,7 +101,23 @@ class DataError(OptionError):
     """A file that describes tools, a material, a machine or a dialect is invalid, or a document has an unknown schema.
 
     The command line that names the file is valid, so the exit status is 1, as for any other input.
+
+    Attributes
+    ----------
+    table, number, key
+        Position of the error in a TOML file, "" and 0 if unknown. `number` counts the tables of an array from 1.
+    line
+        Line of a syntax error, from 1.
     """
+
+    table = key = ""
+    number = 0
+    line: int | None = None
+
+    def at(self, table: str = "", number: int = 0, key: str = "", line: int | None = None) -> Self:
+        """Set the position of the error and return it."""
+        self.table, self.number, self.key, self.line = table, number, key, line
+        return self
 
 
 class PlanError(LeafcutError):
@@ -132,7 +148,7 @@ class SendError(LeafcutError):
 
 
 @contextmanager
-def parser_errors(file: str | Path, failure: str, line: int | None = None) -> Iterator[None]:
+def parser_errors(file: str | Path, failure: Message, line: int | None = None) -> Iterator[None]:
     """Convert any exception of a third-party parser to a `ReadError`; `failure` describes the problem."""
     try:
         yield
@@ -170,11 +186,14 @@ def closest_names(name: str, known: Iterable[str]) -> list[str]:
 _MAX_CLOSE, _MAX_LISTED = 3, 60
 
 
-def did_you_mean(names: Sequence[str]) -> str:
-    """Return ``"; did you mean 'x' or 'y'?"``."""
-    *others, last = ("'{}'" for _ in names)
-    quoted = f"{', '.join(others)} or {last}" if others else last
-    return Message(f"; did you mean {quoted}?", *names)
+def did_you_mean(names: Sequence[str]) -> Message:
+    """Return ``"; did you mean 'x' or 'y'?"`` with at most three names."""
+    match names:
+        case [name]:
+            return Message("; did you mean '{}'?", name)
+        case [name, other]:
+            return Message("; did you mean '{}' or '{}'?", name, other)
+    return Message("; did you mean '{}', '{}' or '{}'?", *names)
 
 
 def name_suggestion(name: str, known: Iterable[str]) -> str:
@@ -185,6 +204,6 @@ def name_suggestion(name: str, known: Iterable[str]) -> str:
     return Message("; choose one of {}", ", ".join(known)) if len(known) <= _MAX_LISTED else ""
 
 
-def count_of(number: int, noun: str, style: str = "") -> str:
+def count_of(number: int, noun: str, style: str = "") -> Message:
     """Return a number with its noun: ``1 hole``, ``1200 holes``, or with the style ``,``: ``1,200 holes``."""
     return Message(f"{{:{style}}} {noun}{'' if number == 1 else 's'}", number)

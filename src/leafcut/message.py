@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from functools import cache
+import re
+from collections.abc import Callable, Iterable
+from functools import cache, reduce
 from itertools import pairwise
 from string import Formatter
 from typing import Any, Self
 
 #: A gap of a template.
 GAP = "{}"
+_WORDS = re.compile(r"[^\W\d_]{2}")
 
 
 class Message(str):
@@ -41,6 +43,11 @@ class Message(str):
         return cls.of_parts(key.format(*texts), key, texts)
 
     @classmethod
+    def of_text(cls, text: str) -> Message:
+        """Return a text without values as a message; a message is returned unchanged."""
+        return text if isinstance(text, Message) else cls.of_parts(text, text.replace("{", "{{").replace("}", "}}"), ())
+
+    @classmethod
     def of_parts(cls, text: str, template: str, values: tuple[str, ...]) -> Self:
         """Return the message with a text that was made from the template and the values."""
         message = super().__new__(cls, text)
@@ -66,6 +73,18 @@ class Message(str):
         """The English text alone."""
         return super().__str__()
 
+    @classmethod
+    def joined(cls, separator: str, parts: Iterable[object]) -> Message:
+        """Return the parts, texts or messages, with a separator without words between them."""
+        values = tuple(parts)
+        return cls(separator.join(GAP for _ in values), *values)
+
+    @classmethod
+    def joined_by_and(cls, parts: Iterable[object]) -> Message:
+        """Return at least one part, with "and" between the parts."""
+        first, *others = parts
+        return reduce(lambda message, part: cls("{} and {}", message, part), others, cls(GAP, first))
+
     def map(self, function: Callable[[str], str]) -> Self:
         """Return the message with a function applied to its text and to every value; a quoted value has its quotes."""
         values = (
@@ -85,6 +104,16 @@ def quoted_gaps(template: str) -> tuple[bool, ...]:
     """Return for each gap of a template whether it is in single quotes, and so contains a user's own text."""
     parts = template.replace("{{", "").replace("}}", "").split(GAP)
     return tuple(before.endswith("'") and after.startswith("'") for before, after in pairwise(parts))
+
+
+def template_key(template: str) -> str:
+    """Return a template with plain gaps: the key of the catalogue."""
+    return _parsed(template)[0]
+
+
+def has_words(template: str) -> bool:
+    """Return whether a template has words, which a catalogue translates."""
+    return _WORDS.search(template) is not None
 
 
 @cache

@@ -142,7 +142,7 @@ def test_what_is_wrong_with_a_key_of_a_machine_is_marked_at_its_line(key: Profil
     broken = "\n".join(lines)
     with pytest.raises(OptionError) as refused:
         library.check_profile("machines", "mine", broken)
-    place = place_of(broken, str(refused.value))
+    place = place_of(broken, refused.value)
     assert (place.line, f"{place.table}.{place.key}".strip(".")) == (at + 1, key.name)
 
 
@@ -156,7 +156,7 @@ def test_what_is_wrong_with_a_tool_is_marked_in_that_tool(key: ProfileKey) -> No
     lines.insert(start + 1, f"{key.key} = {wrong_value(key)}")
     with pytest.raises(OptionError) as refused:
         library.check_profile("tools", "mine", "\n".join(lines))
-    place = place_of("\n".join(lines), str(refused.value))
+    place = place_of("\n".join(lines), refused.value)
     assert place == type(place)(array, number + 1, key.key, start + 2)
 
 
@@ -174,7 +174,7 @@ def test_what_is_wrong_with_a_tool_is_marked_in_that_tool(key: ProfileKey) -> No
 def test_a_file_that_cannot_be_read_is_marked_where_it_breaks(text: str, line: int) -> None:
     with pytest.raises(OptionError) as refused:
         library.check_profile("machines", "mine", text)
-    assert place_of(text, str(refused.value)).line == line
+    assert place_of(text, refused.value).line == line
 
 
 @pytest.mark.parametrize("language", ["en", "es"])

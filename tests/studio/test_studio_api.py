@@ -123,7 +123,8 @@ def test_what_comes_with_a_request_that_is_refused_is_not_kept(studio: Studio, c
 def test_what_is_refused_says_so_in_one_line(client: TestClient, data: dict[str, str], status: int, line: str) -> None:
     answer = client.post("/api/optimize", data=data)
     assert answer.status_code == status
-    assert list(answer.json()) == ["error"]
+    assert list(answer.json()) == ["error", "message"]
+    assert answer.json()["message"]["text"] == answer.json()["error"]
     assert line in answer.json()["error"]
     assert len(answer.json()["error"].splitlines()) == 1
 

@@ -26,9 +26,9 @@ from leafcut.studio.jobs.jobs import LiveJob
 from leafcut.studio.jobs.run_job import JobResult
 from leafcut.studio.jobs.task import ReadyTask, Task, prepare, title_of
 from leafcut.studio.jobs.workers import StudioWork, StudioWorkers
-from leafcut.studio.messages import Messages
 from leafcut.studio.page.job_words import change_words, choices_of
 from leafcut.studio.studio import Studio, open_studio
+from leafcut.studio.wording import Words
 from leafcut.studio.wording import words as words_of
 
 LONG = Task("solve", ("random:300:1",), options={"time_limit": "120s", "bound": False})
@@ -291,9 +291,8 @@ def test_stored_messages_are_translated_and_their_english_text_is_searched(tmp_p
     history.finish("a", JobState.FAILED, line=refusal, answer={"error": [refusal]}, messages=[(0.5, step), (1.0, "x")])
     (job,) = history.find([SearchTerm("tool 3 is")], 1)
     (_, stored_step), (_, plain) = history.messages("a")
-    spanish = Messages(
-        {"tool {} is unknown": "herramienta {}", "pocket {} of {}: {}": "{1}: {0}, {2}", "searching": "s"}
-    )
+    table = {"tool {} is unknown": "herramienta {}", "pocket {} of {}: {}": "{1}: {0}, {2}", "searching": "s"}
+    spanish = Words("es", {}, messages=table)
     assert (job.line, stored_step, plain) == ("tool 3 is unknown", "pocket 1 of 2: searching", "x")
     assert spanish.translate(job.line) == spanish.translate((history.answer("a") or {})["error"][0]) == "herramienta 3"
     assert spanish.translate(stored_step) == "2: 1, s"

@@ -10,6 +10,7 @@ import numpy as np
 from nicegui.client import Client
 from nicegui.page import page as page_of
 
+from leafcut.message import Message
 from leafcut.studio.drawing.editing import HoleOrder
 from leafcut.studio.jobs.jobs import LiveJob
 from leafcut.studio.jobs.nest_request import WantedPart
@@ -120,7 +121,7 @@ def test_a_row_of_parts_that_is_removed_twice_takes_no_other_with_it(studio: Stu
 
 
 def test_why_a_sheet_could_not_be_cut_is_said_in_the_language_of_the_page(studio: Studio) -> None:
-    line = "no parts to nest; open their drawings"
+    line = Message("no parts to nest; open their drawings")
     variant = {"method": "rectangles", "seed": 1, "utilisation_of_used_percent": 50.0, "sheets": 1, "layouts": []}
     row = {"state": "failed", "line": line, "time_s": None, "quickest": False, "jobs": []}
     page: Any = SimpleNamespace()

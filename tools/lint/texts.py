@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import re
 from collections.abc import Iterator, Set
 
@@ -53,7 +52,6 @@ def faults() -> Iterator[str]:
     yield from faults_of_use()
     yield from faults_of_options()
     yield from faults_of_symbols()
-    yield from faults_of_figures()
 
 
 def _fields(text: str) -> list[str]:
@@ -63,16 +61,6 @@ def _fields(text: str) -> list[str]:
 def _differences(file: str, keys: Set[str], wanted: Set[str]) -> Iterator[str]:
     yield from (f"{file}: {key} is missing" for key in sorted(wanted - keys))
     yield from (f"{file}: unknown key {key}" for key in sorted(keys - wanted))
-
-
-def faults_of_figures() -> Iterator[str]:
-    """Yield templates of facts and tables without a Spanish text; templates that the source composes are left out."""
-    for file in sources.modules():
-        for node in sources.nodes_of(file):
-            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "translatable" and node.args:
-                template = getattr(node.args[0], "value", None)
-                if isinstance(template, str) and f"report.{template}" not in ES.translated:
-                    yield f"{sources.place(file, node.lineno)}: '{template}' has no Spanish in {OPTIONS_FILE}, [report]"
 
 
 def faults_of_keys() -> Iterator[str]:

@@ -156,7 +156,7 @@ def run_batch(
         _write_table(Path(folder) / TABLE, (*earlier_rows, *(result.row for result in results.values())))
     todo = len(tasks)
     if progress is not None and executor is not None and todo:
-        progress(Progress(f"{todo} of {count_of(len(inputs), 'input')}"))
+        progress(Progress(Message("{} of {}", todo, count_of(len(inputs), "input"))))
     for number, (task, answer) in enumerate(_run_tasks(tasks, given, executor, progress), 1):
         result = _result_or_refusal(task, answer)
         results[task.name] = result

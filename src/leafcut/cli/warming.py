@@ -16,6 +16,7 @@ from leafcut.material.mesh_field import field_of_mesh
 from leafcut.material.removal import engaged_tool_path
 from leafcut.material.step_over import widest_gaps
 from leafcut.material.surface import hole_rims, safe_tiles
+from leafcut.message import Message
 from leafcut.model.mesh import Mesh
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.model.problem import Relief, RoutingProblem
@@ -43,7 +44,7 @@ M30
 """
 
 
-def warm_all(on_compile: Callable[[str], None] = lambda _: None) -> Compilations:
+def warm_all(on_compile: Callable[[Message], None] = lambda _: None) -> Compilations:
     """Compile every kernel that is not cached on disk; `on_compile` is called once, before the first compilation."""
     with announced_compilations(on_compile) as compilations:
         _warm_order()

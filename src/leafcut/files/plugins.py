@@ -47,7 +47,7 @@ class Plugin(Generic[T]):
     @property
     def refusal(self) -> str:
         """The package and the reason why the plug-in cannot be used, for a list of plug-ins."""
-        return f"plug-in of {self.package} that cannot be used ({self.error})"
+        return Message("plug-in of {} that cannot be used ({})", self.package, self.error)
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import os
+import re
 import sys
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -163,9 +164,18 @@ def parse_toml(content: bytes, source: str, schema: Schema) -> dict[str, Any]:
     except RecursionError:
         raise DataError("{}: not a TOML file (nested too deep)", source) from None
     except ValueError as problem:  # TOMLDecodeError, or a number with thousands of digits
-        raise DataError("{}: not a TOML file ({})", source, printable(str(problem), 200)) from None
+        error = DataError("{}: not a TOML file ({})", source, printable(str(problem), 200))
+        raise error.at(line=_line_of_syntax_error(str(problem), content)) from None
     check_schema(schema, tables.pop(schema.key, schema.current), source)
     return tables
+
+
+def _line_of_syntax_error(text: str, content: bytes) -> int | None:
+    """Return the line that a text of `tomllib` names; its exception has none before Python 3.14."""
+    if text.endswith("(at end of document)"):
+        return len(content.splitlines())
+    match = re.search(r"\(at line (\d+), column \d+\)$", text)
+    return int(match[1]) if match else None
 
 
 def line_of(toml: str, section: str, name: str = "") -> int | None:

@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.words import COMMENT, Block, Word
+from leafcut.message import Message
 
 #: M words of LinuxCNC that do not call macros: their effect is unknown, but they read only their own words.
 _PLAIN_M = frozenset({19, *range(48, 54), 60, 61, *range(62, 69), 190})
@@ -48,7 +49,7 @@ class BlockDescription(NamedTuple):
         """Whether the text contains all inputs of the block."""
         return self.parameters is None and not self.calls and not self.again
 
-    def changed_inputs(self, other: BlockDescription) -> list[str]:
+    def changed_inputs(self, other: BlockDescription) -> list[Message]:
         """Return the names of the inputs that differ from those of a block with the same text."""
         digests = zip(_INPUTS, self[1:], other[1:], strict=True)
         return [words for words, one, two in digests if one != two]
@@ -56,9 +57,9 @@ class BlockDescription(NamedTuple):
 
 #: Meaning of a difference, by digest of a description.
 _INPUTS = (
-    "a parameter that it may read has another value",
-    "the text of a subprogram that it may call has changed",
-    "the code that it may repeat has changed",
+    Message("a parameter that it may read has another value"),
+    Message("the text of a subprogram that it may call has changed"),
+    Message("the code that it may repeat has changed"),
 )
 
 

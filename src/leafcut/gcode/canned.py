@@ -167,7 +167,9 @@ def _peck_depth(words: CycleValues, name: str, depth: float, may_lack: bool) -> 
     if name not in PECKING:
         return words.peck or 0.0 if "Q" in words.spare else 0.0
     if words.peck is None or not words.peck > 0.0:
-        raise (UnclearBlock if words.peck is None and may_lack else BlockError)(f"{name} needs a peck: Q larger than 0")
+        raise (UnclearBlock if words.peck is None and may_lack else BlockError)(
+            Message("{} needs a peck: Q larger than 0", name)
+        )
     if depth / words.peck > MAX_PECKS:
         raise BlockError("{} would peck {:.0f} times; Q is too small", name, depth / words.peck)
     return words.peck

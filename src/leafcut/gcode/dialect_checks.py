@@ -8,6 +8,7 @@ from typing import Any
 
 from leafcut.errors import printable
 from leafcut.gcode.word_groups import GROUP_OF, M_GROUP_OF
+from leafcut.message import Message
 from leafcut.model.kinds import CutMethod
 
 #: Allowed values by key.
@@ -40,9 +41,9 @@ _ITEMS: dict[str, tuple[str, ...]] = {
 }
 #: Pattern of a text, and its description.
 _PATTERNS = {
-    "extension": (r"\.[A-Za-z0-9]{1,8}", "a point and up to eight letters and digits, such as .nc"),
-    "dwell_letter": (r"[A-Z]", "a capital letter"),
-    "repeat_letter": (r"[A-Z]?", "a capital letter, or empty"),
+    "extension": (r"\.[A-Za-z0-9]{1,8}", Message("a point and up to eight letters and digits, such as .nc")),
+    "dwell_letter": (r"[A-Z]", Message("a capital letter")),
+    "repeat_letter": (r"[A-Z]?", Message("a capital letter, or empty")),
     "description": (r".+", "a text"),
 }
 #: Limits of integers. With fewer decimals the verification of a program fails.
@@ -57,51 +58,65 @@ POWER, NUMBER = "{power}", "{number}"
 _PLACES = {"on": POWER, "mark_on": POWER, "material": NUMBER}
 
 
-def fault_of_value(key: str, value: Any, kind: Any) -> str:
+def fault_of_value(key: str, value: Any, kind: Any) -> Message:
     """Return the error in the value of a key (or ``torch.key``) of type `kind`, or ""."""
     if kind is bool:
-        return "" if isinstance(value, bool) else f"is {_value_text(value)}, but must be true or false"
+        return (
+            Message("") if isinstance(value, bool) else Message("is {}, but must be true or false", _value_text(value))
+        )
     if kind is int:
         low, high = _BOUNDS.get(key, _ANY_BOUNDS)
         right = isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
-        return "" if right else f"is {_value_text(value)}, but must be a whole number from {low} to {high}"
+        return (
+            Message("")
+            if right
+            else Message("is {}, but must be a whole number from {} to {}", _value_text(value), low, high)
+        )
     if kind is str:
         return _fault_of_text(key, value)
     if not isinstance(value, list):
-        return f"is {_value_text(value)}, but must be a list of texts"
+        return Message("is {}, but must be a list of texts", _value_text(value))
     known = _ITEMS.get(key)
     for item in value:
         if not _is_text(item) or not item.strip():
-            return f"has {_value_text(item)}, but must be a list of texts of one line"
+            return Message("has {}, but must be a list of texts of one line", _value_text(item))
         if known is not None and item not in known:
-            return f"has '{_value_text(item)}', but takes only {', '.join(known)}"
-    return ""
+            return Message("has '{}', but takes only {}", _value_text(item), ", ".join(known))
+    return Message("")
 
 
 def _is_text(value: Any) -> bool:
     return isinstance(value, str) and value.isprintable()
 
 
-def _fault_of_text(key: str, value: Any) -> str:
+def _fault_of_text(key: str, value: Any) -> Message:
     if key in ("g_words", "m_words"):  # these lists may span several lines
-        return "" if isinstance(value, str) else f"is {_value_text(value)}, but must be a text of words"
+        return (
+            Message("") if isinstance(value, str) else Message("is {}, but must be a text of words", _value_text(value))
+        )
     if not _is_text(value):
-        return f"is {_value_text(value)}, but must be a text of one line"
+        return Message("is {}, but must be a text of one line", _value_text(value))
     known = _CHOICES.get(key)
     if known is not None and value not in known:
-        return f"is '{_value_text(value)}', but must be one of {', '.join(word or 'nothing' for word in known)}"
+        return Message(
+            "is '{}', but must be one of {}",
+            _value_text(value),
+            Message.joined(", ", (word or Message("nothing") for word in known)),
+        )
     pattern, words = _PATTERNS.get(key, ("", ""))
-    return f"is '{_value_text(value)}', but must be {words}" if pattern and not re.fullmatch(pattern, value) else ""
+    if pattern and not re.fullmatch(pattern, value):
+        return Message("is '{}', but must be {}", _value_text(value), words)
+    return Message("")
 
 
 def _value_text(value: Any) -> str:
     try:
         return printable(value if isinstance(value, str) else repr(value))
     except ValueError:  # the number has more digits than Python prints
-        return "a very long number"
+        return Message("a very long number")
 
 
-def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, Message]]:
     """Yield the keys of a complete table with inconsistent words, and the errors: both the controller and leafcut must
     support every word that leafcut writes.
     """
@@ -112,14 +127,14 @@ def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     ):
         for word in words:
             if word not in known:
-                yield key, f"has '{_value_text(word)}', which is no {letter} word that leafcut understands"
+                yield key, Message("has '{}', which is no {} word that leafcut understands", _value_text(word), letter)
     for key, value in _REQUIRED.get(table["language"], {}).items():
         if table[key] != value:
-            yield key, f"is '{table[key]}', but must be {value} in the language {table['language']}"
+            yield key, Message("is '{}', but must be {} in the language {}", table[key], value, table["language"])
     known_words = {*g_words, *m_words}
     for key in ("units_mm", "units_inch", "end_word"):
         if table[key] and table[key] not in known_words:
-            yield key, f"is {table[key]}, which is not one of its words"
+            yield key, Message("is {}, which is not one of its words", table[key])
     written = {
         "opening": table["opening"],
         "preamble": table["preamble"],
@@ -132,7 +147,7 @@ def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for key, value in written.items():
         for word in re.findall(r"[GM]\d[\d.]*", _joined_text(value)):
             if word not in known_words:
-                yield key, f"has {word}, which is not one of its words"
+                yield key, Message("has {}, which is not one of its words", word)
 
 
 def _joined_text(value: Any) -> str:
@@ -143,17 +158,27 @@ def _code_text(letter: str, number: float) -> str:
     return f"{letter}{number:g}"
 
 
-def _faults_of_torch(torch: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _faults_of_torch(torch: Mapping[str, Any]) -> Iterator[tuple[str, Message]]:
     for key, wanted in (("on", "M3 M4"), ("off", "M5"), ("mark_on", "M3 M4"), ("mark_off", "M5")):
         switches = [word for word in torch[key].split() if word.startswith("M")]
         if not torch[key] and key.startswith("mark"):
             continue
         if len(switches) != 1 or switches[0] not in wanted.split():
-            yield f"torch.{key}", f"must have the word {' or '.join(wanted.split())}, and no other M word"
+            yield (
+                f"torch.{key}",
+                (
+                    Message("must have the word M3 or M4, and no other M word")
+                    if key in ("on", "mark_on")
+                    else Message("must have the word M5, and no other M word")
+                ),
+            )
     for key, value in torch.items():
         text = _joined_text(value)
         rest = text.replace(_PLACES[key], "") if key in _PLACES else text
         if "{" in rest or "}" in rest:
-            yield f"torch.{key}", f"has a brace; only {POWER} in on and mark_on and {NUMBER} in material are numbers"
+            yield (
+                f"torch.{key}",
+                Message("has a brace; only {} in on and mark_on and {} in material are numbers", POWER, NUMBER),
+            )
     if (POWER in torch["on"]) != torch["power"]:
-        yield "torch.on", f"must have {POWER} where power = true, and only there"
+        yield "torch.on", Message("must have {} where power = true, and only there", POWER)

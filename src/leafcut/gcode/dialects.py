@@ -360,7 +360,7 @@ def parse_dialect(content: bytes, name: str, place: str = "") -> Dialect:
             )
     torch = {**_default_values(Torch), **table["torch"]} if "torch" in table else None
     for key, words in faults_of_words({**_default_values(Dialect), **table, "torch": torch}):
-        raise refused(key, f"'{key}' {words}")
+        raise refused(key, Message("'{}' {}", key, words))
     table["torch"] = None if torch is None else Torch(**_lists_to_tuples(torch))
     return Dialect(name=name, family=base or "", **_lists_to_tuples(table))
 

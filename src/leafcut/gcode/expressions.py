@@ -374,9 +374,13 @@ class Scanner:
         found = pattern.match(self.text, self.position)
         return found.group().upper() if found else ""
 
-    def _unexpected(self) -> str:
+    def _unexpected(self) -> Message:
         rest = self.text[self.position : self.position + 12]
-        return Message("a value is expected, not {!a}", rest) if rest else "a value is missing at the end of the line"
+        return (
+            Message("a value is expected, not {!a}", rest)
+            if rest
+            else Message("a value is missing at the end of the line")
+        )
 
 
 def _shown(value: float) -> str:

@@ -67,8 +67,8 @@ _CLEAR_GROUPS = frozenset(
      "length", "offset", "non-modal"}
 )  # fmt: skip
 _CLEAR_LETTERS = frozenset("ABCDFHIJKLPQRSUVWXYZ")
-_OF_MACHINE = "only the machine knows the numbers in it"
-_MESSAGE = "it shows a message or writes a record"
+_OF_MACHINE = Message("only the machine knows the numbers in it")
+_MESSAGE = Message("it shows a message or writes a record")
 _ALL = (True, True, True)
 _NONE = (False, False, False)
 #: Maximum number of rows; a longer program has an error in a repeat count, and would fill the memory.
@@ -298,9 +298,9 @@ class Interpreter:
     def _comments(self, block: Block) -> None:
         self.obeyed = active_comments(block.comments)
         if block.deleted:
-            self.reason = "the block-delete switch may skip it"
+            self.reason = Message("the block-delete switch may skip it")
         if self.obeyed:
-            self.reason = "its comment may stop the program" if may_stop(self.obeyed) else _MESSAGE
+            self.reason = Message("its comment may stop the program") if may_stop(self.obeyed) else _MESSAGE
         if not block.comments or self.state.dialect.cycle_words != "fagor":
             return
         for comment in block.comments:
@@ -358,7 +358,7 @@ class Interpreter:
         self._choose_motion(g)
         if state.cycle is not None:
             end_cycle(state)
-            state.motion, state.unknown_motion = None, "a cycle with numbers that only the machine knows"
+            state.motion, state.unknown_motion = None, Message("a cycle with numbers that only the machine knows")
         if "offset" in g:
             state.set_frame(g["offset"])
         if "length" in g or (unknown & set("HD")):
@@ -470,7 +470,7 @@ class Interpreter:
             state.surface = g["speed"] == 960
             if state.surface:
                 letters.pop("D", None)
-                self._record_unclear("constant surface speed (G96) is not understood", _NONE)
+                self._record_unclear(Message("constant surface speed (G96) is not understood"), _NONE)
 
     def _speed(self, word: Word, starts: bool) -> None:
         state = self.state
@@ -489,7 +489,7 @@ class Interpreter:
             if by_d and "T" in letters:
                 _split_tool(letters)
             if "tool change" in words.m and state.next_tool is None and "T" not in letters:
-                self._record_unclear("M6 without a T before it", _NONE)
+                self._record_unclear(Message("M6 without a T before it"), _NONE)
                 state.tool = None
                 del words.m["tool change"]
         if "T" in letters:
@@ -528,7 +528,7 @@ class Interpreter:
         state = self.state
         other = words.letters.get("$") if state.keeps_unknown else None
         if "spindle" in words.m and "speed" in state.unknown_modes and 5 not in words.m["spindle"]:
-            self._record_unclear("its speed is not known", _NONE)
+            self._record_unclear(Message("its speed is not known"), _NONE)
             state.spindle = self._turning[words.m.pop("spindle")[0]]
             words.letters.pop("$", None)
         torch = state.dialect.torch
@@ -544,7 +544,7 @@ class Interpreter:
                 state.coolant = 0 if code == 9 else state.coolant | (1 if code == 7 else 2)
             state.path.coolant(state.coolant, line=state.line)
         if other is not None and other.value not in (0.0, -1.0):
-            self._record_unclear(f"{other}: another spindle is not understood", _NONE)
+            self._record_unclear(Message("{}: another spindle is not understood", other), _NONE)
 
     # -- modes ---------------------------------------------------------------------------------------------------------
 
@@ -641,7 +641,7 @@ class Interpreter:
         if word.letter in "XU" and "." in word.text and word.value >= 0.0 and dialect.groups == "fanuc":
             self.state.path.dwell(word.value, line=self.state.line)
         else:
-            self._record_unclear(f"how long it dwells with {word} is not known", _NONE)
+            self._record_unclear(Message("how long it dwells with {} is not known", word), _NONE)
         return False
 
     # -- offsets -------------------------------------------------------------------------------------------------------
@@ -668,7 +668,7 @@ class Interpreter:
         elif length is not None:
             state.shift += 1
             letters.pop("H", None)
-            self._record_unclear(f"G{length / 10:g} is not understood", (False, False, True))
+            self._record_unclear(Message("G{:g} is not understood", length / 10), (False, False, True))
         if "offset" in g and g["offset"] != 540 and not state.keeps_unknown:
             raise BlockError("G{:g}: only the work offset G54 is understood", g["offset"] / 10)
         if "offset" in g:
@@ -704,7 +704,7 @@ class Interpreter:
         if cycle not in (None, 800):
             start_cycle(state, cycle // 10)
         if self._separate and cycle == 800 and state.motion is None:
-            state.unknown_motion = state.unknown_motion or "what was active before the cycle"
+            state.unknown_motion = state.unknown_motion or Message("what was active before the cycle")
         else:
             state.unknown_motion = ""
         if state.cycle is None or (state.cycle != before and not self._separate):
@@ -764,7 +764,7 @@ class Interpreter:
         else:
             self._move(words)
         if state.cycle == 84 and state.cycle_values.dwell is None and state.last_dwell and not self._separate:
-            self.reason = "the tap dwells as a cycle before it does"
+            self.reason = Message("the tap dwells as a cycle before it does")
 
     def _check_clear(self, special: int | None, words: SortedBlock, moving: bool) -> None:
         """Raise `UnclearBlock` for a move with unsupported axes, motion or modes."""
@@ -801,9 +801,9 @@ class Interpreter:
         state = self.state
         needed = {"distance": "G90 or G91"}
         if state.cycle is not None:
-            needed |= {"plane": "which plane", "retract": "G98 or G99"}
+            needed |= {"plane": Message("which plane"), "retract": "G98 or G99"}
         elif state.motion is not None and state.motion >= 2:
-            needed |= {"plane": "which plane"}
+            needed |= {"plane": Message("which plane")}
         for name, words in needed.items():
             if name in state.unknown_modes:
                 raise UnclearBlock("{} is active is not known", words)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from functools import partial
 
 from leafcut.gcode.words import COMMENT
 from leafcut.message import Message
@@ -62,16 +63,22 @@ def other_language(text: str) -> str:
         lines = lines[:-1]
     code = [COMMENT.sub(" ", line).strip() for line in lines]
     for words, kind in (
-        (_heidenhain_program(lines), "a program in Heidenhain's plain language ({}), not in G-code"),
-        (_heidenhain_iso_program(lines), "a program in Heidenhain's DIN/ISO ({})"),
-        (_siemens_program(lines), "a program in the language of Siemens ({}), not in plain G-code"),
-        (_printer_program(lines, code), "a program for a 3D printer ({})"),
-        (_lathe_program(code, text), "a program for a lathe ({})"),
+        (
+            _heidenhain_program(lines),
+            partial(Message, "this is a program in Heidenhain's plain language ({}), not in G-code"),
+        ),
+        (_heidenhain_iso_program(lines), partial(Message, "this is a program in Heidenhain's DIN/ISO ({})")),
+        (
+            _siemens_program(lines),
+            partial(Message, "this is a program in the language of Siemens ({}), not in plain G-code"),
+        ),
+        (_printer_program(lines, code), partial(Message, "this is a program for a 3D printer ({})")),
+        (lathe := _lathe_program(code, text), partial(Message, "this is a program for a lathe ({})")),
     ):
         if words:
-            does = "leafcut orders the work of mills, drills, lasers and torches whose programs are in G-code"
-            hint = "; if it is for a mill, state G17 in its first lines" if "lathe" in kind else ""
-            return f"this is {kind.format(words)}; {does}{hint}"
+            does = Message("leafcut orders the work of mills, drills, lasers and torches whose programs are in G-code")
+            message = Message("{}; {}", kind(words), does)
+            return Message("{}; if it is for a mill, state G17 in its first lines", message) if lathe else message
     return ""
 
 
@@ -85,7 +92,7 @@ def _heidenhain_program(lines: list[str]) -> str:
 
 def _heidenhain_iso_program(lines: list[str]) -> str:
     found = next(_matching_lines(_HEIDENHAIN_ISO, lines), None)
-    return "" if found is None else "blocks that end in *"
+    return "" if found is None else Message("blocks that end in *")
 
 
 def _siemens_program(lines: list[str]) -> str:
@@ -121,7 +128,7 @@ def _lathe_program(code: list[str], text: str) -> str:
         patterns += _LATHE
     found = next(
         (
-            f"{word.group().upper()}, and no Y; line {number}"
+            Message("{}, and no Y; line {}", word.group().upper(), number)
             for pattern in patterns
             for number, word in enumerate(map(pattern.search, compact), 1)
             if word is not None

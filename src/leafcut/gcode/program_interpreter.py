@@ -55,19 +55,19 @@ _FILLING = " \t\f\x1a\0"
 #: Maximum number of title lines above the first percent sign.
 _MOST_TITLE = 200
 #: Reasons for keeping control-flow blocks and repeated blocks.
-_DIRECTS = "it directs a loop, a condition or a subprogram"
-_LOOPED = "it is run from a loop or a subprogram"
+_DIRECTS = Message("it directs a loop, a condition or a subprogram")
+_LOOPED = Message("it is run from a loop or a subprogram")
 CALLED = frozenset((_DIRECTS, _LOOPED))
-_OBEYED = "the controller takes settings from it"
-_COMPUTED = "its numbers come from parameters or expressions"
-_NESTED = "a comment is inside a comment: controllers differ in where it ends"
-_SENDS = "it sends a record"
-_GOAL = "a jump leads here"
-_PIERCED = "the controller makes only a pierce of it (#<pierce-only>=1)"
-_AGAIN = "it may be run again"
+_OBEYED = Message("the controller takes settings from it")
+_COMPUTED = Message("its numbers come from parameters or expressions")
+_NESTED = Message("a comment is inside a comment: controllers differ in where it ends")
+_SENDS = Message("it sends a record")
+_GOAL = Message("a jump leads here")
+_PIERCED = Message("the controller makes only a pierce of it (#<pierce-only>=1)")
+_AGAIN = Message("it may be run again")
 #: Mask of the line number: `on_progress` is called every 4,096 lines.
 _LINES_BETWEEN_CHECKS = 0xFFF
-_MAYBE = "only the machine knows whether it is run"
+_MAYBE = Message("only the machine knows whether it is run")
 #: Indices in `InterpreterState.modal_values`.
 _MOTION, _FEED, _SPEED = ([f.name for f in fields(Modal)].index(name) for name in ("motion", "feed", "rpm"))
 
@@ -456,7 +456,7 @@ class _ProgramReader:
         else:
             self.runner.forget_all(command)
         self.record.describe(self._full_description(at))
-        self.record.add(at + 1, rows, f"{command} is a command of the board")
+        self.record.add(at + 1, rows, Message("{} is a command of the board", command))
         return at + 1
 
     def _words(self, line: str, at: int) -> int:
@@ -490,12 +490,12 @@ class _ProgramReader:
             self.parameters.set_parameter(key, value)
         if runner.opaque or of_machine:
             self.parameters.forget()
-            runner.forget_all(runner.opaque or "a parameter of the machine")
+            runner.forget_all(runner.opaque or Message("a parameter of the machine"))
         reason = runner.reason or (
             _LOOPED if looped else _DIRECTS if runner.call else self._computed_reason(reading, line)
         )
         if runner.opaque or of_machine:
-            reason = f"{runner.opaque or 'a parameter of the machine'} may change anything"
+            reason = Message("{} may change anything", runner.opaque or Message("a parameter of the machine"))
         elif not reason and "(" in line and has_nested_comment(line):
             reason = _NESTED
         if at + 1 in self.obeyed:

@@ -18,6 +18,7 @@ import re
 from leafcut.gcode.state import InterpreterState
 from leafcut.gcode.word_groups import SortedBlock
 from leafcut.gcode.words import NUMBER, Block, BlockError, Word, words_of
+from leafcut.message import Message
 from leafcut.model.toolpath import DrillCycle
 
 _CALL = re.compile(r"(?:N\d+\s*)?MCALL(?:\s+(CYCLE8[1-3])\s*\(([^()]*)\))?\s*", re.IGNORECASE)
@@ -78,7 +79,7 @@ def call_cycle(state: InterpreterState, name: str, arguments: tuple[str, ...]) -
     if name == "CYCLE83":
         wrong = [key for key, value in _FIXED.items() if said.get(key, "") != value]
         if wrong:
-            raise BlockError("CYCLE83: {} must be {}", wrong[0], _FIXED[wrong[0]] or "empty")
+            raise BlockError("CYCLE83: {} must be {}", wrong[0], _FIXED[wrong[0]] or Message("empty"))
         peck = r_plane - _length(state, name, said, "FDEP")
         if not peck > 0.0:
             raise BlockError("CYCLE83: FDEP must be below the reference plane")

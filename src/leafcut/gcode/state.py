@@ -10,6 +10,7 @@ from operator import attrgetter
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.program import Modal
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
+from leafcut.message import Message
 from leafcut.model.toolpath import UNKNOWN, DrillCycle, Kind, ToolpathBuilder
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
@@ -113,7 +114,9 @@ class InterpreterState(Modal):
         if self.keeps_unknown:
             # The state at switch-on: Fanuc has G98, RS274/NGC G99 (seen with rs274).
             self.to_initial = self.stores_cycles
-            self.unknown_motion = "what is active when the control is switched on" if self.stores_cycles else ""
+            self.unknown_motion = (
+                Message("what is active when the control is switched on") if self.stores_cycles else ""
+            )
 
     @property
     def stores_cycles(self) -> bool:
@@ -148,7 +151,7 @@ class InterpreterState(Modal):
         self.path.position = [UNKNOWN, UNKNOWN, UNKNOWN]
         self.path.initial_plane = None
         self.cycle, self.cycle_values, self.cycle_words = None, CycleValues(), ()
-        self.motion, self.unknown_motion = None, f"what {cause} left active"
+        self.motion, self.unknown_motion = None, Message("what {} left active", cause)
         self.unknown_modes = {"plane", "distance", "retract", "feed", "speed"}
         self.feed = 0.0
         self.tool = self.next_tool = self.offset_number = None

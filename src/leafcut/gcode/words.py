@@ -180,7 +180,7 @@ def words_of(body: str) -> tuple[Word, ...]:
     return tuple(words)
 
 
-def out_of_range(letter: str) -> str:
+def out_of_range(letter: str) -> Message:
     """Return the message for a number that is too large for any machine."""
     fault = Message("the number of {} is out of range: {:,.0f} or more", letter.upper(), MAX_NUMBER)
     return Message("{}; correct or delete that word, or re-post the program", fault)

@@ -13,6 +13,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.index import query_pairs
 from leafcut.geometry.polyline import COINCIDENT
+from leafcut.message import Message
 
 #: Maximum number of touching pairs of outlines in a valid sheet: a base value, plus a number per outline.
 MOST_MEETING, MEETING_PER_SHAPE = 20_000, 8
@@ -43,7 +44,7 @@ def find_conflicts(shapes: NDArray[Any], same: float = COINCIDENT) -> list[Confl
     copies, single = _exact_copies(shapes)
     rings = shapely.get_exterior_ring(shapes)[single]
     pairs, total = [np.zeros((2, 0), dtype=np.int64)], 0
-    for i, j in query_pairs(rings, rings, "outlines that cross or touch each other", "dwithin", same):
+    for i, j in query_pairs(rings, rings, Message("outlines that cross or touch each other"), "dwithin", same):
         pairs.append(np.stack([single[i], single[j]])[:, i < j])
         total += pairs[-1].shape[1]
         if total > MOST_MEETING + MEETING_PER_SHAPE * len(shapes):
@@ -117,7 +118,7 @@ def enclosing_polygons(
     if not len(shapes) or not len(points):
         return depth, parent
     shape_areas = shapely.area(shapes)
-    pairs = list(query_pairs(np.asarray(points), shapes, "outlines inside each other", "within"))
+    pairs = list(query_pairs(np.asarray(points), shapes, Message("outlines inside each other"), "within"))
     point_index, outline = (np.concatenate(column) for column in zip(*pairs, strict=True))
     if areas is not None:
         larger = shape_areas[outline] > areas[point_index]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Indices, Points
+from leafcut.message import Message
 
 #: Maximum number of pairs in a valid drawing: a base value, plus a number per shape.
 MOST_PAIRS, MOST_PER_SHAPE = 500_000, 64
@@ -55,7 +56,9 @@ def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArr
     """
     shapes = shapely.points(points)
     batches = [np.zeros((2, 0), dtype=np.int64)]
-    for i, j in query_pairs(shapes, shapes, f"points within {distance:g} mm of each other", "dwithin", distance):
+    for i, j in query_pairs(
+        shapes, shapes, Message("points within {:g} mm of each other", distance), "dwithin", distance
+    ):
         batches.append(np.stack([i, j])[:, i < j])
     first, second = np.concatenate(batches, axis=1)
     return first, second, np.hypot(*(points[first] - points[second]).T)

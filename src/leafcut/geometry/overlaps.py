@@ -19,6 +19,7 @@ from leafcut.geometry.arrays import Floats, Indices, Point, Points
 from leafcut.geometry.cleaning import ends_of
 from leafcut.geometry.index import linked, near_pairs, query_pairs
 from leafcut.geometry.polyline import COINCIDENT, Polyline
+from leafcut.message import Message
 
 _FULL = 2.0 * np.pi
 
@@ -112,7 +113,7 @@ def _line_pairs(table: _Segments) -> tuple[Indices, Indices]:
         return lines[:0], lines[:0]
     shapes = shapely.linestrings(np.stack([table.a[lines], table.b[lines]], axis=1))
     batches = []
-    for i, j in query_pairs(shapes, shapes, "coincident lines", "dwithin", COINCIDENT):
+    for i, j in query_pairs(shapes, shapes, Message("coincident lines"), "dwithin", COINCIDENT):
         first, second = lines[i[i < j]], lines[j[i < j]]
         overlapping = _lines_overlap(table, first, second)
         batches.append(np.stack([first[overlapping], second[overlapping]]))

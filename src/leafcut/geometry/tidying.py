@@ -15,6 +15,7 @@ from leafcut.geometry.arrays import Point
 from leafcut.geometry.cleaning import ends_of
 from leafcut.geometry.joining import Joined, Joining, join
 from leafcut.geometry.polyline import COINCIDENT, Polyline
+from leafcut.message import Message
 
 #: Chord error of outlines when they are checked, mm.
 CHORDS = 0.01
@@ -46,11 +47,11 @@ def join_advice(number: int, paths: Sequence[Polyline]) -> str:
     x, y = ends[nearest_end].tolist()
     join_tolerance = math.ceil(gap * 1000.0 + 1e-6) / 1000.0
     remedy = (
-        f"--join-tolerance {join_tolerance:g} closes it"
+        Message("--join-tolerance {:g} closes it", join_tolerance)
         if join_tolerance <= WIDEST_PROPOSED_JOIN
-        else "draw the missing line there"
+        else Message("draw the missing line there")
     )
-    return f" (the nearest end is {gap:.3g} mm away at ({x:g}, {y:g}): {remedy})"
+    return Message(" (the nearest end is {:.3g} mm away at ({:g}, {:g}): {})", gap, x, y, remedy)
 
 
 def tidy_outlines(strokes: Sequence[Polyline], tolerance: float) -> TidiedOutlines:

@@ -11,9 +11,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from leafcut.kernels import cache_folder, listeners
+from leafcut.message import Message
 
-FIRST_RUN = "compiling (first run on this machine)"
-EVERY_RUN = "compiling (again in every run: no writable folder for compiled code; set NUMBA_CACHE_DIR)"
+FIRST_RUN = Message("compiling (first run on this machine)")
+EVERY_RUN = Message("compiling (again in every run: no writable folder for compiled code; set NUMBA_CACHE_DIR)")
 
 
 class Compilations:
@@ -22,7 +23,7 @@ class Compilations:
     Overlapping compilations count only once in the time. Kernels loaded from disk do not count.
     """
 
-    def __init__(self, on_start: Callable[[str], None] = lambda _: None) -> None:
+    def __init__(self, on_start: Callable[[Message], None] = lambda _: None) -> None:
         """`on_start` receives a message for the user when the first compilation starts."""
         self.count = 0
         self._on_start = on_start
@@ -68,7 +69,7 @@ def compile_seconds() -> float:
 
 
 @contextmanager
-def announced_compilations(on_start: Callable[[str], None]) -> Iterator[Compilations]:
+def announced_compilations(on_start: Callable[[Message], None]) -> Iterator[Compilations]:
     """Count the compilations in the block; `on_start` receives a message for the user when the first one starts."""
     compilations = Compilations(on_start)
     listeners.append(compilations.note)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError
+from leafcut.message import Message
 from leafcut.model.tool import CONES, BodySegment, Tool, ToolKind
 
 #: Radius step between the discs that approximate the cone of a holder, mm. Each disc is as wide as the cone at the
@@ -126,8 +127,8 @@ def cutter_of(tool: Tool) -> Cutter:
 class Body(StrEnum):
     """A part of a tool above its flutes."""
 
-    SHANK = "shank"
-    HOLDER = "holder"
+    SHANK = Message("shank")
+    HOLDER = Message("holder")
 
 
 @dataclass(frozen=True)

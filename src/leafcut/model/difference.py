@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from leafcut.message import Message
+
 
 @dataclass(frozen=True)
 class Difference:
@@ -21,18 +23,23 @@ class Difference:
         Further pairs of lines (original, new), because one difference may affect many blocks.
     """
 
-    what: str
+    what: Message
     original: int
     new: int
-    text: str
+    text: Message
     also: tuple[tuple[int, int], ...] = ()
 
-    def __str__(self) -> str:
+    def __str__(self) -> Message:
         old, new = ([line for line in side if line] for side in zip((self.original, self.new), *self.also, strict=True))
-        lines_text = ", ".join(_lines(word, lines) for word, lines in (("original ", old), ("", new)) if lines)
-        return f"{self.what}: {self.text}" + (f" ({lines_text})" if lines_text else "")
+        lines = [_original_lines(min(old), max(old))] if old else []
+        lines += [_lines(min(new), max(new))] if new else []
+        message = Message("{}: {}", self.what, self.text)
+        return Message("{} ({})", message, Message.joined(", ", lines)) if lines else message
 
 
-def _lines(word: str, lines: list[int]) -> str:
-    first, last = min(lines), max(lines)
-    return f"{word}line {first}" if first == last else f"{word}lines {first} to {last}"
+def _lines(first: int, last: int) -> Message:
+    return Message("line {}", first) if first == last else Message("lines {} to {}", first, last)
+
+
+def _original_lines(first: int, last: int) -> Message:
+    return Message("original line {}", first) if first == last else Message("original lines {} to {}", first, last)

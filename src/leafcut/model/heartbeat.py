@@ -11,6 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+from leafcut.message import Message
+
 
 @dataclass(frozen=True, slots=True)
 class Trial:
@@ -42,7 +44,7 @@ class Progress:
         The alternative that the step tries; None if it tries no alternatives.
     """
 
-    step: str
+    step: Message
     share: float = 0.0
     cost: float | None = None
     gap: float | None = None
@@ -68,7 +70,7 @@ def ignore_heartbeat(_: float = 0.0, /) -> None:
     """Do nothing: the heartbeat of a step whose progress is not shown."""
 
 
-def heartbeat_for_step(progress: OnProgress | None, step: str) -> Heartbeat:
+def heartbeat_for_step(progress: OnProgress | None, step: Message) -> Heartbeat:
     """Report the start of a step, and return a heartbeat that repeats the report while the step runs."""
     if progress is None:
         return ignore_heartbeat
@@ -86,7 +88,7 @@ def heartbeat_for_step(progress: OnProgress | None, step: str) -> Heartbeat:
 
 
 def progress_of_search(
-    progress: OnProgress | None, step: str, left: float = 1.0, part: float = 1.0
+    progress: OnProgress | None, step: Message, left: float = 1.0, part: float = 1.0
 ) -> OnProgress | None:
     """Return a progress callback for a search, which reports to `progress` under the name `step`.
 

@@ -48,8 +48,9 @@ class HeightCount:
         """The common height of all objects, mm; 0 if the heights differ or there are no objects."""
         return next(iter(self.heights)) if len(self.heights) == 1 else 0.0
 
-    def __str__(self) -> str:
+    def __str__(self) -> Message:
         rows = sorted(self.heights.items(), key=lambda row: -row[0])
-        parts = [f"{n} at Z{z:g} (the first at {x:g}, {y:g})" for z, (n, x, y) in rows[:_MAX_NAMED]]
-        rest = f", and {count_of(len(rows) - _MAX_NAMED, 'more height')}" if len(rows) > _MAX_NAMED else ""
-        return ", ".join(parts) + rest
+        parts = [Message("{} at Z{:g} (the first at {:g}, {:g})", n, z, x, y) for z, (n, x, y) in rows[:_MAX_NAMED]]
+        named = Message.joined(", ", parts)
+        more = len(rows) - _MAX_NAMED
+        return Message("{}, and {}", named, count_of(more, "more height")) if more > 0 else named

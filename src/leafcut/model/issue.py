@@ -8,6 +8,7 @@ from enum import StrEnum
 
 from leafcut.errors import count_of, shorten_message
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 
 
 class Severity(StrEnum):
@@ -188,7 +189,7 @@ class Issue:
     """
 
     code: str
-    message: str
+    message: Message
     place: str = ""
     severity: Severity = Severity.WARNING
     missing: MissingWork | None = None
@@ -203,8 +204,9 @@ class Issue:
         object.__setattr__(self, "message", shorten_message(self.message))
         object.__setattr__(self, "place", shorten_message(self.place))
 
-    def __str__(self) -> str:
-        return f"{self.code} {self.message}" + (f" ({self.place})" if self.place else "")
+    def __str__(self) -> Message:
+        message = Message("{} {}", self.code, self.message)
+        return Message("{} ({})", message, self.place) if self.place else message
 
     def as_note(self) -> Issue:
         """Return the issue as a note, which does not count as missing work, for work that the user did not request."""
@@ -222,4 +224,4 @@ def missing_words(issues: Iterable[Issue]) -> str:
     for issue in issues:
         if issue.missing is not None:
             numbers[issue.missing.what] = numbers.get(issue.missing.what, 0) + issue.missing.count
-    return ", ".join(count_of(number, kind) for kind, number in numbers.items())
+    return Message.joined(", ", (count_of(number, kind) for kind, number in numbers.items()))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from leafcut.geometry.arrays import Ints
+from leafcut.message import Message
 from leafcut.model.measure import Measure
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
@@ -37,7 +38,7 @@ class Stage:
     problem: RoutingProblem
     follows: bool
     given: Ints
-    name: str = "ordering"
+    name: Message = Message("ordering")
     first: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
     parts: int = 0
 

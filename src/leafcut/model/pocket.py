@@ -53,7 +53,7 @@ class Pocket:
     def label(self) -> str:
         """Name for messages: ``the pocket``, ``pocket 3``, or its own name if that is descriptive."""
         if self.name.lower() in ("", "pocket"):
-            return "the pocket"
+            return Message("the pocket")
         return self.name if "pocket" in self.name.lower() else Message("pocket {}", self.name)
 
     def region(self, tolerance: float = 0.01, *, filled: bool = False) -> Any:

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from leafcut.message import Message
+
 if TYPE_CHECKING:
     from leafcut.model.mesh import Mesh
     from leafcut.model.tool import Tool
@@ -46,4 +48,4 @@ class ShownStock:
 
 
 #: Stock of work with a laser or torch.
-CUT_THROUGH = ShownStock(refused="a beam cuts the sheet through: it has no heights to show")
+CUT_THROUGH = ShownStock(refused=Message("a beam cuts the sheet through: it has no heights to show"))

@@ -29,7 +29,7 @@ COMMON = 2.0
 SAME_ANGLE = 1e-6
 
 
-def check_nest(nest: Nest, spacing: float, margin: float, kerf: float = 0.0) -> list[str]:
+def check_nest(nest: Nest, spacing: float, margin: float, kerf: float = 0.0) -> list[Message]:
     """Return the errors of a nest as messages; empty if it can be cut.
 
     * The number of sheets of each kind does not exceed the available number.
@@ -48,7 +48,7 @@ def check_nest(nest: Nest, spacing: float, margin: float, kerf: float = 0.0) -> 
     return errors
 
 
-def _check_counts(nest: Nest) -> list[str]:
+def _check_counts(nest: Nest) -> list[Message]:
     placed = Counter[int]()
     for layout in nest.layouts:
         for placement in layout.placements:
@@ -61,7 +61,7 @@ def _check_counts(nest: Nest) -> list[str]:
     ]
 
 
-def _check_sheets(nest: Nest) -> list[str]:
+def _check_sheets(nest: Nest) -> list[Message]:
     used = Counter[int]()
     for layout in nest.layouts:
         used[layout.stock] += layout.count
@@ -72,7 +72,7 @@ def _check_sheets(nest: Nest) -> list[str]:
     ]
 
 
-def _check_angles(nest: Nest, layout: Layout) -> list[str]:
+def _check_angles(nest: Nest, layout: Layout) -> list[Message]:
     return [
         Message("{}: is rotated by {:g}°, which is not allowed", nest.parts[p.part].name, math.degrees(p.angle))
         for p in layout.placements
@@ -84,11 +84,11 @@ def _is_allowed(angle: float, rotations: tuple[float, ...] | None) -> bool:
     return rotations is None or any(abs(math.remainder(angle - r, math.tau)) <= SAME_ANGLE for r in rotations)
 
 
-def _check_inside_sheet(nest: Nest, layout: Layout, margin: float) -> list[str]:
+def _check_inside_sheet(nest: Nest, layout: Layout, margin: float) -> list[Message]:
     min_edge, stock = margin - ROUNDING, nest.stock_of(layout)
     if stock.edge:
         return _check_inside_outline(nest, layout, margin)
-    errors: list[str] = []
+    errors: list[Message] = []
     for p in layout.placements:
         x0, y0, x1, y1 = p.placed(nest.parts[p.part].outline).extents
         if min(x0, y0) < min_edge or x1 > stock.length - min_edge or y1 > stock.width - min_edge:
@@ -100,11 +100,11 @@ def _check_inside_sheet(nest: Nest, layout: Layout, margin: float) -> list[str]:
     return errors
 
 
-def _check_inside_outline(nest: Nest, layout: Layout, margin: float) -> list[str]:
+def _check_inside_outline(nest: Nest, layout: Layout, margin: float) -> list[Message]:
     outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
     sheet = shapely.Polygon(outline, holes)
     rounded = any(path.bulges.any() for path in nest.stock_of(layout).paths)
-    errors: list[str] = []
+    errors: list[Message] = []
     for p in layout.placements:
         shell = shapely.Polygon(_placed_region(nest, p).exterior)
         distance = shell.distance(sheet.boundary) - CHORD * (rounded + _has_arcs(nest, p)[0])
@@ -118,7 +118,7 @@ def _check_inside_outline(nest: Nest, layout: Layout, margin: float) -> list[str
     return errors
 
 
-def _check_distances(nest: Nest, layout: Layout, spacing: float, kerf: float) -> list[str]:
+def _check_distances(nest: Nest, layout: Layout, spacing: float, kerf: float) -> list[Message]:
     placements = layout.placements
     regions = [_placed_region(nest, p) for p in placements]
     shells = [shapely.Polygon(region.exterior) for region in regions]
@@ -139,7 +139,9 @@ def _check_distances(nest: Nest, layout: Layout, spacing: float, kerf: float) ->
         if distance < minimum - ROUNDING or (distance == 0.0 and regions[i].intersects(regions[j])):
             names = f"{nest.parts[placements[i].part].name} and {nest.parts[placements[j].part].name}"
             x, y = regions[j].representative_point().coords[0]
-            errors.append(f"{names} are {distance:.3f} mm apart near ({x:.1f}, {y:.1f}), {minimum:g} expected")
+            errors.append(
+                Message("{} are {:.3f} mm apart near ({:.1f}, {:.1f}), {:g} expected", names, distance, x, y, minimum)
+            )
     return errors
 
 
@@ -166,7 +168,7 @@ def _placed_region(nest: Nest, placement: Placement) -> Polygon:
 
 def check_remnants(
     nest: Nest, layout: Layout, remnants: Sequence[tuple[Stock, tuple[float, float]]], spacing: float
-) -> list[str]:
+) -> list[Message]:
     """Return the errors of remnants as messages; empty if the remnants can be used.
 
     `remnants` contains each remnant with the position of its lower left corner on the sheet, mm. It must lie within the
@@ -175,7 +177,7 @@ def check_remnants(
     outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
     sheet = shapely.Polygon(outline, holes).buffer(2.0 * CHORD)
     shells = [shapely.Polygon(_placed_region(nest, p).exterior) for p in layout.placements]
-    errors: list[str] = []
+    errors: list[Message] = []
     for stock, (x, y) in remnants:
         ring, *inner = (path.moved(x, y).flattened(CHORD) for path in stock.paths)
         piece = shapely.Polygon(ring, inner)
@@ -189,9 +191,9 @@ def check_remnants(
     return errors
 
 
-def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
+def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[Message]:
     """Return the differences between the planned sheet and the sheet read back from its drawing, as messages."""
-    errors: list[str] = []
+    errors: list[Message] = []
     stock = nest.stock_of(layout)
     edges = [Contour(path, "sheet") for path in sheet.paths]
     for path in stock.paths:
@@ -201,7 +203,7 @@ def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
         else:
             edges.remove(edge)
     if edges:
-        errors.append("the sheet has a hole that was not planned")
+        errors.append(Message("the sheet has a hole that was not planned"))
     if sheet.n_parts != len(layout.placements):
         errors.append(Message("{} parts are in the drawing, {} expected", sheet.n_parts, len(layout.placements)))
     drawn = sheet.contours
@@ -209,7 +211,7 @@ def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
     remaining = set(range(len(drawn)))
     names = Counter(nest.parts[p.part].label for p in layout.placements)
     if Counter(c.name for c in drawn if c.name) != names:
-        errors.append("the names of the parts differ from the drawing")
+        errors.append(Message("the names of the parts differ from the drawing"))
     for contour in nest.contours(layout):
         candidates = tree.query(Point(_middle(contour.path)), "dwithin", SAME_PLACE)
         match = next((int(i) for i in sorted(candidates) if int(i) in remaining and _is_same(contour, drawn[i])), None)

@@ -73,12 +73,12 @@ def nest(
     nests: list[Nest] = []
     dropped: list[str] = []
 
-    last = Progress("")
+    last = Progress(Message(""))
 
     def report_progress(state: Progress) -> None:
         nonlocal last
-        best = f"; {100.0 * max(n.utilisation_of_used for n in nests):.1f} % so far" if nests else ""
-        last = replace(state, step=state.step + best)
+        best = 100.0 * max((n.utilisation_of_used for n in nests), default=0.0)
+        last = replace(state, step=Message("{}; {:.1f} % so far", state.step, best)) if nests else state
         if progress is not None:
             progress(last)
 
@@ -102,7 +102,7 @@ def nest(
         if not nests:
             raise
     if not nests:
-        raise PlanError("no nest passed the check: {}", (dropped or ["stopped too early"])[0])
+        raise PlanError("no nest passed the check: {}", (dropped or [Message("stopped too early")])[0])
     best = _without_duplicates(nests)[: options.n_offered]
     issues = (*_unplaced_issues(best[0]), *_search_issues(best, dropped, cancelled.is_set()))
     seconds = time.perf_counter() - start_time
@@ -128,20 +128,24 @@ def sized_sheets(options: NestOptions) -> list[Stock]:
 
 
 def _unplaced_issues(best: Nest) -> list[Issue]:
-    missing = [f"{n} of {part.name}" for part, n in zip(best.parts, best.unplaced, strict=True) if n]
+    missing = [Message("{} of {}", n, part.name) for part, n in zip(best.parts, best.unplaced, strict=True) if n]
     if not missing:
         return []
-    more = f" and {count_of(len(missing) - MAX_NAMED, 'kind')} more" if len(missing) > MAX_NAMED else ""
-    message = Message("no room for {}{}: add sheets, or use larger ones", ", ".join(missing[:MAX_NAMED]), more)
+    named = Message.joined(", ", missing[:MAX_NAMED])
+    if len(missing) > MAX_NAMED:
+        named = Message("{} and {} more", named, count_of(len(missing) - MAX_NAMED, "kind"))
+    message = Message("no room for {}: add sheets, or use larger ones", named)
     return [Issue("L436", message, missing=MissingWork("part", sum(best.unplaced)))]
 
 
 def _search_issues(best: list[Nest], dropped: list[str], stopped: bool) -> tuple[Issue, ...]:
     issues = [Issue("L433", Message("a nest was dropped: {}", line)) for line in dropped]
     if stopped:
-        issues.append(Issue("L434", "stopped early; these are the nests so far", severity=Severity.NOTE))
+        issues.append(Issue("L434", Message("stopped early; these are the nests so far"), severity=Severity.NOTE))
     if not all(variant.repeatable for variant in best):
-        message = "the time limit ended the search: run without a limit to get the same nest from the same seed"
+        message = Message(
+            "the time limit ended the search: run without a limit to get the same nest from the same seed"
+        )
         issues.append(Issue("L434", message, severity=Severity.NOTE))
     return tuple(issues)
 
@@ -196,9 +200,9 @@ def _read_inputs(
 
     @cache
     def sheet_of(file: str) -> Sheet:
-        return _prepared_sheet(load_cached(file), settings, heartbeat_for_step(progress, "reading"))
+        return _prepared_sheet(load_cached(file), settings, heartbeat_for_step(progress, Message("reading")))
 
-    settings, stocks = _available_sheets(settings, load_cached, heartbeat_for_step(progress, "reading"))
+    settings, stocks = _available_sheets(settings, load_cached, heartbeat_for_step(progress, Message("reading")))
     issues: list[Issue] = []
     parts: list[NestPart] = []
     for entry in wanted:
@@ -211,7 +215,10 @@ def _read_inputs(
         sheet = sheet_of(entry.file)
         new_parts, part_issues = parts_of(sheet, entry.quantity, angles)
         parts += new_parts
-        issues += [*(replace(issue, message=f"{sheet.name}: {issue.message}") for issue in sheet.issues), *part_issues]
+        issues += [
+            *(replace(issue, message=Message("{}: {}", sheet.name, issue.message)) for issue in sheet.issues),
+            *part_issues,
+        ]
     return settings, parts, stocks, issues
 
 
@@ -224,7 +231,7 @@ def _prepared_sheet(source: Source, settings: Settings, on_progress: Heartbeat) 
         return prepare_sheet(part, settings.sheet, settings.read.concentric)
     except PlanError as error:
         # Name the drawing, unless the message already does.
-        raise error if str(error).startswith(source.path) else PlanError("{}: {}", source, error) from None
+        raise error if _names(error, source.path) else PlanError("{}: {}", source, error) from None
 
 
 def _available_sheets(
@@ -286,6 +293,12 @@ def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
     ]
 
 
+def _names(error: PlanError, file: str) -> bool:
+    """Return whether the message of an error starts with the name of a file."""
+    message = error.args[0]
+    return isinstance(message, Message) and message.values[:1] == (file,)
+
+
 def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress: Heartbeat) -> Stock:
     """Return the sheet shown in a drawing: one closed outline with holes, on any layer except layers for marks."""
     from leafcut.options.drawings import MARK_NAMES
@@ -296,9 +309,7 @@ def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress:
     try:
         drawn = prepare_sheet(part, SheetOptions(cut_layers=("*",), ignore_layers=MARK_NAMES), "all")
     except PlanError as error:
-        raise (
-            error if str(error).startswith(sheet.name) else PlanError("{}: {}", printable(sheet.name), error)
-        ) from None
+        raise (error if _names(error, sheet.name) else PlanError("{}: {}", printable(sheet.name), error)) from None
     outer = [c.path for c in drawn.contours if c.depth == 0]
     holes = [c.path for c in drawn.contours if c.depth == 1]
     if len(outer) != 1:

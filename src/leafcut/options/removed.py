@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from leafcut.message import Message
 from leafcut.options.option_spec import flag_name
 
 #: Name → reason and remedy, or the new name as "now --name". All interfaces refuse these options by name.
@@ -95,10 +96,11 @@ REMOVED = {
 }
 
 
-def why_removed(name: str) -> str:
+def why_removed(name: str) -> Message:
     """Return the error message for a removed option, "" for any other name."""
     replacement = REMOVED.get(name) or REMOVED.get(name.removeprefix("no_"), "")
     if not replacement:
-        return ""
-    verb = "is" if replacement.startswith("now ") else "was removed:"
-    return f"{flag_name(name)} {verb} {replacement}"
+        return Message("")
+    if replacement.startswith("now "):
+        return Message("{} is {}", flag_name(name), replacement)
+    return Message("{} was removed: {}", flag_name(name), replacement)

@@ -88,7 +88,7 @@ def _topological_order(pairs: Ints, n: int) -> list[int]:
     return order
 
 
-def _ring_words(pairs: Ints, left: set[int]) -> str:
+def _ring_words(pairs: Ints, left: set[int]) -> Message:
     before = {int(b): int(a) for a, b in pairs if int(a) in left and int(b) in left}
     way: list[int] = [min(before)]
     while way[-1] not in way[:-1]:

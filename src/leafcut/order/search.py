@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints
+from leafcut.message import Message
 from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.model.snapshot import Observer, Pheromone, Snapshot
 from leafcut.model.solution import WorkerFigures, gap
@@ -102,7 +103,7 @@ class Best:
         if self.progress is not None:
             shares = (iteration / max(self.stop.iterations, 1), self.stop.elapsed() / self.stop.seconds)
             cost = self.cost + self.service
-            self.progress(Progress("searching", min(1.0, max(shares)), cost, gap(cost, self.shown_bound)))
+            self.progress(Progress(Message("searching"), min(1.0, max(shares)), cost, gap(cost, self.shown_bound)))
         with self.stop.paused() if alone else nullcontext():
             self._show(iteration, costs, alone)
 

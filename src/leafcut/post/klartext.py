@@ -44,7 +44,7 @@ class KlartextWriter(Writer):
         blocks = [*self.out.lines, f"END PGM {_NAME} MM"]
         return "".join(f"{number} {block}\n" for number, block in enumerate(blocks))
 
-    def _unsupported_message(self, kind: Kind) -> str:
+    def _unsupported_message(self, kind: Kind) -> Message:
         names = {Kind.ARC_CW: "arcs", Kind.ARC_CCW: "arcs", Kind.MACHINE: "moves to machine zero"}
         return Message(
             "{}: leafcut writes only drilling programs in this language, not {}",

@@ -133,7 +133,7 @@ class Writer:
             raise PostError("the toolpath has no end (Kind.END)")
         return sign_program(self._program_text())
 
-    def _unsupported_message(self, kind: Kind) -> str:
+    def _unsupported_message(self, kind: Kind) -> Message:
         return Message("{} programs cannot state {}", self.dialect.name, kind.name)
 
     def _program_text(self) -> str:

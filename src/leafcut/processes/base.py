@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from leafcut.errors import VerifyError
+from leafcut.message import Message
 from leafcut.model.kinds import Head
 from leafcut.options import (
     AcoOptions,
@@ -269,7 +270,7 @@ class Process(Work, Protocol):
         from leafcut.processes.job import refuse_differences
 
         text = self.write(plan, given, best)
-        plan.job.report("verifying")
+        plan.job.report(Message("verifying"))
         written, problems = self.judge(plan, best, text)
         refuse_differences(problems)
         return replace(best, text=text, written=written)

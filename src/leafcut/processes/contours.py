@@ -518,19 +518,21 @@ def _warn_of_frame(contours: Sequence[Contour], outline: Polyline | None, issues
         issues.append(Issue("L422", message))
 
 
-def _outline_text(made: Contour) -> str:
+def _outline_text(made: Contour) -> Message:
     x, y = made.path.start
-    layer = f" on layer {made.layer}" if made.layer else ""
-    return Message("the outline that starts at ({:g}, {:g}){}", x, y, layer)
+    if made.layer:
+        return Message("the outline that starts at ({:g}, {:g}) on layer {}", x, y, made.layer)
+    return Message("the outline that starts at ({:g}, {:g})", x, y)
 
 
-def _open_path_text(made: Contour) -> str:
+def _open_path_text(made: Contour) -> Message:
     (x0, y0), (x1, y1) = made.path.start, made.path.end
-    layer = f" on layer {made.layer}" if made.layer else ""
-    return f"from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}), {math.hypot(x1 - x0, y1 - y0):.3g} mm apart{layer}"
+    apart = math.hypot(x1 - x0, y1 - y0)
+    message = Message("from ({:g}, {:g}) to ({:g}, {:g}), {:.3g} mm apart", x0, y0, x1, y1, apart)
+    return Message("{} on layer {}", message, made.layer) if made.layer else message
 
 
-def _places_text(places: Sequence[Any]) -> str:
+def _places_text(places: Sequence[Any]) -> Message:
     first = ", ".join(f"({x:g}, {y:g})" for x, y in places[:3])
     return Message("at {}", first) + (" …" if len(places) > 3 else "")
 

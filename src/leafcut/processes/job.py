@@ -52,19 +52,19 @@ class Job:
             return self
         return replace(self, machine=replace(self.machine, safe_z=None))
 
-    def report(self, step: str, share: float = 0.0, trial: Trial | None = None) -> None:
+    def report(self, step: Message, share: float = 0.0, trial: Trial | None = None) -> None:
         """Report the current step, the share of the work that is done, and the result of a trial."""
         if self.progress is not None:
             self.progress(Progress(step, share, trial=trial))
 
-    def start_step(self, step: str) -> Heartbeat:
+    def start_step(self, step: Message) -> Heartbeat:
         """Report the start of a step, and return a function that repeats the report.
 
         The receiver of the report may raise an exception to cancel the job.
         """
         return heartbeat_for_step(self.progress, step)
 
-    def search_progress(self, step: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
+    def search_progress(self, step: Message, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
         """Return the progress callback of a search. `left` is the share of the work that remains, and `part` is the
         share that this search does.
         """
@@ -92,13 +92,13 @@ def check_dialect_options(settings: Settings, dialect: Dialect) -> None:
     """Raise OptionError for an option that the controller cannot use."""
     torch = dialect.torch
     powered = torch is not None and bool(torch.power)
-    no_power = f"{dialect.name} programs have no laser power"
+    no_power = Message("{} programs have no laser power", dialect.name)
     for name, supported, reason in (
-        ("program_number", dialect.program_number, f"{dialect.name} programs have no number"),
-        ("line_numbers", dialect.line_numbers, f"{dialect.name} does not support block numbers"),
+        ("program_number", dialect.program_number, Message("{} programs have no number", dialect.name)),
+        ("line_numbers", dialect.line_numbers, Message("{} does not support block numbers", dialect.name)),
         ("beam_power", powered, no_power),
         ("mark_power", powered, no_power),
-        ("coolant", dialect.torch is None, f"{dialect.name} has no coolant"),
+        ("coolant", dialect.torch is None, Message("{} has no coolant", dialect.name)),
     ):
         if name in settings.asked and not supported:
             raise OptionError("{}: {}; leave it out", flag_name(name), reason)
@@ -132,7 +132,7 @@ def refuse_differences(problems: Sequence[Difference]) -> None:
 
 
 #: Units larger than 1 mm; a drawing in millimetres that states one of them is read too large.
-_LARGE_UNITS = {"in": "inches", "ft": "feet", "cm": "centimetres", "m": "metres"}
+_LARGE_UNITS = {"in": Message("inches"), "ft": Message("feet"), "cm": Message("centimetres"), "m": Message("metres")}
 
 
 def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Settings) -> None:
@@ -145,7 +145,7 @@ def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Setti
     except VerifyError as problem:
         stated = _LARGE_UNITS.get(part.units)
         if stated and not settings.read.units:
-            problem.add_note(f"the drawing states {stated}: if it is in millimetres, give --units mm")
+            problem.add_note(Message("the drawing states {}: if it is in millimetres, give --units mm", stated))
         raise
 
 

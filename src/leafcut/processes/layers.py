@@ -36,7 +36,9 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
         known = [k or ("maybe sheet" if is_sheet_name(c.layer) else "") for k, c in zip(known, contours, strict=True)]
     ignored = Counter(c.layer for k, c in zip(known, contours, strict=True) if k == "ignore" and c.kind != "text")
     if ignored:
-        layers = ", ".join(Message("{} on layer {}", number, name) for name, number in ignored.most_common(5))
+        layers = Message.joined(
+            ", ", (Message("{} on layer {}", number, name) for name, number in ignored.most_common(5))
+        )
         issues.append(Issue("L211", Message("not cut: {}", layers), severity=Severity.NOTE))
     kinds = ["" if k == "ignore" else k or "cut" for k in known]
     return _resolve_texts(contours, kinds, issues)
@@ -57,8 +59,8 @@ def _resolve_texts(contours: Sequence[Contour], kinds: list[str], issues: list[I
             Issue("L216", message, Message("at ({:g}, {:g})", x, y), missing=MissingWork("text", 1, ((x, y),)))
         )
     if left_out:
-        layers = ", ".join(
-            Message("{} on layer {}", number, printable(name)) for name, number in left_out.most_common(5)
+        layers = Message.joined(
+            ", ", (Message("{} on layer {}", number, printable(name)) for name, number in left_out.most_common(5))
         )
         message = Message("texts are engraved on mark layers only; left out: {}", layers)
         issues.append(Issue("L210", message, severity=Severity.NOTE))

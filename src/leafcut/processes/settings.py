@@ -136,11 +136,12 @@ def files_read(settings: Settings) -> list[str]:
     return [str(value) for spec, value in values if not spec.is_output and spec.names_file(value)]
 
 
-def why_unused(name: str, title: str, instead: str = "") -> str:
+def why_unused(name: str, title: str, instead: str = "") -> Message:
     """Return the message for an unused option, with the works that use it and a remedy; `title` is the present work."""
     titles = [work.title for work in registry.works() if name in work.used()]
     title_list = " and ".join(", ".join(titles).rsplit(", ", 1))
-    return f"not used for {title}; it applies to {title_list}; {instead or 'leave it out'}"
+    remedy = instead or Message("leave it out")
+    return Message("not used for {}; it applies to {}; {}", title, title_list, remedy)
 
 
 def unused_options(settings: Settings, work: Work, input_kind: str = "") -> dict[str, str]:

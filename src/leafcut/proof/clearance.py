@@ -64,7 +64,7 @@ def check_clearance(
     return limit_differences([_difference(path, *danger) for danger in sorted(dangers)], total)
 
 
-DangerCheck = tuple[str, Mask, str]
+DangerCheck = tuple[Message, Mask, Message]
 
 
 def _surface_under(path: Toolpath, tops: NDArray[np.float64], highest: float) -> NDArray[np.float64]:
@@ -101,39 +101,37 @@ def height_checks(
     descending = rapid & _descends(path) & (path.end[:, 2] < surface - _TOLERANCE) & ~_returns_to_cut_depth(path)
     unknown_height = across & np.isnan(path.end[:, 2]) & ~rows_at_machine_height(path, safe_z)
     return [
-        ("height not known", unknown_height, "X or Y moves before Z is known"),
+        (Message("height not known"), unknown_height, Message("X or Y moves before Z is known")),
         (
-            "rapid below clearance",
+            Message("rapid below clearance"),
             low,
             Message("a rapid in x or y must be at Z{:.3f} or above", surface_z + LEAST_CLEARANCE),
         ),
         (
-            "rapid into the part",
+            Message("rapid into the part"),
             descending & (not milled),
-            f"a rapid goes down below the surface{_surface_text(surface)}, where nothing was cut",
+            Message("a rapid goes down below the surface, Z{:.3f}, where nothing was cut", surface)
+            if isinstance(surface, float)
+            else Message("a rapid goes down below the surface there, where nothing was cut"),
         ),
     ]
 
 
-def _surface_text(surface: float | NDArray[np.float64]) -> str:
-    return f", Z{surface:.3f}" if isinstance(surface, float) else " there"
-
-
 def spindle_check(path: Toolpath, turning: Mask) -> DangerCheck:
     """Return the third rule of `check_clearance` as a check; `turning` marks the rows with a turning spindle."""
-    return "spindle off", _cutting(path) & ~turning, "the spindle must turn before a cut"
+    return Message("spindle off"), _cutting(path) & ~turning, Message("the spindle must turn before a cut")
 
 
 def torch_check(path: Toolpath, burning: Mask) -> DangerCheck:
     """Return the third rule of `check_clearance` for a torch; `burning` marks the rows in which the torch is on."""
     return (
-        "torch on in a rapid",
+        Message("torch on in a rapid"),
         (path.kind == Kind.RAPID) & _moves_across(path) & burning,
-        "the torch must be off in a rapid",
+        Message("the torch must be off in a rapid"),
     )
 
 
-def _difference(path: Toolpath, row: int, kind: str, text: str) -> Difference:
+def _difference(path: Toolpath, row: int, kind: Message, text: Message) -> Difference:
     start, end = end_texts(path, row)
     return Difference(kind, 0, int(path.line[row]), Message("{}; this move goes from {} to {}", text, start, end))
 

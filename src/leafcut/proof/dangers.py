@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from types import MappingProxyType
 
 import numpy as np
@@ -35,17 +36,37 @@ _NO_SPEED = re.compile(r"S\s*0+(?:\.0*)?(?![\d.])", re.IGNORECASE)
 _COMMENT = re.compile(r"\([^)]*\)|;.*")
 _Z_SHIFT = re.compile(r"Z\s*[-+#\[.\d]", re.IGNORECASE)
 _NO_SHIFT = re.compile(r"G\s*52\b.*Z\s*[-+]?(?:0+\.?0*|\.0+)(?![\d.])", re.IGNORECASE)
-#: Issue code, severity, singular text and plural text by kind of danger.
+#: Issue code, severity, and messages about one and about several, by kind of danger.
 _KINDS = {
-    "rapid below clearance": ("L801", Severity.DANGER, "rapid below Z0.05", "rapids below Z0.05"),
-    "rapid into the part": ("L802", Severity.DANGER, "rapid down into the part", "rapids down into the part"),
-    "spindle off": ("L803", Severity.DANGER, "cut with the spindle off", "cuts with the spindle off"),
-    "torch on in a rapid": ("L804", Severity.DANGER, "rapid with the torch on", "rapids with the torch on"),
+    "rapid below clearance": (
+        "L801",
+        Severity.DANGER,
+        Message("rapid below Z0.05"),
+        partial(Message, "{:,} rapids below Z0.05"),
+    ),
+    "rapid into the part": (
+        "L802",
+        Severity.DANGER,
+        Message("rapid down into the part"),
+        partial(Message, "{:,} rapids down into the part"),
+    ),
+    "spindle off": (
+        "L803",
+        Severity.DANGER,
+        Message("cut with the spindle off"),
+        partial(Message, "{:,} cuts with the spindle off"),
+    ),
+    "torch on in a rapid": (
+        "L804",
+        Severity.DANGER,
+        Message("rapid with the torch on"),
+        partial(Message, "{:,} rapids with the torch on"),
+    ),
     "height not known": (
         "L805",
         Severity.NOTE,
-        "move in X or Y before Z is known",
-        "moves in X or Y before Z is known",
+        Message("move in X or Y before Z is known"),
+        partial(Message, "{:,} moves in X or Y before Z is known"),
     ),
 }
 
@@ -152,15 +173,15 @@ def _issue(path: Toolpath, kind: str, mask: Mask) -> Issue:
     start, end = end_texts(path, row)
     if path.kind[row] == Kind.MACHINE:
         end = Message("a position in machine coordinates")
-    text = singular if number == 1 else f"{number:,} {plural}"
-    first = "from" if number == 1 else Message("the first from")
-    return Issue(
-        code, Message("{}: {} {} to {}", text, first, start, end), Message("line {}", int(path.line[row])), severity
-    )
+    if number == 1:
+        message = Message("{}: from {} to {}", singular, start, end)
+    else:
+        message = Message("{}: the first from {} to {}", plural(number), start, end)
+    return Issue(code, message, Message("line {}", int(path.line[row])), severity)
 
 
 def _spindle_started_manually(issue: Issue) -> Issue:
-    message = "the program never starts the spindle (M3): start it before you run the program"
+    message = Message("the program never starts the spindle (M3): start it before you run the program")
     return replace(issue, message=message, severity=Severity.WARNING)
 
 
@@ -224,9 +245,13 @@ def _untracked_moves(program: Program) -> Iterator[Issue]:
     if not len(rows):
         return
     block = int(program.row_block[rows[0]])
-    location = "in one block" if len(rows) == 1 else f"in {len(rows):,} blocks"
-    first = f": {program.fixed[block]}" if block in program.fixed else ""
-    message = Message("the tool path {} is unknown and is neither timed nor checked{}", location, first)
+    message = (
+        Message("the tool path in one block is unknown and is neither timed nor checked")
+        if len(rows) == 1
+        else Message("the tool path in {:,} blocks is unknown and is neither timed nor checked", len(rows))
+    )
+    if block in program.fixed:
+        message = Message("{}: {}", message, program.fixed[block])
     yield Issue("L808", message, Message("line {}", int(path.line[rows[0]])))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from leafcut.message import Message
 from leafcut.model.difference import Difference
@@ -20,7 +21,7 @@ def limit_differences(differences: list[Difference], count: int | None = None) -
     total = len(differences) if count is None else count
     if total <= MOST_LISTED:
         return differences
-    summary = Difference("and more", 0, 0, Message("{} more differences", total - MOST_LISTED))
+    summary = Difference(Message("and more"), 0, 0, Message("{} more differences", total - MOST_LISTED))
     return [*differences[:MOST_LISTED], summary]
 
 
@@ -28,10 +29,10 @@ def position_text(x: float, y: float, z: float | None = None) -> str:
     """Describe a position in words: ``X10.000 Y20.000``, ``X10.000 and an unknown Y``, ``an unknown position``."""
     axes = [(axis, value) for axis, value in zip("XYZ", (x, y, z), strict=True) if value is not None]
     known = " ".join(f"{axis}{to_fixed(value, 3)}" for axis, value in axes if not math.isnan(value))
-    unknown = " and ".join(axis for axis, value in axes if math.isnan(value))
+    unknown = [axis for axis, value in axes if math.isnan(value)]
     if known and unknown:
-        return Message("{} and an unknown {}", known, unknown)
-    return known or "an unknown position"
+        return Message("{} and an unknown {}", known, Message.joined_by_and(unknown))
+    return known or Message("an unknown position")
 
 
 def end_texts(path: Toolpath, row: int) -> tuple[str, str]:
@@ -39,51 +40,56 @@ def end_texts(path: Toolpath, row: int) -> tuple[str, str]:
     return position_text(*path.before[row].tolist()), position_text(*path.end[row].tolist())
 
 
-def describe_motion(motion: Motion) -> str:
-    """Describe a row in words, for example ``rapid to X1.000 Y2.000 Z3.000``."""
-    if motion.kind is Kind.MACHINE:
-        axes = " ".join(
-            f"{axis}{to_fixed(v, 3)}" for axis, v in zip("XYZ", motion.end, strict=True) if not math.isnan(v)
-        )
-        return f"{_WORDS[motion.kind]} to {axes or position_text(*motion.end)}"
-    if motion.kind is Kind.PAUSE:
-        return f"{_WORDS[motion.kind]} M{motion.ref}"
-    if motion.kind <= Kind.DRILL or motion.kind is Kind.PROBE:
-        return f"{_WORDS[motion.kind]} to {position_text(*motion.end)}"
-    if motion.kind is Kind.SHIFT:
-        return f"{_WORDS[motion.kind]} that puts the tool at {position_text(*motion.end)}"
-    if motion.kind in (Kind.DWELL, Kind.SPINDLE):
-        return f"{_WORDS[motion.kind]} {motion.value:g}"
-    if motion.kind is Kind.RADIUS:
-        return f"{_WORDS[motion.kind]} G{motion.ref}" + (f" D{motion.value:g}" if motion.value else "")
-    if motion.kind in (Kind.FRAME, Kind.BLENDING):
-        tolerance = f" P{motion.value:g}" if motion.kind is Kind.BLENDING and motion.value else ""
-        return f"{_WORDS[motion.kind]} G{motion.ref / 10:g}{tolerance}"
-    if motion.kind in (Kind.TORCH, Kind.HEIGHT):
-        return f"{_WORDS[motion.kind]} {'on' if motion.value else 'off'}"
-    return f"{_WORDS[motion.kind]} {motion.ref}" if motion.kind is not Kind.END else _WORDS[motion.kind]
+def describe_motion(motion: Motion) -> Message:
+    """Return a row in words: ``rapid to X1.000 Y2.000 Z3.000``."""
+    kind = motion.kind
+    if kind is Kind.END:
+        return Message("end of program")
+    if kind is Kind.TORCH:
+        return Message("torch on") if motion.value else Message("torch off")
+    if kind is Kind.HEIGHT:
+        return Message("height control on") if motion.value else Message("height control off")
+    return _DESCRIPTIONS[kind](_shown_value(motion))
 
 
-_WORDS = {
-    Kind.RAPID: "rapid",
-    Kind.FEED: "feed",
-    Kind.ARC_CW: "arc clockwise",
-    Kind.ARC_CCW: "arc counter-clockwise",
-    Kind.DRILL: "drilling cycle",
-    Kind.DWELL: "dwell of seconds",
-    Kind.TOOL: "change to tool",
-    Kind.OFFSET: "length offset",
-    Kind.SPINDLE: "spindle at rpm",
-    Kind.COOLANT: "coolant",
-    Kind.PAUSE: "pause",
-    Kind.MACHINE: "rapid in machine coordinates",
-    Kind.END: "end of program",
-    Kind.FRAME: "work offset",
-    Kind.SHIFT: "shift of the origin",
-    Kind.RADIUS: "radius compensation",
-    Kind.BLENDING: "blending",
-    Kind.FOREIGN: "block that is not understood, number",
-    Kind.TORCH: "torch",
-    Kind.HEIGHT: "height control",
-    Kind.PROBE: "probe",
+def _shown_value(motion: Motion) -> str:
+    kind = motion.kind
+    if kind is Kind.MACHINE:
+        axes = zip("XYZ", motion.end, strict=True)
+        known = " ".join(f"{axis}{to_fixed(value, 3)}" for axis, value in axes if not math.isnan(value))
+        return known or position_text(*motion.end)
+    if kind is Kind.PAUSE:
+        return f"M{motion.ref}"
+    if kind <= Kind.DRILL or kind in (Kind.PROBE, Kind.SHIFT):
+        return position_text(*motion.end)
+    if kind in (Kind.DWELL, Kind.SPINDLE):
+        return f"{motion.value:g}"
+    if kind is Kind.RADIUS:
+        return f"G{motion.ref}" + (f" D{motion.value:g}" if motion.value else "")
+    if kind in (Kind.FRAME, Kind.BLENDING):
+        tolerance = f" P{motion.value:g}" if kind is Kind.BLENDING and motion.value else ""
+        return f"G{motion.ref / 10:g}{tolerance}"
+    return str(motion.ref)
+
+
+#: Description of a row with its value, by kind.
+_DESCRIPTIONS = {
+    Kind.RAPID: partial(Message, "rapid to {}"),
+    Kind.FEED: partial(Message, "feed to {}"),
+    Kind.ARC_CW: partial(Message, "arc clockwise to {}"),
+    Kind.ARC_CCW: partial(Message, "arc counter-clockwise to {}"),
+    Kind.DRILL: partial(Message, "drilling cycle to {}"),
+    Kind.DWELL: partial(Message, "dwell of seconds {}"),
+    Kind.TOOL: partial(Message, "change to tool {}"),
+    Kind.OFFSET: partial(Message, "length offset {}"),
+    Kind.SPINDLE: partial(Message, "spindle at rpm {}"),
+    Kind.COOLANT: partial(Message, "coolant {}"),
+    Kind.PAUSE: partial(Message, "pause {}"),
+    Kind.MACHINE: partial(Message, "rapid in machine coordinates to {}"),
+    Kind.FRAME: partial(Message, "work offset {}"),
+    Kind.SHIFT: partial(Message, "shift of the origin that puts the tool at {}"),
+    Kind.RADIUS: partial(Message, "radius compensation {}"),
+    Kind.BLENDING: partial(Message, "blending {}"),
+    Kind.FOREIGN: partial(Message, "block that is not understood, number {}"),
+    Kind.PROBE: partial(Message, "probe to {}"),
 }

@@ -50,7 +50,9 @@ def _backward_rotation(program: Program) -> Iterator[Issue]:
     cuts[drills] = [path.cycles[k].name not in _TAPS for k in path.ref[drills].tolist()]
     rows = np.flatnonzero(cuts & (turns < 0))
     if len(rows):
-        message = "M4 turns the spindle backwards in cuts: mills and drills need M3, unless they are left-handed"
+        message = Message(
+            "M4 turns the spindle backwards in cuts: mills and drills need M3, unless they are left-handed"
+        )
         yield Issue("L806", message, Message("line {}", int(path.line[rows[0]])))
 
 

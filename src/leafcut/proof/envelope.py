@@ -86,7 +86,7 @@ def _outside_limits(
         high - _TOLERANCE,
         len(out),
     )
-    return [Difference("outside travel", 0, int(path.line[rows[first]]), text)]
+    return [Difference(Message("outside travel"), 0, int(path.line[rows[first]]), text)]
 
 
 def _exceeds_travel(values: NDArray[np.float64], travel: float, name: str) -> list[Difference]:
@@ -101,7 +101,7 @@ def _exceeds_travel(values: NDArray[np.float64], travel: float, name: str) -> li
         np.ptp(finite),
         travel,
     )
-    return [Difference("too large", 0, 0, text)]
+    return [Difference(Message("too large"), 0, 0, text)]
 
 
 def _feeds(path: Toolpath, machine: Machine) -> list[Difference]:
@@ -110,8 +110,12 @@ def _feeds(path: Toolpath, machine: Machine) -> list[Difference]:
     wrong = []
     # Feeds are rounded in the program, so a feed at the limit may be written slightly above it.
     for kind, is_wrong, limit in (
-        ("feed too high", values > machine.max_feed * 1.005, f"the machine allows at most {machine.max_feed * 60:.6g}"),
-        ("no feed", ~(values > 0), "it must be above 0"),
+        (
+            Message("feed too high"),
+            values > machine.max_feed * 1.005,
+            Message("the machine allows at most {:.6g}", machine.max_feed * 60),
+        ),
+        (Message("no feed"), ~(values > 0), Message("it must be above 0")),
     ):
         rows = feeding[is_wrong]
         if len(rows):

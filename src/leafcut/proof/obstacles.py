@@ -27,7 +27,11 @@ _TOLERANCE = 0.003
 _STEP = math.radians(1.5)
 
 #: Kinds of differences, in listing order: a cut in an obstacle cannot be avoided by rerouting a move.
-CUTS, MAY_CROSS, CROSSES = "cuts in an obstacle", "may cross an obstacle", "crosses an obstacle"
+CUTS, MAY_CROSS, CROSSES = (
+    Message("cuts in an obstacle"),
+    Message("may cross an obstacle"),
+    Message("crosses an obstacle"),
+)
 
 
 def check_obstacles(

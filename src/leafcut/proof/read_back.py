@@ -88,7 +88,7 @@ def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
     return path.take(keep)
 
 
-def _masks(a: Toolpath, b: Toolpath, tolerance: float) -> list[tuple[str, Mask]]:
+def _masks(a: Toolpath, b: Toolpath, tolerance: float) -> list[tuple[Message, Mask]]:
     """Return the name and mask of each kind of difference between two paths with the same kinds of rows."""
     wrong_ends = ~_values_agree(a.end, b.end, tolerance) & np.isin(a.kind, _PLACED)[:, None]
     feeding = np.isin(a.kind, _FEEDING)
@@ -98,19 +98,19 @@ def _masks(a: Toolpath, b: Toolpath, tolerance: float) -> list[tuple[str, Mask]]
     refs = np.isin(a.kind, (Kind.TOOL, Kind.COOLANT, Kind.PAUSE, Kind.SPINDLE, Kind.RADIUS, Kind.BLENDING))
     switches = np.isin(a.kind, (Kind.TORCH, Kind.HEIGHT, Kind.BLENDING))
     masks = [
-        ("place", wrong_ends[:, :2].any(axis=1)),
-        ("height", wrong_ends[:, 2]),
-        ("feed", feeding & ~_values_agree(a.value, b.value, feed_tolerance)),
-        ("dwell", (a.kind == Kind.DWELL) & ~_values_agree(a.value, b.value, DWELL_ROUNDING)),
+        (Message("place"), wrong_ends[:, :2].any(axis=1)),
+        (Message("height"), wrong_ends[:, 2]),
+        (Message("feed"), feeding & ~_values_agree(a.value, b.value, feed_tolerance)),
+        (Message("dwell"), (a.kind == Kind.DWELL) & ~_values_agree(a.value, b.value, DWELL_ROUNDING)),
         (
-            "speed",
+            Message("speed"),
             turning & (~_values_agree(a.value, b.value, speed_tolerance) | (np.sign(a.value) != np.sign(b.value))),
         ),
-        ("command", refs & (a.ref != b.ref)),
-        ("kerf", (a.kind == Kind.RADIUS) & ~_values_agree(a.value, b.value, tolerance)),
-        ("switch", switches & ~_values_agree(a.value, b.value, tolerance)),
+        (Message("command"), refs & (a.ref != b.ref)),
+        (Message("kerf"), (a.kind == Kind.RADIUS) & ~_values_agree(a.value, b.value, tolerance)),
+        (Message("switch"), switches & ~_values_agree(a.value, b.value, tolerance)),
     ]
-    return [*masks, *_cycle_masks(a, b, tolerance), ("arc", _arc_mask(a, b, tolerance))]
+    return [*masks, *_cycle_masks(a, b, tolerance), (Message("arc"), _arc_mask(a, b, tolerance))]
 
 
 def _values_agree(a: NDArray[np.float64], b: NDArray[np.float64], tolerance: float | NDArray[np.float64]) -> Mask:
@@ -119,19 +119,19 @@ def _values_agree(a: NDArray[np.float64], b: NDArray[np.float64], tolerance: flo
     return near
 
 
-def _cycle_masks(a: Toolpath, b: Toolpath, tolerance: float) -> Iterator[tuple[str, Mask]]:
+def _cycle_masks(a: Toolpath, b: Toolpath, tolerance: float) -> Iterator[tuple[Message, Mask]]:
     drills = np.flatnonzero(a.kind == Kind.DRILL)
     if not len(drills):
         return
-    numbers: tuple[tuple[str, Callable[[DrillCycle], float], float], ...] = (
-        ("R plane", lambda c: c.r_plane, tolerance),
-        ("depth", lambda c: c.bottom, tolerance),
+    numbers: tuple[tuple[Message, Callable[[DrillCycle], float], float], ...] = (
+        (Message("R plane"), lambda c: c.r_plane, tolerance),
+        (Message("depth"), lambda c: c.bottom, tolerance),
         # If a peck is at least as deep as the hole, the hole is drilled in a single stroke.
-        ("peck", lambda c: min(c.peck, c.r_plane - c.bottom) if c.name in ("G83", "G73") else 0.0, tolerance),
-        ("cycle dwell", lambda c: c.dwell if c.name in ("G82", "G84") else 0.0, DWELL_ROUNDING),
+        (Message("peck"), lambda c: min(c.peck, c.r_plane - c.bottom) if c.name in ("G83", "G73") else 0.0, tolerance),
+        (Message("cycle dwell"), lambda c: c.dwell if c.name in ("G82", "G84") else 0.0, DWELL_ROUNDING),
     )
     names = [np.array([c.name for c in path.cycles])[path.ref[drills]] for path in (a, b)]
-    yield "cycle", _expand_mask(len(a), drills, names[0] != names[1])
+    yield Message("cycle"), _expand_mask(len(a), drills, names[0] != names[1])
     for word, value_of, allowed in numbers:
         values = [np.array([value_of(c) for c in path.cycles], dtype=np.float64)[path.ref[drills]] for path in (a, b)]
         yield word, _expand_mask(len(a), drills, ~_values_agree(values[0], values[1], allowed))
@@ -157,12 +157,12 @@ def _arc_mask(a: Toolpath, b: Toolpath, tolerance: float) -> Mask:
     return wrong
 
 
-def _mask_difference(a: Toolpath, b: Toolpath, row: int, masks: list[tuple[str, Mask]]) -> Difference:
+def _mask_difference(a: Toolpath, b: Toolpath, row: int, masks: list[tuple[Message, Mask]]) -> Difference:
     kind = next(word for word, mask in masks if mask[row])
     before, after = _SHOWN.get(kind, _shown_row)(a, row), _SHOWN.get(kind, _shown_row)(b, row)
     text = Message("planned {}, written {}", before, after)
     if kind in _SHOWN and a.kind[row] <= Kind.DRILL:
-        text += f", {describe_motion(a[row])}"
+        text = Message("{}, {}", text, describe_motion(a[row]))
     return Difference(kind, int(a.line[row]), int(b.line[row]), text)
 
 
@@ -193,10 +193,10 @@ def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float) -> Difference:
     head_a, head_b = a.take(slice(n_same)), b.take(slice(n_same))
     wrong = np.flatnonzero(np.any([m for _, m in _masks(head_a, head_b, tolerance)], axis=0))
     row = int(wrong[0]) if len(wrong) else n_same
-    shown = [describe_motion(path[row]) if row < len(path) else "nothing more" for path in (a, b)]
+    shown = [describe_motion(path[row]) if row < len(path) else Message("nothing more") for path in (a, b)]
     lines = [int(path.line[row]) if row < len(path) else 0 for path in (a, b)]
     return Difference(
-        "order of moves",
+        Message("order of moves"),
         lines[0],
         lines[1],
         Message("planned {}, written {}; {} rows planned, {} written", shown[0], shown[1], len(a), len(b)),
@@ -214,7 +214,7 @@ def _wrong_offsets(path: Toolpath) -> list[Difference]:
     _, first = np.unique(np.column_stack([tool[wrong], offset[wrong]]), axis=0, return_index=True)
     return [
         Difference(
-            "length offset",
+            Message("length offset"),
             0,
             int(path.line[row]),
             Message(

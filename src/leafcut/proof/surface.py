@@ -64,7 +64,9 @@ def check_surface(
     radius = np.array([tool_radii.get(int(tool), 0.0) for tool in path.tool[rapids]])
     text = Message("the tool touches the surface, or comes closer than {:g} mm to it", LEAST_CLEARANCE)
     wrong = [
-        Difference("rapid into the part", 0, int(path.line[row]), f"{text}; {_motion_text(path, row)}")
+        Difference(
+            Message("rapid into the part"), 0, int(path.line[row]), Message("{}; {}", text, _motion_text(path, row))
+        )
         for row in _rows_meeting(path, rapids, triangles, -LEAST_CLEARANCE, radius, dogleg)
     ]
     moves = np.flatnonzero(np.isin(path.kind, _MOVES) & has_position & ~rises)
@@ -74,9 +76,14 @@ def check_surface(
         for above, disc_radius in discs:
             rows = _rows_meeting(path, tool_moves, triangles, above, np.full(len(tool_moves), disc_radius), dogleg)
             meeting_rows.update(rows)
-    body = "the tool meets the surface above its flutes"
+    body = Message("the tool meets the surface above its flutes")
     wrong += [
-        Difference("shank or holder in the part", 0, int(path.line[row]), f"{body}; {_motion_text(path, row)}")
+        Difference(
+            Message("shank or holder in the part"),
+            0,
+            int(path.line[row]),
+            Message("{}; {}", body, _motion_text(path, row)),
+        )
         for row in sorted(meeting_rows)
     ]
     return limit_differences(wrong)
@@ -111,8 +118,8 @@ def _returns_into_holes(
     return result
 
 
-def _motion_text(path: Toolpath, row: int) -> str:
-    return "this move goes from {} to {}".format(*end_texts(path, row))
+def _motion_text(path: Toolpath, row: int) -> Message:
+    return Message("this move goes from {} to {}", *end_texts(path, row))
 
 
 def _rows_meeting(

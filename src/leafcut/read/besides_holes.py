@@ -138,7 +138,7 @@ def besides_holes(
             continue
         positions = [_centroid(shapes[k]) for k in members]
         detail = _INSIDE_MESSAGE if kind == "contour" and "outline" in kinds else explanation
-        message = f"{count_of(len(members), noun)} {detail}"
+        message = Message("{} {}", count_of(len(members), noun), detail)
         if kind == "outline":
             x0, y0, x1, y1 = paths[min(members, key=lambda k: abs(paths[k].area))].extents
             size = f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
@@ -155,20 +155,20 @@ def besides_holes(
 
 
 #: Message for contours if the outline of the part is known.
-_INSIDE_MESSAGE = "inside the part, not machined: only round holes are drilled"
+_INSIDE_MESSAGE = Message("inside the part, not machined: only round holes are drilled")
 #: A circle around holes or contours.
-_ENCLOSES_MESSAGE = (
+_ENCLOSES_MESSAGE = Message(
     "not drilled: a circle that encloses other holes or contours is an outline; cut it with leafcut cut, or to "
     "drill it select its layer alone with --layers"
 )
 #: Kind, noun, message.
 _KINDS = (
-    ("slot", "slot", "not milled: only round holes are drilled"),
-    ("hole", "hole", "drawn as lines or a spline, not drilled: draw it as a circle"),
+    ("slot", "slot", Message("not milled: only round holes are drilled")),
+    ("hole", "hole", Message("drawn as lines or a spline, not drilled: draw it as a circle")),
     ("circle", "circle", _ENCLOSES_MESSAGE),
-    ("contour", "contour", "not machined: only round holes are drilled"),
-    ("outline", "outline", ""),
-    ("beside", "contour", "beside the outline, not cut"),
+    ("contour", "contour", Message("not machined: only round holes are drilled")),
+    ("outline", "outline", Message("")),
+    ("beside", "contour", Message("beside the outline, not cut")),
 )
 
 

@@ -86,7 +86,7 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
         if len(holes) > MAX_HOLES:
             raise too_many_holes(source.path)
     if not holes:
-        line, reason = bad[0] if bad else (None, "the table has a header but no rows")
+        line, reason = bad[0] if bad else (None, Message("the table has a header but no rows"))
         raise ReadError(source.path, Message("no points: {}", reason), line)
     issues = [
         Issue(
@@ -105,12 +105,13 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
     issues += left_out
     if not kept:
         raise ReadError(
-            source.path, Message("no holes: {}", "; ".join(i.message for i in (*left_out, *selection_issues)))
+            source.path,
+            Message("no holes: {}", Message.joined("; ", (i.message for i in (*left_out, *selection_issues)))),
         )
     units = options.units or columns.unit
     part = Part(source.name, kept, source=source.file_name, format="csv", units=units or "mm")
     if units is None:
-        selection_issues.append(units_unknown("the table", part, Severity.NOTE))
+        selection_issues.append(units_unknown(Message("the table"), part, Severity.NOTE))
     return replace(part, issues=(*issues, *selection_issues))
 
 

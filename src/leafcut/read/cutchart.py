@@ -11,6 +11,7 @@ import io
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, replace
+from functools import reduce
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -53,7 +54,7 @@ HEIGHTS: dict[str, float] = {CutMethod.LASER: 1.0, CutMethod.WATERJET: 3.0, CutM
 #: Values that the user can give instead of a chart, and those that together replace a chart row.
 GIVEN = ("feed", "kerf", "pierce_delay", "pierce_height", "cut_height")
 ENOUGH = ("feed", "kerf", "pierce_delay")
-_OWN_DATA = "--cut-speed, --kerf and --pierce-delay"
+_OWN_DATA = Message("--cut-speed, --kerf and --pierce-delay")
 
 MOST_ROWS = 100_000
 _ESTIMATE = 2
@@ -269,7 +270,7 @@ def find_cut_data(
     return _cut_data(own_row, thickness, given, [])
 
 
-def _no_process_message(rows: list[ChartRow], process: str, material: str) -> str:
+def _no_process_message(rows: list[ChartRow], process: str, material: str) -> Message:
     """Another power or kind is never used as a substitute."""
     kinds = sorted(
         kinds_for(rows, process, material) or {r.process for r in rows if is_kind_of_process(r.process, process)}
@@ -375,15 +376,19 @@ def _neighbours(rows: list[ChartRow], thickness: float) -> tuple[ChartRow, Chart
     return max(thin, key=lambda r: (r.thickness, -r.trust)), min(thick, key=lambda r: (r.thickness, r.trust))
 
 
-def _capacity_message(edge: ChartRow, rows: list[ChartRow], thickness: float) -> str:
+def _joined_values(values: list[Message]) -> Message:
+    return reduce(lambda message, value: Message("{} and the {}", message, value), values[1:], values[0])
+
+
+def _capacity_message(edge: ChartRow, rows: list[ChartRow], thickness: float) -> Message:
     """Message for the only current with complete data, which cannot pierce the sheet."""
     higher = [r for r in rows if r.pierce_height is not None]
-    message = f"{thickness:g} mm is above the pierce capacity of {_describe_process(edge)}"
+    message = Message("{:g} mm is above the pierce capacity of {}", thickness, _describe_process(edge))
     edge_start = Message("use --amps {:g} to start cuts at the sheet's edge", edge.amps or 0)
     if not higher:
         return Message("{}; {}, or give --pierce-delay to pierce it anyway", message, edge_start)
-    names = " and ".join(f"{r.amps or 0:g} A" for r in higher)
-    missing_values = " and the ".join(_missing_values(higher[0], {}))
+    names = Message.joined_by_and(f"{r.amps or 0:g} A" for r in higher)
+    missing_values = _joined_values(_missing_values(higher[0], {}))
     return Message(
         "{}; for {}, the cut chart does not give the {}: give these values, or {}",
         message,
@@ -432,7 +437,7 @@ def _interpolate_rates(a: ConsumptionRates, b: ConsumptionRates, share: float) -
     return ConsumptionRates(**rates)
 
 
-def _no_row_message(rows: list[ChartRow], process: str, material: str, thickness: float) -> str:
+def _no_row_message(rows: list[ChartRow], process: str, material: str, thickness: float) -> Message:
     nearest_thicknesses = sorted({r.thickness for r in rows}, key=lambda t: abs(t - thickness))[:3]
     texts = ", ".join(f"{t:g}" for t in sorted(nearest_thicknesses))
     return Message(
@@ -475,13 +480,13 @@ def _can_pierce(row: ChartRow, given: dict[str, float | None]) -> bool:
     return row.pierce_height is not None or _values(row, given)["pierce_delay"] is not None
 
 
-def _missing_values(row: ChartRow, given: dict[str, float | None]) -> list[str]:
+def _missing_values(row: ChartRow, given: dict[str, float | None]) -> list[Message]:
     values = _values(row, given)
     missing = []
     if not values["kerf"]:  # 0 in a chart means not measured
-        missing.append("kerf (--kerf)")
+        missing.append(Message("kerf (--kerf)"))
     if values["pierce_delay"] is None and _can_pierce(row, given):
-        missing.append("pierce delay (--pierce-delay)")
+        missing.append(Message("pierce delay (--pierce-delay)"))
     return missing
 
 
@@ -494,7 +499,7 @@ def _cut_data(
     if missing:
         raise OptionError(
             "the cut chart does not give the {} of {} in {}, {:g} mm; give it",
-            " and the ".join(missing),
+            _joined_values(missing),
             _describe_process(row),
             row.material,
             thickness,

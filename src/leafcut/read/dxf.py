@@ -119,7 +119,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     if len(kept) > 1:
         refuse_tiny(source.path, part, options)
     if unit is None:
-        issues.insert(0, units_unknown("the drawing", part, Severity.WARNING))
+        issues.insert(0, units_unknown(Message("the drawing"), part, Severity.WARNING))
     n_points = sum(h.diameter == 0 for h in kept)
     if 0 < n_points < len(kept):
         selection_issues.append(
@@ -217,7 +217,9 @@ class HoleCollector:
             missing = MissingWork("hole", len(self.leaning), tuple(self.leaning))
             issues.append(Issue("L202", message, places_text(self.leaning, len(self.leaning)), missing=missing))
         for kind, number in self.far.items():
-            issues.append(Issue("L203", f"{number} {kind} {OUT_OF_RANGE}", missing=MissingWork("hole", number)))
+            issues.append(
+                Issue("L203", Message("{} {} {}", number, kind, OUT_OF_RANGE), missing=MissingWork("hole", number))
+            )
         for kind, number in self.out_of_range.items():
             missing = MissingWork("hole", number)
             issues.append(
@@ -253,17 +255,17 @@ def _other_entities(kinds: Counter[str]) -> list[Issue]:
     ]
 
 
-def _nothing_message(walk: BlockWalk[Shape], finds: HoleCollector, selection_issues: list[Issue]) -> str:
+def _nothing_message(walk: BlockWalk[Shape], finds: HoleCollector, selection_issues: list[Issue]) -> Message:
     parts = [f"{number} {printable(kind)}" for kind, number in (walk.others + finds.others).most_common(6)]
-    parts += [f"{number} {kind} not circular" for kind, number in finds.squashed.items()]
-    parts += [f"{number} {kind} {OUT_OF_RANGE}" for kind, number in finds.far.items()]
-    parts += [f"{number} {kind} with numbers out of range" for kind, number in finds.out_of_range.items()]
+    parts += [Message("{} {} not circular", number, kind) for kind, number in finds.squashed.items()]
+    parts += [Message("{} {} {}", number, kind, OUT_OF_RANGE) for kind, number in finds.far.items()]
+    parts += [Message("{} {} with numbers out of range", number, kind) for kind, number in finds.out_of_range.items()]
     if finds.leaning:
         parts.append(Message("{} not in the plane", count_of(len(finds.leaning), "circle")))
     if walk.broken:
         parts.append(Message("{} damaged", len(walk.broken)))
     if walk.missing_blocks or walk.endless_blocks:
-        parts.append("blocks that are missing or refer to themselves")
+        parts.append(Message("blocks that are missing or refer to themselves"))
     parts += [issue.message for issue in selection_issues]
     if walk.hidden:
         parts.append(Message("on layers that are off, frozen or not chosen: {}", hidden_by_layer(walk)))
@@ -271,7 +273,7 @@ def _nothing_message(walk: BlockWalk[Shape], finds: HoleCollector, selection_iss
         parts.append(Message("the drawing is empty"))
     elif any(kind in _LINES for kind in walk.others + finds.others):
         parts.append(Message("use leafcut cut for contours, or leafcut pocket for pockets"))
-    return Message("no holes: {}", "; ".join(parts))
+    return Message("no holes: {}", Message.joined("; ", parts))
 
 
 def edge_of(

@@ -13,6 +13,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Generic, NamedTuple, TypeVar
 
+from leafcut.errors import printable
+from leafcut.message import Message, map_text
 from leafcut.read.dxf_shapes import IDENTITY, Matrix, combine_transforms, transform_direction
 from leafcut.read.format import ReadBudget
 
@@ -223,7 +225,7 @@ def content_of(layout: Any, shape_of: Callable[[Any], S | None]) -> Content[S]:
             shape = _insertion(entity) if kind == "INSERT" else shape_of(entity)
         except (ArithmeticError, ValueError, TypeError, AttributeError) as problem:
             handle = dxf.handle if dxf.hasattr("handle") else ""
-            content.broken.append((kind, handle or "", str(problem)))
+            content.broken.append((kind, handle or "", map_text(str(problem), printable)))
             continue
         if shape is None or (kind == "POINT" and layer.casefold() == "defpoints"):
             # Points on Defpoints belong to dimensions; CAD programs create but never plot them.
@@ -236,14 +238,14 @@ def content_of(layout: Any, shape_of: Callable[[Any], S | None]) -> Content[S]:
 def _insertion(entity: Any) -> Insertion:
     dxf = entity.dxf
     if not dxf.hasattr("insert"):
-        raise ValueError("no insertion point")
+        raise ValueError(Message("no insertion point"))
     rows = entity.matrix44().rows()
     matrix = tuple((float(r[0]), float(r[1]), float(r[2])) for r in rows)
     numbers = [v for row in matrix for v in row]
     angle = math.radians(dxf.get("rotation", 0.0))
     right, up = dxf.get("column_spacing", 0.0), dxf.get("row_spacing", 0.0)
     if not all(math.isfinite(v) for v in (*numbers, angle, right, up)):
-        raise ValueError("a number that is not finite")
+        raise ValueError(Message("a number that is not finite"))
     ocs = entity.ocs()
     # The array is rotated, but not scaled, by the INSERT (as in AutoCAD and ezdxf). A spacing of 0 puts all copies on
     # top of each other: one is enough.

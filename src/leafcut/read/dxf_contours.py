@@ -56,16 +56,16 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
         message = ", ".join(f"{number} {printable(kind)}" for kind, number in others.most_common())
         issues.append(Issue("L210", Message("not cut: {}", message), severity=Severity.NOTE))
     if not drawn:
-        reasons = "; ".join(i.message for i in issues) or Message("the drawing is empty")
+        reasons = Message.joined("; ", (i.message for i in issues)) or Message("the drawing is empty")
         if options.layers:
             names = sorted(str(layer.dxf.get("name", "")) for layer in document.layers)
-            reasons += Message("; the drawing has the layers {}", printable(", ".join(names), 120))
+            reasons = Message("{}; the drawing has the layers {}", reasons, printable(", ".join(names), 120))
         raise ReadError(source.path, Message("nothing to cut: {}", reasons))
     issues += _heights(tuple(c for c in contours if c.kind != "text"))
     part = Part(source.name, source=source.file_name, format="dxf", units=unit or "mm", contours=contours)
     refuse_tiny(source.path, part, options)
     if unit is None:
-        issues.insert(0, units_unknown("the drawing", part, Severity.WARNING))
+        issues.insert(0, units_unknown(Message("the drawing"), part, Severity.WARNING))
     return replace(part, issues=tuple(issues))
 
 

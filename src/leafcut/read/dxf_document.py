@@ -110,12 +110,12 @@ def _check_whole(path: str, data: bytes, issues: list[Issue]) -> None:
         )
     if end := _END.search(data):
         if data[end.end() :].strip(b" \t\r\n\0\x1a"):
-            issues.append(Issue("L101", "text after the end of the drawing (EOF) was ignored"))
+            issues.append(Issue("L101", Message("text after the end of the drawing (EOF) was ignored")))
         return
     start = data.rfind(b"ENTITIES")
     if start < 0 or not _SECTION_END.search(data, start):
         raise ReadError(path, "the drawing is incomplete: its end is missing; save or send it again", lines)
-    issues.append(Issue("L101", "the drawing ends without EOF; its entities are complete"))
+    issues.append(Issue("L101", Message("the drawing ends without EOF; its entities are complete")))
 
 
 def _load_binary(data: bytes) -> Any:
@@ -205,7 +205,7 @@ def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
         issues.append(
             Issue(
                 "L203",
-                Message("{} {} skipped: {}", len(handles), printable(kind), printable(reason)),
+                Message("{} {} skipped: {}", len(handles), printable(kind), reason),
                 location,
                 missing=missing,
             )

@@ -314,7 +314,7 @@ class Strokes:
         x0, y0, x1, y1 = stroke_path.path.extents
         if not max(abs(x0 + dx), abs(x1 + dx), abs(y0 + dy), abs(y1 + dy)) <= MAX_COORDINATE:
             finite = np.isfinite((x0 + dx, x1 + dx, y0 + dy, y1 + dy)).all()
-            self._skip(stroke, OUT_OF_RANGE if finite else "coordinates or radius out of range")
+            self._skip(stroke, OUT_OF_RANGE if finite else Message("coordinates or radius out of range"))
             return
         self._segments += stroke_path.path.n_segments
         if self._segments > MAX_SEGMENTS:

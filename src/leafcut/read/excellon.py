@@ -102,13 +102,13 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
     kept, selection_issues = select_holes(holes, options)
     if not kept and not slots:
         tools = ", ".join(f"T{n}" for n in sorted(parser.tools)) or Message("none")
-        reasons = "; ".join(i.message for i in (*issues, *selection_issues))
+        reasons = Message.joined("; ", (i.message for i in (*issues, *selection_issues)))
         message = Message("no holes: {} (tools: {})", reasons or Message("no coordinates follow the header"), tools)
         raise ReadError(source.path, message) if reasons or parser.tools else EmptyDrillFile(source.path, message)
     units = options.units or own_units
     part = Part(source.name, kept, tuple(slots), source=source.file_name, format="excellon", units=units or "mm")
     if units is None:
-        issues.append(units_unknown("the file", part, Severity.WARNING))
+        issues.append(units_unknown(Message("the file"), part, Severity.WARNING))
     if prepared.has_plain_integers and not prepared.has_format:
         issues.append(_format_assumed(part, prepared.metric))
     if prepared.has_plain_integers and (narrow := _too_narrow(holes)):
@@ -195,9 +195,9 @@ def _check_whole(source: Source, prepared: _TranslatedCommands, issues: list[Iss
         return
     if prepared.lines[last][0] in "XYG" and not source.data.endswith((b"\n", b"\r")):
         # Half a number is still a number: the hole would be in the wrong position.
-        reason = "the file is incomplete: its last line is cut off; export or send it again"
+        reason = Message("the file is incomplete: its last line is cut off; export or send it again")
         raise ReadError(source.path, reason, prepared.numbers[last])
-    issues.append(Issue("L101", "the file does not end with M30: it may be incomplete, with holes missing"))
+    issues.append(Issue("L101", Message("the file does not end with M30: it may be incomplete, with holes missing")))
 
 
 def _comment(prepared: _TranslatedCommands, line: str, number: int) -> None:

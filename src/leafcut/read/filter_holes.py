@@ -172,7 +172,7 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
     raised = [(h.x, h.y) for i, h in enumerate(holes) if i not in removed and highest[i] > h.z + SAME_HEIGHT]
     if raised:
         # Material remains above the lower circle; a rapid to its own height would enter it.
-        message = "concentric circles are drawn at different heights: the hole starts at the highest"
+        message = Message("concentric circles are drawn at different heights: the hole starts at the highest")
         issues.append(Issue("L406", message, places_text(raised, len(raised))))
     if removed:
         positions = [(holes[i].x, holes[i].y) for i in sorted(removed)]

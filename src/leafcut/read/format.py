@@ -28,7 +28,7 @@ MAX_HOLES = 1_000_000
 #: Largest coordinate, mm: machines are smaller than 1 km, so a larger number is a mistake.
 MAX_COORDINATE = 1e6
 #: Message and remedy for an entity beyond `MAX_COORDINATE`.
-OUT_OF_RANGE = "more than 1 km from the drawing origin: move it to the origin, or check --units"
+OUT_OF_RANGE = Message("more than 1 km from the drawing origin: move it to the origin, or check --units")
 #: A drawing whose longer side is shorter than this, mm, has the wrong unit, unless `--units` is given.
 SMALLEST_DRAWING = 2.0
 #: Most lines and arcs of a part.
@@ -105,7 +105,7 @@ def parsing_xml(path: str, advice: str) -> Iterator[None]:
     from defusedxml import DefusedXmlException
 
     line: int | None = None
-    with parser_errors(path, "the XML could not be read"):
+    with parser_errors(path, Message("the XML could not be read")):
         try:
             yield
             return
@@ -149,15 +149,17 @@ class ReadBudget:
 def copy_budget(source: Source, noun: str, free: int = FREE_COPIES) -> ReadBudget:
     """Return the budget for the elements that the blocks or uses of a drawing expand to."""
     limit = free + COPIES_PER_BYTE * len(source.data)
-    reason = f"the {noun} of this drawing, which has {size_text(source)}, expand to more than {limit:,} elements"
-    return ReadBudget(source.path, limit, f"{reason}; explode fewer blocks")
+    reason = Message(
+        "the {} of this drawing, which has {}, expand to more than {:,} elements", noun, size_text(source), limit
+    )
+    return ReadBudget(source.path, limit, Message("{}; explode fewer blocks", reason))
 
 
 def point_budget(source: Source) -> ReadBudget:
     """Return the budget for the points along the curves of a drawing."""
     limit = FREE_POINTS + POINTS_PER_BYTE * len(source.data)
-    reason = f"the curves of this drawing, which has {size_text(source)}, need more than {limit:,} points"
-    return ReadBudget(source.path, limit, f"{reason}; check its units")
+    reason = Message("the curves of this drawing, which has {}, need more than {:,} points", size_text(source), limit)
+    return ReadBudget(source.path, limit, Message("{}; check its units", reason))
 
 
 def size_text(source: Source) -> str:
@@ -263,7 +265,7 @@ def parse_json(text: str) -> Any:
     """
     value = json.loads(text)
     if "\\ud" in text.lower() and has_half_letter(value):
-        raise ValueError("a text with half of a surrogate pair, \\ud800 to \\udfff")
+        raise ValueError(Message("a text with half of a surrogate pair, \\ud800 to \\udfff"))
     return value
 
 
@@ -276,7 +278,7 @@ def has_half_letter(value: Any) -> bool:
     return False
 
 
-def places_text(points: list[tuple[float, float]], number: int) -> str:
+def places_text(points: list[tuple[float, float]], number: int) -> Message:
     """Return the first of `number` points as text, for `Issue.place`."""
     first = ", ".join(f"({x:g}, {y:g})" for x, y in points[:3])
     return Message("at {}", first) + (" …" if number > 3 else "")

@@ -54,7 +54,7 @@ def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
         With `options.strict`, a hole occurs in two files, or the files lie too far apart to belong to one board.
     """
     holes, selection_issues = select_holes([hole for part in parts for hole in part.holes], options)
-    files = ", ".join(f"{part.source} {_counts(part)}" for part in parts)
+    files = Message.joined(", ", (Message("{} {}", part.source, _counts(part)) for part in parts))
     message = Message("drilled in one program: {}; one tool for each diameter, plated or not", files)
     issues = [Issue("L409", message, severity=Severity.NOTE)]
     if far := _far_apart(parts):

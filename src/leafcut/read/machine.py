@@ -264,11 +264,12 @@ def _sources(top: TomlTable) -> dict[str, str]:
 def _check(machine: Machine, place: str, top: TomlTable) -> None:
     """Messages show the numbers as written in the file."""
 
-    def refuse(key: str, reason: str) -> DataError:
-        return DataError("{}: '{}' {}", place, key, reason)
+    def refuse(key: str, reason: Message) -> DataError:
+        table, _, name = key.rpartition(".")
+        return DataError("{}: '{}' {}", place, key, reason).at(table, key=name)
 
     if not machine.name or not machine.controller:
-        raise refuse("name" if not machine.name else "controller", "is empty")
+        raise refuse("name" if not machine.name else "controller", Message("is empty"))
     _check_cut_process(machine, refuse)
     for i, axis in enumerate("xyz"):
         low, high = machine.travel_min[i], machine.travel_max[i]
@@ -299,38 +300,40 @@ def _check(machine: Machine, place: str, top: TomlTable) -> None:
     if machine.probe is not None:
         _check_probe(machine.probe, machine.max_feed, refuse)
     if not 0 <= machine.spindle_min_rpm <= machine.spindle_max_rpm or not machine.spindle_max_rpm > 0:
-        raise refuse("spindle.max_speed", "must be above 0 and not below spindle.min_speed")
+        raise refuse("spindle.max_speed", Message("must be above 0 and not below spindle.min_speed"))
     for key, seconds in (("spindle.start_time", machine.spindle_start_s), ("tool_change.time", machine.tool_change_s)):
         if seconds < 0:
             raise refuse(key, Message("is {:g} s, but must not be negative", seconds))
 
 
-def _check_cut_process(machine: Machine, refuse: Callable[[str, str], DataError]) -> None:
+def _check_cut_process(machine: Machine, refuse: Callable[[str, Message], DataError]) -> None:
     name, method = machine.cut_process, machine.head.method
     if name and method is None:
-        raise refuse("cut_process", "is for a machine that cuts sheet, not for one with a spindle; leave it out")
+        raise refuse(
+            "cut_process", Message("is for a machine that cuts sheet, not for one with a spindle; leave it out")
+        )
     if name and method_of(name) != method:
         raise refuse("cut_process", Message("is '{}', but its name must start with '{}'", printable(name), method))
 
 
-def _check_loads(machine: Machine, refuse: Callable[[str, str], DataError]) -> None:
+def _check_loads(machine: Machine, refuse: Callable[[str, Message], DataError]) -> None:
     for key, value in (
         ("spindle.power", machine.spindle_power),
         ("spindle.torque", machine.spindle_torque),
         ("spindle.max_thrust", machine.max_thrust),
     ):
         if value < 0:
-            raise refuse(key, "must not be negative")
+            raise refuse(key, Message("must not be negative"))
 
 
-def _check_probe(probe: Probe, max_feed: float, refuse: Callable[[str, str], DataError]) -> None:
+def _check_probe(probe: Probe, max_feed: float, refuse: Callable[[str, Message], DataError]) -> None:
     if not 0 < probe.feed <= max_feed:
-        raise refuse("probe.feed", "must be above 0 and at most max_feed")
+        raise refuse("probe.feed", Message("must be above 0 and at most max_feed"))
     if not 0 <= probe.switch_offset < probe.depth:
-        raise refuse("probe.switch_offset", "must not be negative, and below probe.depth")
+        raise refuse("probe.switch_offset", Message("must not be negative, and below probe.depth"))
 
 
-def _check_positive(machine: Machine, top: TomlTable, refuse: Callable[[str, str], DataError]) -> None:
+def _check_positive(machine: Machine, top: TomlTable, refuse: Callable[[str, Message], DataError]) -> None:
     if not machine.corner_deviation > 0:
         shown = top.table("corners", KEYS["corners"]).typed("deviation")
         raise refuse("corners.deviation", Message("is {}, but must be above 0", shown))

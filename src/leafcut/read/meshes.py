@@ -66,7 +66,7 @@ def load_mesh(
                 "leave them out"
             )
         triangles = _stl(file, head, size) * UNITS[unit]
-    return _check_mesh(triangles, file, mend or f"give its unit (--surface-unit {', '.join(UNITS)})")
+    return _check_mesh(triangles, file, mend or Message("give its unit (--surface-unit {})", ", ".join(UNITS)))
 
 
 def _step_bytes(file: Path, size: int) -> bytes:
@@ -107,7 +107,7 @@ def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
     corners = _VERTEX.findall(data)
     if len(corners) % 3:
         raise ReadError(file, Message("is truncated: its {:,} corners do not make whole triangles", len(corners)))
-    with parser_errors(file, "a corner is not a number"):
+    with parser_errors(file, Message("a corner is not a number")):
         return np.array(corners, dtype=np.float64).reshape(-1, 3, 3)
 
 
@@ -119,8 +119,8 @@ def _check_mesh(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
         raise ReadError(file, Message("triangle {} has a corner that is not a number", number))
     longest = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
     if not SMALLEST <= longest <= LARGEST:
-        length_text = Message("{:.3g} mm", longest) if math.isfinite(longest) else "infinitely"
-        raise ReadError(file, Message("is {} long, too long for a part; {}", length_text, mend))
+        length = f"{longest:.3g} mm" if math.isfinite(longest) else Message("infinitely")
+        raise ReadError(file, Message("is {} long, too long for a part; {}", length, mend))
     return Mesh(triangles, file.name, is_closed(triangles))
 
 

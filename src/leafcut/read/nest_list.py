@@ -89,7 +89,7 @@ def _drawings_in_list(file: str) -> Iterator[WantedDrawing]:
     delimiter = next((d for d in (";", "\t") if any(d in line for line in lines)), ",")
     n_drawings = 0
     for number, line in enumerate(lines, 1):
-        with parser_errors(file, "this line could not be read", number):
+        with parser_errors(file, Message("this line could not be read"), number):
             fields = [field.strip() for field in next(csv.reader([line], delimiter=delimiter), [])]
         if not any(fields) or fields[0].startswith("#"):
             continue

@@ -92,10 +92,12 @@ def load_order(path: Path) -> OrderFile:
     for k, row in enumerate(rows, 1):
         if not isinstance(row, dict) or set(row) != {"operation", "holes"} or not isinstance(row["holes"], list):
             raise ReadError(place, Message('row {}: {{"operation": number, "holes": [numbers]}} was expected', k))
-        number = _number(place, row["operation"], f"row {k}: 'operation'")
+        number = _number(place, row["operation"], Message("row {}: 'operation'", k))
         if number in operations:
             raise ReadError(place, Message("operation {} is listed twice", number + 1))
-        operations[number] = tuple(_number(place, hole, f"operation {number + 1}: hole") for hole in row["holes"])
+        operations[number] = tuple(
+            _number(place, hole, Message("operation {}: hole", number + 1)) for hole in row["holes"]
+        )
     return OrderFile(operations, _drawing(place, data.get("drawing")))
 
 

@@ -146,7 +146,7 @@ def _open_picture(source: Source) -> Any:
             width, height = image.size
             animated = kind == "PNG" and image.n_frames > 1
     except Image.DecompressionBombError:
-        raise ReadError(source.path, _too_large("too many pixels")) from None
+        raise ReadError(source.path, _too_large(Message("too many pixels"))) from None
     except UnidentifiedImageError:
         raise ReadError(source.path, Message("a damaged {} picture (invalid header); save it again", kind)) from None
     except Exception as problem:  # decoders raise unrelated exceptions on damaged files
@@ -154,7 +154,7 @@ def _open_picture(source: Source) -> Any:
             source.path, Message("a damaged {} picture ({}); save it again", kind, printable(str(problem), 80))
         ) from None
     if width * height > MAX_PIXELS:
-        raise ReadError(source.path, _too_large(f"{width} × {height} pixels"))
+        raise ReadError(source.path, _too_large(Message("{} × {} pixels", width, height)))
     if kind == "JPEG" and (scans := source.data.count(_SCAN)) > MAX_SCANS:
         raise ReadError(
             source.path, Message("the picture has {:,} scans; the limit is {}: save it as PNG", scans, MAX_SCANS)
@@ -164,13 +164,13 @@ def _open_picture(source: Source) -> Any:
     return image
 
 
-def _too_large(size_text: str) -> str:
+def _too_large(size_text: str) -> Message:
     return Message(
         "the picture has {}; the limit is {:,}: crop it to the pocket or scale it down", size_text, MAX_PIXELS
     )
 
 
-def _pixel_size_hint(image: Any) -> str:
+def _pixel_size_hint(image: Any) -> Message:
     try:
         density = float(image.info["dpi"][0])
         return Message("; its file says {:.6g} pixels per inch: --pixel-size {:.6g}", density, 25.4 / density)
@@ -212,10 +212,13 @@ def _threshold_level(source: Source, grey: Grey, options: PocketDrawingOptions) 
     if options.threshold is not None:
         level = options.threshold if not options.invert else 1.0 - options.threshold
         if not low < level <= high:
-            side = "brighter" if low >= level else "darker"
-            raise ReadError(
-                source.path, Message("all pixels are {} than --threshold {:g}%", side, 100.0 * options.threshold)
+            message = Message(
+                "all pixels are brighter than --threshold {:g}%"
+                if low >= level
+                else "all pixels are darker than --threshold {:g}%",
+                100.0 * options.threshold,
             )
+            raise ReadError(source.path, message)
         return level
     split = otsu(grey)
     dark, bright = float(np.median(grey[grey < split])) if low < split else low, high

@@ -83,15 +83,15 @@ def load_plan(path: Path) -> PlanFile:
     place = str(path)
     data = load_json(path)
     reader = _PlanReader(place)
-    reader.check_table(data, "the file", (PLAN.key,))
+    reader.check_table(data, Message("the file"), (PLAN.key,))
     check_schema(PLAN, data[PLAN.key], place)
-    reader.check_table(data, "the file", ("contours", "cuts"))
+    reader.check_table(data, Message("the file"), ("contours", "cuts"))
     contours = reader.rows(data["contours"], "contours")
     cuts = reader.rows(data["cuts"], "cuts")
     return PlanFile(
         sheet=reader.text(data.get("sheet", ""), "'sheet'"),
-        contours=tuple(reader.contour(row, f"contour {n}") for n, row in enumerate(contours, 1)),
-        cuts=tuple(reader.cut(row, f"cut {n}", len(contours)) for n, row in enumerate(cuts, 1)),
+        contours=tuple(reader.contour(row, Message("contour {}", n)) for n, row in enumerate(contours, 1)),
+        cuts=tuple(reader.cut(row, Message("cut {}", n), len(contours)) for n, row in enumerate(cuts, 1)),
         process=reader.text(data.get("process", ""), "'process'"),
         material=reader.text(data.get("material", ""), "'material'"),
         thickness=reader.number(data.get("thickness", 0.0), "'thickness'"),
@@ -108,14 +108,14 @@ class _PlanReader:
 
     def check_table(self, data: Any, label: str, needed: tuple[str, ...]) -> None:
         if not isinstance(data, dict):
-            raise self.refuse(label, "a JSON object was expected")
+            raise self.refuse(label, Message("a JSON object was expected"))
         for key in needed:
             if key not in data:
                 raise self.refuse(label, Message("'{}' is missing", key))
 
     def rows(self, data: Any, label: str) -> list[Any]:
         if not isinstance(data, list):
-            raise self.refuse(f"'{label}'", "a list was expected")
+            raise self.refuse(f"'{label}'", Message("a list was expected"))
         return data
 
     def text(self, value: Any, label: str) -> str:
@@ -136,7 +136,7 @@ class _PlanReader:
 
     def point(self, value: Any, label: str) -> tuple[float, float]:
         if not isinstance(value, list) or len(value) != 2:
-            raise self.refuse(label, "a point [x, y] was expected")
+            raise self.refuse(label, Message("a point [x, y] was expected"))
         return self.number(value[0], label), self.number(value[1], label)
 
     def check_keys(self, data: dict[str, Any], label: str, keys: tuple[str, ...]) -> None:
@@ -163,7 +163,7 @@ class _PlanReader:
     def cut(self, data: Any, label: str, contours: int) -> CutChoice:
         self.check_table(data, label, ("contours",))
         self.check_keys(data, label, _CUT_KEYS)
-        numbers = self.rows(data["contours"], f"{label}: contours")
+        numbers = self.rows(data["contours"], Message("{}: contours", label))
         for number in numbers:
             if not isinstance(number, int) or isinstance(number, bool) or not 1 <= number <= contours:
                 raise self.refuse(
@@ -203,5 +203,5 @@ class _PlanReader:
         length, angle = self.number(data.get("length"), label), self.number(data.get("angle", 90.0), label)
         run_in = self.number(data.get("run_in", 0.0), label)
         if not 0.0 < length <= 10_000.0 or not 0.0 < angle < 180.0 or not 0.0 <= run_in <= 1000.0:
-            raise self.refuse(label, "a lead needs a length above 0 mm and an angle between 0 and 180 degrees")
+            raise self.refuse(label, Message("a lead needs a length above 0 mm and an angle between 0 and 180 degrees"))
         return Lead(style, length, math.radians(angle), run_in)

@@ -40,10 +40,20 @@ class PocketOutline:
     order: int
     kind: str
 
-    def __str__(self) -> str:
+    def __str__(self) -> Message:
+        return self.named(self.kind)
+
+    def named(self, kind: str) -> Message:
+        """Return the name with another kind: ``pocket``, ``island`` or ""."""
         x, y = self.contour.path.start
-        layer = f" on layer {printable(self.contour.layer, 30)}" if self.contour.layer else ""
-        return f"the {self.kind or 'outline'} that starts at ({x:.6g}, {y:.6g}){layer}"
+        if kind == "pocket":
+            message = Message("the pocket that starts at ({:.6g}, {:.6g})", x, y)
+        elif kind == "island":
+            message = Message("the island that starts at ({:.6g}, {:.6g})", x, y)
+        else:
+            message = Message("the outline that starts at ({:.6g}, {:.6g})", x, y)
+        layer = self.contour.layer
+        return Message("{} on layer {}", message, printable(layer, 30)) if layer else message
 
 
 def pockets_of_drawing(part: Part, options: PocketDrawingOptions, joining: SheetOptions, path: str) -> Part:
@@ -71,7 +81,7 @@ def pockets_of_drawing(part: Part, options: PocketDrawingOptions, joining: Sheet
                 heights,
             ),
         )
-    issues = [i for i in issues if i.code != "L406"] + heights.notes("outlines of pockets and islands")
+    issues = [i for i in issues if i.code != "L406"] + heights.notes(Message("outlines of pockets and islands"))
     return as_pockets(replace(part, issues=tuple(issues)), kinds, joining, path, outermost)
 
 
@@ -315,7 +325,7 @@ def _describe_sizes(outlines: Sequence[PocketOutline], noun: str) -> str:
     """Return ``1 plate (120 × 80 mm)`` or ``5 pockets (at most 30 × 20 mm)``, the size of the largest."""
     x0, y0, x1, y1 = max((o.contour.path for o in outlines), key=lambda path: path.area).extents
     size = f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
-    return f"{count_of(len(outlines), noun)} ({size if len(outlines) == 1 else f'at most {size}'})"
+    return f"{count_of(len(outlines), noun)} ({size if len(outlines) == 1 else Message('at most {}', size)})"
 
 
 def _check_kinds(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], parent: NDArray[np.int64]) -> None:
@@ -356,13 +366,13 @@ def _check_apart(
         if picture:
             raise LeafcutError(
                 "{} touches {}, {}: blur the picture, or set a larger --speckle",
-                str(island).replace("the outline", "the island"),
+                island.named(island.kind or "island"),
                 neighbour,
                 _location(c),
             )
         raise LeafcutError(
             "{} touches {}, {}; islands must stand clear, or be drawn as part of the wall",
-            str(island).replace("the outline", "the island"),
+            island.named(island.kind or "island"),
             neighbour,
             _location(c),
         )
@@ -376,7 +386,7 @@ def _check_apart(
         issues.append(Issue("L423", message, places_text(at_edge, len(at_edge))))
 
 
-def _location(conflict: Conflict) -> str:
+def _location(conflict: Conflict) -> Message:
     return Message("at ({:.6g}, {:.6g})", conflict.place[0], conflict.place[1])
 
 

@@ -115,7 +115,9 @@ def read_pockets_of_step(
     data = _read_solid(source, options, "pockets")
     issues, pocket_data = _issues_of_pockets(data), data["pockets"]
     if not pocket_data:
-        reasons = "; ".join(issue.message for issue in issues) or Message("its level faces are all at the top")
+        reasons = Message.joined("; ", (issue.message for issue in issues)) or Message(
+            "its level faces are all at the top"
+        )
         raise ReadError(source.path, Message("the solid has no closed pocket with a level floor: {}", reasons))
     # Round openings may be as wide as the tool: the pocket process decides whether to drill them.
     openings = tuple(
@@ -150,7 +152,7 @@ def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
     if options.layers:
         raise OptionError("--layers: a STEP file has no layers; leave it out")
     data = _read_solid(source, options, "outlines")
-    message = "the sheet also has pockets, steps or chamfers: they are not cut"
+    message = Message("the sheet also has pockets, steps or chamfers: they are not cut")
     issues = (Issue("L219", message, missing=MissingWork("feature")),) if data["uneven"] else ()
     contours = tuple(Contour(Polyline(np.array(row), True), z=0.0) for row in data["outlines"])
     part = _with_zero(

@@ -178,8 +178,10 @@ def outlines_of(shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]
     best = min(range(len(heights)), key=lambda k: (missing[k] > allowed, k if missing[k] <= allowed else missing[k]))
     if missing[best] > allowed or not len(sections[best].rings):
         return {
-            "problem": "the solid is not a flat sheet: no level section equals its view from above; cut it from a "
-            "drawing of its outline"
+            "problem": Message(
+                "the solid is not a flat sheet: no level section equals its view from above; cut it from a "
+                "drawing of its outline"
+            )
         }
     material = sections[best].material
     uneven = any(shapely.area(material.symmetric_difference(section.material)) > allowed for section in sections)

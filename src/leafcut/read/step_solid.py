@@ -22,6 +22,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from leafcut.errors import count_of
 from leafcut.message import Message
 from leafcut.model.part import TURNS, HoleStep
 from leafcut.read.step_shapes import ALL, ONLY, PARALLEL, face_of, part_above, parts_of, triangles_of
@@ -241,14 +242,14 @@ def _read_solid(
     none = np.zeros((0, 3, 3))
     reader = STEPControl_Reader()
     if reader.ReadFile(file) != IFSelect_RetDone:
-        return {"problem": "the STEP file could not be read; it is damaged or truncated"}, none
+        return {"problem": Message("the STEP file could not be read; it is damaged or truncated")}, none
     reader.TransferRoots()
     if not reader.NbShapes():
-        return {"problem": "the STEP file has no solid"}, none
+        return {"problem": Message("the STEP file has no solid")}, none
     shape = reader.OneShape()
     solids = list(parts_of(shape, TopAbs_SOLID))
     if not solids:
-        return {"problem": "the STEP file has no solid"}, none
+        return {"problem": Message("the STEP file has no solid")}, none
     if which not in (ONLY, ALL) and int(which) > len(solids):
         return {"problem": Message("--solid {}: the STEP file has {}", which, _describe_solids(solids))}, none
     if which == ONLY and len(solids) > 1:
@@ -323,15 +324,15 @@ def _box(shape: Any) -> tuple[float, float, float, float, float, float]:
     return (*_xyz(box.CornerMin()), *_xyz(box.CornerMax()))
 
 
-def _describe_solids(solids: Sequence[Any]) -> str:
+def _describe_solids(solids: Sequence[Any]) -> Message:
     texts = []
     for number, solid in enumerate(solids[:MOST_NAMED], 1):
         box = _box(solid)
         size = " × ".join(f"{b - a:.4g}" for a, b in zip(box[:3], box[3:], strict=True))
         x, y, z = (round(value, 3) + 0.0 for value in box[:3])
-        texts.append(f"{number}: {size} mm at {x:g}, {y:g}, Z{z:g}")
+        texts.append(Message("{}: {} mm at {:g}, {:g}, Z{:g}", number, size, x, y, z))
     more = Message("; and {} more", len(solids) - MOST_NAMED) if len(solids) > MOST_NAMED else ""
-    return Message("{} solid{} ({}{})", len(solids), "s" if len(solids) > 1 else "", "; ".join(texts), more)
+    return Message("{} ({}{})", count_of(len(solids), "solid"), Message.joined("; ", texts), more)
 
 
 def _xyz(point: Any) -> tuple[float, float, float]:

@@ -40,7 +40,7 @@ def read_strip_instance(
         The file is not an instance, or an item is incomplete; names the item.
     """
     file, text = source.path, source.text()
-    with parser_errors(file, "this is not JSON"):
+    with parser_errors(file, Message("this is not JSON")):
         data = parse_json(text)
     items = data.get("items") if isinstance(data, dict) else None
     if not isinstance(items, list) or not 0 < len(items) <= MAX_ITEMS:

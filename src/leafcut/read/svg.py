@@ -93,7 +93,7 @@ def read_svg_contours(source: Source, options: ReadOptions) -> Part:
     walk.children(root, _Context(page.matrix), 0, ())
     issues += walk.issues()
     if not walk.contours:
-        reasons = "; ".join(i.message for i in issues) or Message("the drawing is empty")
+        reasons = Message.joined("; ", (i.message for i in issues)) or Message("the drawing is empty")
         raise ReadError(source.path, Message("nothing to cut: {}", reasons))
     units = options.units or "mm"
     part = Part(source.name, source=source.file_name, format="svg", units=units, contours=tuple(walk.contours))
@@ -131,7 +131,7 @@ def _root(source: Source) -> Any:
 
     if len(source.data) > MAX_BYTES:
         raise ReadError(source.path, Message("the drawing has more than {} MiB; split it", MAX_BYTES >> 20))
-    with parsing_xml(source.path, "which it does not need; save it as plain SVG"):
+    with parsing_xml(source.path, Message("which it does not need; save it as plain SVG")):
         root = fromstring(source.data, forbid_dtd=False, forbid_entities=True, forbid_external=True)
     if _tag(root) != "svg":
         raise ReadError(source.path, Message("this is not an SVG drawing: its root is <{}>", printable(_tag(root), 30)))
@@ -149,7 +149,7 @@ def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
         box = view_box(root.get("viewBox", ""))
         sizes = [parts_of_length(root.get(name, "100%")) for name in ("width", "height")]
         if box and len(box) != 4:
-            raise ValueError("a view box needs four numbers")
+            raise ValueError(Message("a view box needs four numbers"))
         view_size = [box[2] if box else 0.0, box[3] if box else 0.0]
         px = [v * PX_PER_UNIT[u] if u != "%" else reference for (v, u), reference in zip(sizes, view_size, strict=True)]
         fit = viewport_transform(box, px[0], px[1], root.get("preserveAspectRatio", "")) if box else Affine()
@@ -238,7 +238,7 @@ class _Walk:
             attributes = self._cached("own", element, self._attributes, trail)
             context = self._inherit(attributes, outer)
             if not attributes.shown or (tag in SHAPES and context.visibility in ("hidden", "collapse")):
-                self.hidden["not shown"] += 1
+                self.hidden[Message("not shown")] += 1
                 return
             if tag in GROUPS:
                 self.children(element, self._viewport(element, context) if tag == "svg" else context, depth, trail)
@@ -337,7 +337,7 @@ class _Walk:
     def _draw(self, tag: str, element: Any, context: _Context, trail: tuple[str, ...]) -> None:
         layer = context.layer or context.css or context.stroke
         if not self.chosen(layer):
-            self.hidden[f"on layer {printable(layer)}"] += 1
+            self.hidden[Message("on layer {}", printable(layer))] += 1
             return
         outlines = self._cached("outlines", element, lambda e: outlines_of(tag, e.attrib, self.page.frame), trail)
         self.n_clipped += context.clipped
@@ -350,7 +350,7 @@ class _Walk:
             path = placed_outline(outline, context.matrix, CURVE_TOLERANCE, self.points)
             reach = 0.0 if path is None else np.abs(path.extents).max()
         if not reach <= MAX_COORDINATE:
-            raise ValueError(OUT_OF_RANGE if np.isfinite(reach) else "coordinates out of range")
+            raise ValueError(OUT_OF_RANGE if np.isfinite(reach) else Message("coordinates out of range"))
         if path is None:
             return
         self._spend(max(path.n_segments - len(outline.pieces), 0))
@@ -369,7 +369,7 @@ class _Walk:
                 Issue("L210", Message("not cut: {}; convert text to paths to cut it", texts), severity=Severity.NOTE)
             )
         if self.hidden:
-            texts = ", ".join(f"{number} {reason}" for reason, number in self.hidden.most_common(5))
+            texts = Message.joined(", ", (Message("{} {}", n, reason) for reason, n in self.hidden.most_common(5)))
             issues.append(Issue("L204", Message("left out: {}", texts), severity=Severity.NOTE))
         for name, number in list(self.unfollowed.items())[:5]:
             message = Message(

@@ -12,6 +12,7 @@ import numpy as np
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.curves import Spend, allow_any_number, bezier_points, ellipse_path, fit_arcs_to_curve
 from leafcut.geometry.polyline import Polyline
+from leafcut.message import Message
 from leafcut.read.svg_transform import Affine, length, numbers
 
 #: Characters of path data; svgelements skips unknown ones silently.
@@ -65,7 +66,7 @@ def _corners(closed: bool) -> Callable[[Mapping[str, str], ViewSize], Iterator[S
     def read(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
         values = numbers(a.get("points", ""))
         if len(values) % 2:
-            raise ValueError("points with an odd number of coordinates")
+            raise ValueError(Message("points with an odd number of coordinates"))
         points = list(zip(values[::2], values[1::2], strict=True))
         if len(points) > 1:
             yield SvgSubpath(_polygon_sides(points, closed), closed)
@@ -114,16 +115,16 @@ def _ellipse(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]:
 def _path(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
     text = a.get("d", "")
     if not _PATH_DATA.fullmatch(text):
-        raise ValueError("path data with unknown commands")
+        raise ValueError(Message("path data with unknown commands"))
     if text.strip() and text.strip()[0] not in "Mm":
-        raise ValueError("path data that does not start with M")
+        raise ValueError(Message("path data that does not start with M"))
     try:
         return iter(list(_subpaths(text)))
     except (RecursionError, MemoryError):
         raise
     except Exception as problem:  # svgelements computes with the missing numbers
         words = str(problem) if isinstance(problem, ValueError) else ""
-        raise ValueError(words or "path data in which numbers are missing") from None
+        raise ValueError(words or Message("path data in which numbers are missing")) from None
 
 
 def _subpaths(text: str) -> Iterator[SvgSubpath]:
@@ -165,10 +166,10 @@ def _piece(segment: Any) -> list[Point] | EllipseArc:
 
 def _pair(point: Any) -> Point:
     if point is None:
-        raise ValueError("path data without a start point")
+        raise ValueError(Message("path data without a start point"))
     x, y = float(point.x), float(point.y)
     if not (math.isfinite(x) and math.isfinite(y)):
-        raise ValueError("a number that is not finite")
+        raise ValueError(Message("a number that is not finite"))
     return (x, y)
 
 

@@ -58,7 +58,7 @@ def numbers(text: str) -> list[float]:
         values.append(float(match.group(1)))
         position = match.end()
     if not all(math.isfinite(n) for n in values):
-        raise ValueError("a number that is not finite")
+        raise ValueError(Message("a number that is not finite"))
     return values
 
 
@@ -112,7 +112,7 @@ def _function(name: str, v: list[float]) -> Affine:
 def view_box(text: str) -> list[float]:
     """Parse a view box; raise ValueError if it is invalid."""
     if len(text) > _LONGEST:
-        raise ValueError(f"view box '{text[:20]} …'")
+        raise ValueError(Message("view box '{}'", f"{text[:20]} …"))
     return numbers(text)
 
 
@@ -120,7 +120,7 @@ def viewport_transform(box: list[float], width: float, height: float, aspect: st
     """Return the transform from a view box (x, y, width, height) to a viewport at the origin (SVG 1.1, section 7.8)."""
     x, y, w, h = box
     if not (w > 0.0 and h > 0.0):
-        raise ValueError("a view box without size")
+        raise ValueError(Message("a view box without size"))
     sx, sy = width / w, height / h
     parts = aspect[:_LONGEST].split()
     align = parts[0] if parts else "xMidYMid"

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
 
 from leafcut.errors import DataError, OptionError, name_suggestion, printable
-from leafcut.message import Message
+from leafcut.message import Message, map_text
 from leafcut.units import BARE_UNIT, parse_quantity
 
 T = TypeVar("T")
@@ -16,29 +16,37 @@ T = TypeVar("T")
 class TomlTable:
     """One table of a TOML file, with typed access to its values.
 
-    `place` is the prefix of messages: the file, and the table in it.
+    `place` is the prefix of messages: the file, and the table in it. `section` is the name of the table, and its number
+    in an array, from 1; ("", 0) for the whole file.
     """
 
-    def __init__(self, values: Any, place: str, keys: Iterable[str]) -> None:
+    def __init__(self, values: Any, place: str, keys: Iterable[str], section: tuple[str, int] = ("", 0)) -> None:
+        self.section = section
         if not isinstance(values, Mapping):
-            raise DataError("{}: is not a table", place)
+            raise DataError("{}: is not a table", place).at(*section)
         self.values: Mapping[str, Any] = values
         self.place = place
         known = tuple(keys)
         for key in values:
             if key not in known:
-                raise DataError("{}: unknown key '{}'{}", place, _shown(key), name_suggestion(key[:80], known))
+                raise DataError("{}: unknown key '{}'{}", place, _shown(key), name_suggestion(key[:80], known)).at(
+                    *section, key
+                )
 
     def __contains__(self, key: str) -> bool:
         return key in self.values
 
     def problem(self, key: str, reason: str, *values: object) -> DataError:
         """Return the error for the value of `key`; `reason` is a template for `values`."""
-        return DataError("{}: {}", self.place, Message(f"'{{}}' {reason}", key, *values))
+        return self._error(key, Message(f"'{{}}' {reason}", key, *values))
+
+    def _error(self, key: str, message: Message) -> DataError:
+        message = Message("{}: {}", self.place, message) if self.place else message
+        return DataError(message).at(*self.section, key)
 
     def table(self, key: str, keys: Iterable[str]) -> TomlTable:
         """Return the table `key`; empty if missing."""
-        return TomlTable(self.values.get(key, {}), f"{self.place}: [{key}]", keys)
+        return TomlTable(self.values.get(key, {}), f"{self.place}: [{key}]", keys, (key, 0))
 
     def text(self, key: str, default: str | None = None, choices: Iterable[str] = ()) -> str:
         """Return a single-line string; without `default` the key is required."""
@@ -81,7 +89,7 @@ class TomlTable:
 
     def with_value(self, key: str, value: Any) -> TomlTable:
         """Return the table with a different value for a key."""
-        return TomlTable({**self.values, key: value}, self.place, {*self.values, key})
+        return TomlTable({**self.values, key: value}, self.place, {*self.values, key}, self.section)
 
     def optional(self, key: str, read: Callable[[str], T]) -> T | None:
         """Return ``read(key)``, or None if the key is missing."""
@@ -107,7 +115,7 @@ class TomlTable:
         if key in self.values:
             return self.values[key]
         if default is None:
-            raise DataError("{}: the key '{}' is missing", self.place, key)
+            raise self._error(key, Message("the key '{}' is missing", key))
         return default
 
     def _whole(self, key: str, value: Any, lowest: int, highest: int) -> int:
@@ -123,12 +131,14 @@ class TomlTable:
         try:
             return parse_quantity(value[:80], unit)
         except OptionError as problem:
-            raise self.problem(key, "is wrong: {}", " ".join(str(problem).split())) from None
+            raise self.problem(
+                key, "is wrong: {}", map_text(str(problem), lambda text: " ".join(text.split()))
+            ) from None
 
 
 def _shown(value: Any) -> str:
     try:
         text = value if isinstance(value, str) else repr(value)
     except ValueError:  # the integer has more digits than Python prints
-        text = "a very long number"
+        text = Message("a very long number")
     return printable(text)

@@ -102,8 +102,10 @@ def _for_material(values: dict[str, Any] | str | list[Preset], material: str) ->
     if candidates and all(row == candidates[0][1] for _, row in candidates):
         return candidates[0][1]
     names = ", ".join(f"'{printable(name, 30)}'" for name, _ in values[:6])
-    fault = f"no single preset for '{printable(material, 30)}'" if material_words else "several presets"
-    return f"it has {fault}; name one with --material: {names}{', …' if len(values) > 6 else ''}"
+    fault = (
+        Message("no single preset for '{}'", printable(material, 30)) if material_words else Message("several presets")
+    )
+    return Message("it has {}; name one with --material: {}{}", fault, names, ", …" if len(values) > 6 else "")
 
 
 def _material_words(text: str) -> frozenset[str]:
@@ -131,17 +133,17 @@ def _linuxcnc_row(values: dict[str, str], comment: str, units: str) -> dict[str,
         kind = cone[0]
     elif kind is None and pitch is not None:
         kind = "tap"
-    remark = f"its comment '{printable(comment, 30)}'"
+    remark = Message("its comment '{}'", printable(comment, 30))
     if not comment:
-        return "it has no comment that names its kind, such as drill or end mill"
+        return Message("it has no comment that names its kind, such as drill or end mill")
     if kind is None:
-        return f"{remark} names no kind of tool that leafcut knows, such as drill or end mill"
+        return Message("{} names no kind of tool that leafcut knows, such as drill or end mill", remark)
     if cone is not None and not cone[1]:
-        return f"{remark} does not state the full angle of its cone, such as 90 deg"
+        return Message("{} does not state the full angle of its cone, such as 90 deg", remark)
     if kind == "tap" and not pitch:
-        return f"{remark} does not state the pitch of its thread, such as M6x1 or 1/4-20"
+        return Message("{} does not state the pitch of its thread, such as M6x1 or 1/4-20", remark)
     if "D" not in values:
-        return "it has no diameter (D)"
+        return Message("it has no diameter (D)")
     row = {"number": int(values["T"]), "kind": kind, "diameter": f"{values['D']} {units}", "name": _name(comment)}
     if cone is not None:
         row["point_angle"] = cone[1]
@@ -157,20 +159,20 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
         raise DataError("{}: is not a tool library of Fusion: it has no list 'data'", path)
     for count, tool in enumerate(tools, 1):
         if not isinstance(tool, dict):
-            yield Message("tool {}", count), "it is not a Fusion tool"
+            yield Message("tool {}", count), Message("it is not a Fusion tool")
             continue
         number = _subtable(tool, "post-process").get("number")
         name = f"T{number}" if isinstance(number, int) else Message("tool {}", count)
         kind = FUSION_KINDS.get(str(tool.get("type", "")).lower())
         unit = _FUSION_UNITS.get(str(tool.get("unit", "")))
         if "type" not in tool:
-            yield name, "it has no type"
+            yield name, Message("it has no type")
         elif kind is None:
-            yield name, f"leafcut has no tool of type '{printable(str(tool['type']), 30)}'"
+            yield name, Message("leafcut has no tool of type '{}'", printable(str(tool["type"]), 30))
         elif "unit" not in tool:
-            yield name, "it has no unit"
+            yield name, Message("it has no unit")
         elif unit is None:
-            yield name, f"its unit '{printable(str(tool['unit']), 20)}' is not millimeters or inches"
+            yield name, Message("its unit '{}' is not millimeters or inches", printable(str(tool["unit"]), 20))
         else:
             presets = list(_fusion_presets(tool)) or [("", {})]
             yield name, [(name, _fusion_row(tool, kind, unit, number, preset)) for name, preset in presets]
@@ -266,7 +268,7 @@ def _freecad(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
     for count, entry in enumerate(tools, 1):
         number, file = (entry.get("nr"), entry.get("path")) if isinstance(entry, dict) else (None, None)
         if not isinstance(number, int) or not isinstance(file, str):
-            yield Message("tool {}", count), "it has no number or no file"
+            yield Message("tool {}", count), Message("it has no number or no file")
             continue
         # FreeCAD stores bits beside the library, or in a folder Bit beside the folder of the library.
         candidates = [path.parent / Path(file).name, path.parent.parent / "Bit" / Path(file).name]
@@ -274,7 +276,7 @@ def _freecad(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
         if bit is None:
             yield (
                 f"T{number}",
-                f"its file {printable(Path(file).name, 40)} lies neither beside the library nor in ../Bit",
+                Message("its file {} lies neither beside the library nor in ../Bit", printable(Path(file).name, 40)),
             )
             continue
         yield f"T{number}", _freecad_row(bit, _json(bit, bit.read_bytes()[:MAX_BYTES]), number)
@@ -282,11 +284,11 @@ def _freecad(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
 
 def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
     if not isinstance(bit, dict):
-        return "it is not a FreeCAD tool"
+        return Message("it is not a FreeCAD tool")
     shape = Path(str(bit.get("shape", ""))).stem.lower()
     kind = _FREECAD_KINDS.get(shape)
     if kind is None:
-        return f"leafcut has no tool of shape '{printable(shape, 30)}'"
+        return Message("leafcut has no tool of shape '{}'", printable(shape, 30))
     # FreeCAD writes numbers in the user's locale without thousands separators: '3,175 mm'.
     values = {
         key: value.replace(",", ".") if isinstance(value, str) else value

@@ -116,18 +116,18 @@ def _column(cell: str) -> tuple[str, str]:
 
 def _tool(cells: Mapping[str, tuple[str, str]], number: str, units: str) -> dict[str, Any] | str:
     if not re.fullmatch(r"[0-9]{1,9}", number):
-        return f"its number '{printable(number, 20)}' is not a whole number"
+        return Message("its number '{}' is not a whole number", printable(number, 20))
     unit = units
     if "unit" in cells:
         word = cells["unit"][0].lower()
         if word not in _UNIT_WORDS:
-            return f"its unit '{printable(word, 20)}' is not mm or in"
+            return Message("its unit '{}' is not mm or in", printable(word, 20))
         unit = _UNIT_WORDS[word]
     name = cells.get("name", ("", ""))[0]
     word = cells.get("kind", ("", ""))[0]
     kind = _kind(word, name)
     if kind is None:
-        return f"'{printable(word or name, 30)}' is not a kind of tool"
+        return Message("'{}' is not a kind of tool", printable(word or name, 30))
     row: dict[str, Any] = {"number": int(number), "kind": kind}
     if name:
         row["name"] = printable(name, 40)

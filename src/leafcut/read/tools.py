@@ -61,7 +61,7 @@ def load_tools(path: str | Path, units: str = "mm", material: str = "") -> ToolL
     top = TomlTable(read_toml(Path(path), TOOLS), place, ("tool", "hole"))
     tools: dict[int, Tool] = {}
     for count, values in enumerate(_tables(top, "tool"), start=1):
-        table = TomlTable(values, f"{place}: [[tool]] {count}", _TOOL_KEYS)
+        table = TomlTable(values, f"{place}: [[tool]] {count}", _TOOL_KEYS, ("tool", count))
         tool = _tool(table)
         if tool.number in tools:
             raise table.problem("number", "{} is used twice; every tool needs its own", tool.number)
@@ -70,7 +70,7 @@ def load_tools(path: str | Path, units: str = "mm", material: str = "") -> ToolL
         raise DataError("{}: this library has no [[tool]]", place)
     recipes: dict[tuple[float, str], Recipe] = {}
     for count, values in enumerate(_tables(top, "hole"), start=1):
-        table = TomlTable(values, f"{place}: [[hole]] {count}", _HOLE_KEYS)
+        table = TomlTable(values, f"{place}: [[hole]] {count}", _HOLE_KEYS, ("hole", count))
         recipe = _recipe(table, tools)
         if (recipe.diameter, recipe.layer) in recipes:
             raise table.problem("diameter", "{:g} mm on layer '{}' already has a recipe", recipe.diameter, recipe.layer)
@@ -96,7 +96,7 @@ def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> tu
     """The unusable tools are listed with a reason."""
     tools: dict[int, Tool] = {}
     kept: list[dict[str, Any]] = []
-    left_out: list[str] = []
+    left_out: list[Message] = []
     for name, values in rows:
         try:
             if isinstance(values, str):
@@ -105,20 +105,20 @@ def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> tu
             if tool.number in tools:
                 raise DataError("another tool has its number")
         except DataError as problem:
-            left_out.append(f"{name}: {str(problem).removeprefix(': ')}")
+            left_out.append(Message("{}: {}", name, problem))
         else:
             tools[tool.number] = tool
             kept.append(values)
     if not tools:
-        reason = f": {left_out[0]}" if left_out else ""
-        raise DataError("{}: no tool of this library can be used{}", place, reason)
+        refusal = Message("{}: no tool of this library can be used", place)
+        raise DataError(Message.joined(": ", [refusal, *left_out[:1]]))
     return kept, ToolLibrary(tuple(tools.values()), (), place, tuple(left_out), without_feeds)
 
 
 def _tables(top: TomlTable, key: str) -> list[Any]:
     tables = top.values.get(key, [])
     if not isinstance(tables, list):
-        raise DataError("{}: '{}' must be written as [[{}]], once for each entry", top.place, key, key)
+        raise DataError("{}: '{}' must be written as [[{}]], once for each entry", top.place, key, key).at(key=key)
     return tables
 
 
@@ -220,7 +220,9 @@ def _check_mill(tool: Tool, table: TomlTable) -> None:
         raise table.problem("corner_radius", "is {:g} mm, more than half of the diameter", tool.corner_radius)
     if tool.kind in CONES:
         if not 0.0 < tool.point_angle < math.pi:
-            raise DataError("{}: a {} needs 'point_angle', the full angle of its cone", table.place, tool.kind)
+            raise DataError("{}: a {} needs 'point_angle', the full angle of its cone", table.place, tool.kind).at(
+                *table.section, "point_angle"
+            )
         if tool.tip_diameter >= tool.diameter:
             raise table.problem("tip_diameter", "is {:g} mm, not below the diameter", tool.tip_diameter)
 
@@ -242,7 +244,9 @@ def _check_cycle(tool: Tool, table: TomlTable) -> None:
 def _tapping(tool: Tool, table: TomlTable) -> Tool:
     """The feed of a tap is pitch × speed."""
     if tool.pitch is None:
-        raise DataError("{}: a tap needs 'pitch', mm per revolution, such as '1 mm' for M6", table.place)
+        raise DataError("{}: a tap needs 'pitch', mm per revolution, such as '1 mm' for M6", table.place).at(
+            *table.section, "pitch"
+        )
     if tool.pitch >= tool.diameter:
         raise table.problem("pitch", "is {:g} mm, not below the diameter {:g} mm", tool.pitch, tool.diameter)
     feed = tool.pitch * tool.spindle_rpm / 60.0

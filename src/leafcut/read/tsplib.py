@@ -180,7 +180,11 @@ def _coordinates(path: str, section: DataSection, n: int, issues: list[Issue]) -
     if len(np.unique(ids)) < n:
         raise ReadError(path, "a node number occurs twice", last)
     issues.append(
-        Issue("L304", "nodes are not numbered from 1; they are used in the order of the file", severity=Severity.NOTE)
+        Issue(
+            "L304",
+            Message("nodes are not numbered from 1; they are used in the order of the file"),
+            severity=Severity.NOTE,
+        )
     )
     return np.ascontiguousarray(table[:, 1:])
 

@@ -77,12 +77,12 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
         words = ", ".join(f"{number} {kind}" for kind, number in sorted(rings.others.items()))
         issues.append(Issue("L210", Message("no region: {}", words), severity=Severity.NOTE))
     if rings.heights:
-        message = "corners have different heights: projected onto the plane"
+        message = Message("corners have different heights: projected onto the plane")
         issues.append(Issue("L202", message, places_text(rings.heights, len(rings.heights))))
     contours = tuple(Contour(Polyline.of_points(ring.points, closed=True)) for ring in rings.rings)
     part = Part(source.name, source=source.file_name, format="wkt", units=options.units or "mm", contours=contours)
     if options.units is None:
-        issues.insert(0, units_unknown("the text", part, Severity.NOTE))
+        issues.insert(0, units_unknown(Message("the text"), part, Severity.NOTE))
     return as_pockets(replace(part, issues=tuple(issues)), [ring.kind for ring in rings.rings], joining, source.path)
 
 
@@ -109,7 +109,7 @@ def _geometries(source: Source) -> Iterator[tuple[int, str]]:
 def _parse_geometry(path: str, line: int, text: str) -> Any:
     import shapely  # start-up
 
-    with parser_errors(path, "this is not well-known text", line), warnings.catch_warnings():
+    with parser_errors(path, Message("this is not well-known text"), line), warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # invalid numbers are reported below
         try:
             prefix = _PREFIX.match(text)

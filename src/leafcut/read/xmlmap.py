@@ -125,7 +125,8 @@ def read_xml(source: Source, options: ReadOptions) -> Part:
     if not point_map.points:
         tags = ", ".join(f"{n} <{printable(t, 30)}>" for t, n in list(point_map.tags.items())[:5])
         raise ReadError(
-            source.path, Message("no points: expected <{}>, found {}", ">, <".join(POINT_TAGS), tags or "nothing")
+            source.path,
+            Message("no points: expected <{}>, found {}", ">, <".join(POINT_TAGS), tags or Message("nothing")),
         )
     factor = factor_of(options, point_map.units)
     holes, issues = [], []
@@ -142,12 +143,13 @@ def read_xml(source: Source, options: ReadOptions) -> Part:
     issues += left_out
     if not kept:
         raise ReadError(
-            source.path, Message("no holes: {}", "; ".join(i.message for i in (*left_out, *selection_issues)))
+            source.path,
+            Message("no holes: {}", Message.joined("; ", (i.message for i in (*left_out, *selection_issues)))),
         )
     units = options.units or point_map.units
     part = Part(source.name, kept, source=source.file_name, format="xml", units=units or "mm")
     if units is None:
-        selection_issues.append(units_unknown("the map", part, Severity.NOTE))
+        selection_issues.append(units_unknown(Message("the map"), part, Severity.NOTE))
     return replace(part, issues=(*issues, *selection_issues))
 
 
@@ -190,7 +192,7 @@ def _parse(source: Source) -> _Map:
 
     parser = DefusedExpatParser(forbid_dtd=False, forbid_entities=True, forbid_external=True)
     parser.setContentHandler(Handler())
-    with parsing_xml(source.path, "which a map does not need"):
+    with parsing_xml(source.path, Message("which a map does not need")):
         parser.parse(io.BytesIO(source.data))
     return point_map
 

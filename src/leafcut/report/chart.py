@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from leafcut.message import Message
 from leafcut.model.kinds import CutMethod
 from leafcut.report.svg import element, nice_step, svg_number, text, text_within, tick_words, ticks, title
 from leafcut.report.wording import cost_words
@@ -29,20 +30,21 @@ _MARGIN = 0.08
 _SPACE_UNDER_BOUND = 0.14
 
 #: Kinds of motion in stacking order, with their displayed names.
-TIME_KINDS = {
-    "rapid": "rapids",
-    "feed": "cutting",
-    "dwell": "dwell",
-    "tool_change": "tool changes",
-    "spindle": "spindle",
+TIME_KINDS: dict[str, Message] = {
+    "rapid": Message("rapids"),
+    "feed": Message("cutting"),
+    "dwell": Message("dwell"),
+    "tool_change": Message("tool changes"),
+    "spindle": Message("spindle"),
 }
 
 
-def time_kinds(method: str | None) -> dict[str, str]:
+def time_kinds(method: str | None) -> dict[str, Message]:
     """Return the kinds of motion with their names for a cutting method; None for a spindle."""
     if method is None:
         return TIME_KINDS
-    return TIME_KINDS | {"feed": "feed moves", "spindle": "beam on, off" if method == CutMethod.LASER else "piercing"}
+    beam = Message("beam on, off") if method == CutMethod.LASER else Message("piercing")
+    return TIME_KINDS | {"feed": Message("feed moves"), "spindle": beam}
 
 
 @dataclass(frozen=True)

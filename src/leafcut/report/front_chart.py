@@ -51,7 +51,7 @@ def check_name(file: str | Path | None) -> None:
     """Raise OptionError if the name of a file does not end in ``.svg``."""
     if file is not None and Path(file).suffix.lower() != ".svg":
         raise OptionError(
-            f"--plot: '{Path(file).name}' is not a picture that can be written; name a file ending in .svg"
+            "--plot: '{}' is not a picture that can be written; name a file ending in .svg", Path(file).name
         )
 
 

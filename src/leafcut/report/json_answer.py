@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from leafcut.model.kinds import BEAMS
 from leafcut.report.set_up import moved_axes
 from leafcut.report.wording import (
-    TranslatableText,
     algorithm_words,
     fact_value_text,
     feed_mm_min,
@@ -227,13 +226,4 @@ def overview_as_json(report: PathReport[Any]) -> dict[str, Any]:
     }
     shown = [(fact.name, fact_value_text(fact), fact.sentence) for fact in report.facts if fact.name]
     tiles = [dict(zip(("name", "figure", "words"), tile, strict=True)) for tile in shown if tile[1]]
-    plain: dict[str, Any] = _plain_value({**tables, "tiles": tiles, "times": times})
-    return plain
-
-
-def _plain_value(value: Any) -> Any:
-    if isinstance(value, TranslatableText):
-        return {"words": value.template, "values": {name: _plain_value(v) for name, v in value.values.items()}}
-    if isinstance(value, dict):
-        return {name: _plain_value(v) for name, v in value.items()}
-    return [_plain_value(v) for v in value] if isinstance(value, list | tuple) else value
+    return {**tables, "tiles": tiles, "times": times}

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from leafcut.message import Message
 from leafcut.model.fact import Fact
 from leafcut.model.json_values import plain
-from leafcut.report.wording import replace_unprintable, translatable
+from leafcut.report.wording import replace_unprintable
 from leafcut.units import SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
@@ -24,22 +25,23 @@ def pace_facts(pace: PaceChange) -> list[Fact]:
     """Return the savings of new heights and speeds, and the change of the feeds of each tool."""
     facts = [Fact("pace", plain(pace))]
     if pace.retracts_s is not None:
-        lower = translatable("saved; heights unchanged")
+        lower = Message("saved; heights unchanged")
         if pace.lowered:
-            lower = translatable("saved; heights lowered: {number}", number=f"{pace.lowered:,}")
-        facts.append(Fact("pace.retracts_s", pace.retracts_s, "s", lower, translatable("Retracts")))
+            lower = Message("saved; heights lowered: {}", f"{pace.lowered:,}")
+        facts.append(Fact("pace.retracts_s", pace.retracts_s, "s", lower, Message("Retracts")))
     if pace.air_s is not None:
         number, near = f"{pace.rapids:,}", pace.clearance_mm
-        words = translatable("saved; no air cut can become a rapid")
+        words = Message("saved; no air cut can become a rapid")
         if pace.rapids:
-            words = translatable("saved; air cuts converted to rapids: {number}", number=number)
+            words = Message("saved; air cuts converted to rapids: {}", number)
         if pace.rapids and near is not None:
-            template = "saved; air cuts converted to rapids: {number}, {near} mm or more from any material"
-            words = translatable(template, number=number, near=f"{near:.2g}")
-        facts.append(Fact("pace.air_s", pace.air_s, "s", words, translatable("Air")))
+            words = Message(
+                "saved; air cuts converted to rapids: {}, {:.2g} mm or more from any material", number, near
+            )
+        facts.append(Fact("pace.air_s", pace.air_s, "s", words, Message("Air")))
     if pace.feeds_s is not None:
-        words = translatable("saved" if pace.feeds_s >= 0.0 else "saved; the tools need slower feeds")
-        facts.append(Fact("pace.feeds_s", pace.feeds_s, "s", words, translatable("Feeds")))
+        words = Message("saved" if pace.feeds_s >= 0.0 else "saved; the tools need slower feeds")
+        facts.append(Fact("pace.feeds_s", pace.feeds_s, "s", words, Message("Feeds")))
         facts += [Fact(sentence=_tool_words(tool), name="feeds") for tool in pace.tools]
     return facts
 

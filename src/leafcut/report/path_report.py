@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from leafcut.message import Message
 from leafcut.model.fact import Fact
 from leafcut.model.kinds import BEAMS
 from leafcut.model.outcome import Outcome, Which
@@ -24,7 +25,6 @@ from leafcut.report.wording import (
     time_words,
     tool_count,
     tool_words,
-    translatable,
     work_words,
 )
 
@@ -82,11 +82,12 @@ class PathReport(Generic[D]):
 
     def order_names(self) -> tuple[str, str, str]:
         """Return the names of the three orders."""
-        return (
-            translatable(f"{self.came_in.capitalize()} order"),
-            translatable("Nearest neighbour"),
-            translatable(OURS),
-        )
+        names = {
+            "drawing": Message("Drawing order"),
+            "plan": Message("Plan order"),
+            "program": Message("Program order"),
+        }
+        return names[self.came_in], Message("Nearest neighbour"), OURS
 
     # -- facts -------------------------------------------------------------------------------------------------------
 

@@ -6,10 +6,11 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from leafcut.message import Message
 from leafcut.model.fact import Fact
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.toolpath import MOTIONS, Toolpath
-from leafcut.report.wording import feed_mm_min, number_words, replace_unprintable, time_words, translatable
+from leafcut.report.wording import feed_mm_min, number_words, replace_unprintable, time_words
 from leafcut.units import MM_PER_INCH
 
 #: Maximum number of tools in the summary; the header of the program lists all.
@@ -37,14 +38,14 @@ def range_facts(outcome: Outcome) -> list[Fact]:
         f"{name} {coordinate_words(low, scale)} to {coordinate_words(high, scale)}"
         for name, low, high in moved_axes(path)
     ]
-    facts = [Fact(sentence=f"{', '.join(axes)} {unit}", name=translatable("Range"))] if axes else []
+    facts = [Fact(sentence=f"{', '.join(axes)} {unit}", name=Message("Range"))] if axes else []
     offset = outcome.work_offset
-    return [*facts, *([Fact(sentence=offset, name=translatable("Work offset"))] if offset else [])]
+    return [*facts, *([Fact(sentence=offset, name=Message("Work offset"))] if offset else [])]
 
 
 def time_facts(outcome: Outcome) -> list[Fact]:
     """Return the time of the written program in words; the table of orders has it as a number."""
-    return [Fact(sentence=time_words(outcome.after.time_s), name=translatable("Time"))]
+    return [Fact(sentence=time_words(outcome.after.time_s), name=Message("Time"))]
 
 
 def tool_facts(operations: Sequence[OperationOutcome]) -> list[Fact]:
@@ -52,7 +53,7 @@ def tool_facts(operations: Sequence[OperationOutcome]) -> list[Fact]:
     rows = list(dict.fromkeys(_tool_words(operation) for operation in operations))
     more = [f"and {len(rows) - MAX_TOOLS} more in the header of the program"] if len(rows) > MAX_TOOLS else []
     words = "; ".join([*rows[:MAX_TOOLS], *more])
-    return [Fact(sentence=words, name=translatable("Tools" if len(rows) > 1 else "Tool"))] if rows else []
+    return [Fact(sentence=words, name=Message("Tools" if len(rows) > 1 else "Tool"))] if rows else []
 
 
 def _tool_words(operation: OperationOutcome) -> str:
@@ -68,7 +69,5 @@ def _tool_words(operation: OperationOutcome) -> str:
 
 def height_facts(clearance: float, retract: str) -> list[Fact]:
     """Return the heights of rapids: the clearance height, mm, and the retract height in words."""
-    words = translatable(
-        "clearance Z{clearance}, retract {retract}", clearance=coordinate_words(clearance), retract=retract
-    )
-    return [Fact(sentence=words, name=translatable("Heights"))]
+    words = Message("clearance Z{}, retract {}", coordinate_words(clearance), retract)
+    return [Fact(sentence=words, name=Message("Heights"))]

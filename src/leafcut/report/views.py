@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from leafcut.message import Message
 from leafcut.model.issue import CODES, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.report import chart
@@ -27,7 +28,6 @@ from leafcut.report.wording import (
     replace_unprintable,
     time_words,
     tool_words,
-    translatable,
     work_words,
 )
 
@@ -82,9 +82,7 @@ def time_rows(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> Page
     """Return the seconds by kind of motion of each order, with stacked bars; kinds that never occur are left out."""
     kinds = [k for k in chart.TIME_KINDS if any(m.by_kind.get(k, 0.0) > 0 for _, m in measures)]
     words = chart.time_kinds(outcome.process if outcome.process in BEAMS else None)
-    return stacked_bars(
-        {k: translatable(words[k]) for k in kinds}, [(name, m.by_kind, time_words(m.time_s)) for name, m in measures]
-    )
+    return stacked_bars({k: words[k] for k in kinds}, [(name, m.by_kind, time_words(m.time_s)) for name, m in measures])
 
 
 def stacked_bars(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, float], str]]) -> PageRow:

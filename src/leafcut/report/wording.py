@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from leafcut.errors import count_of
-from leafcut.message import map_text
+from leafcut.message import Message, map_text
 from leafcut.model.fact import Fact
 from leafcut.model.issue import LIMITS, Issue, Severity
 from leafcut.model.solution import Solution, gap
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 NO_VALUE = "–"
 #: Name of the order that leafcut writes.
-OURS = "leafcut"
+OURS = Message("leafcut")
 #: Maximum gap of a path that counts as optimal.
 MIN_GAP = 1e-4
 #: Reason why a search ended early (`order.stop.PayoffLimit`).
@@ -33,20 +33,6 @@ MINUS = "−"
 #: Unicode categories of unprintable characters, which may mislead: controls, direction overrides, surrogates, private
 #: use.
 _UNPRINTABLE = frozenset({"Cc", "Cf", "Cs", "Co", "Zl", "Zp"})
-
-
-class TranslatableText(str):
-    """A text with its template and values; the studio builds a translation from them."""
-
-    template: str
-    values: dict[str, str]
-
-
-def translatable(template: str, **values: str) -> TranslatableText:
-    """Fill a template with values; the result can be translated."""
-    words = TranslatableText(template.format(**values))
-    words.template, words.values = template, values
-    return words
 
 
 def replace_unprintable(text: str) -> str:
@@ -64,7 +50,7 @@ def plain_number(value: float | None) -> float | None:
     return float(value) if value is not None and math.isfinite(value) else None
 
 
-def count(number: int, noun: str) -> str:
+def count(number: int, noun: str) -> Message:
     """Return a number with its noun: ``1 hole``, ``10,000 holes``."""
     return count_of(number, noun, ",")
 
@@ -313,5 +299,5 @@ def work_words(operation: OperationOutcome) -> str:
     words = [count(number, noun) for number, noun in work if number] or [count(0, "hole")]
     staying = len(operation.staying)
     if staying:
-        words.insert(1, f"{staying:,} in {'its place' if staying == 1 else 'their places'}")
-    return ", ".join(words)
+        words.insert(1, Message("{:,} in its place" if staying == 1 else "{:,} in their places", staying))
+    return Message.joined(", ", words)

@@ -23,7 +23,7 @@ class SettingNames:
     accelerations: tuple[str, str, str]
     fastest: str = ""
     laser: str = ""
-    coordinates: str = "machine coordinates"
+    coordinates: str = Message("machine coordinates")
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from leafcut.errors import SendError, printable
+from leafcut.message import Message
 from leafcut.sender import grbl_lines
 from leafcut.sender.answers import Accepted, ControllerAnswer, Greeting, InvalidAnswer, Refused, Report, Status
 from leafcut.sender.controller_facts import Facts
@@ -283,12 +284,12 @@ class GrblConversation(Conversation):
         self.wait_for_alarm_report(ALARM_SECONDS)
         return self.reset(on_answer)
 
-    def stop_unanswered(self) -> str:
+    def stop_unanswered(self) -> Message:
         """Send a hold, wait until the machine should be at rest, and send a reset, in case it still receives."""
         self.hold()
         self.discard_answers(UNANSWERED_SECONDS)
         self.write(RESET)
-        return "a hold and a reset were sent anyway"
+        return Message("a hold and a reset were sent anyway")
 
 
 def has_come_to_rest(status: Status) -> bool:

@@ -15,6 +15,7 @@ import math
 from dataclasses import replace
 
 from leafcut.errors import ReadError, SendError
+from leafcut.message import Message
 from leafcut.model.machine import XYZ
 from leafcut.read.controllers.fluidnc import FluidConfiguration, configuration_of
 from leafcut.sender.answers import ControllerAnswer, Report, Status
@@ -44,7 +45,7 @@ _GRBL_NAMES = SettingNames(
     "$22=0", "$20=0", _three_settings(_TRAVELS), _three_settings(_RATES), _three_settings(_ACCELERATIONS), "$30", "$32"
 )
 _FLUIDNC_NAMES = SettingNames(
-    "not every axis has a homing cycle",
+    Message("not every axis has a homing cycle"),
     "soft_limits",
     _axis_keys("max_travel_mm"),
     _axis_keys("max_rate_mm_per_min"),

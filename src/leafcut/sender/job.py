@@ -31,7 +31,10 @@ from leafcut.sender.lines import Pause, SentStep, lines_in_dialect, steps_of
 #: Codes that need --accept whatever their severity: dangers, limits of the machine, unknown effects.
 _NEVER = ("L803", "L806", "L808")
 #: Kinds of rows that make later lines uncheckable: they move the origin, or only the machine knows their effect.
-_LOST = {Kind.FOREIGN: "is not understood", Kind.SHIFT: "moves the origin, so later lines cannot be checked"}
+_LOST = {
+    Kind.FOREIGN: Message("is not understood"),
+    Kind.SHIFT: Message("moves the origin, so later lines cannot be checked"),
+}
 #: Modes that the program reader assumes before the first line, and the words for its default units.
 _AT_FIRST = "G17 G90 G94 G40 G49 G80"
 _UNITS = {"mm": "G21", "in": "G20"}

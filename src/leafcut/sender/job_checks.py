@@ -32,7 +32,7 @@ _CODES = {"rapid below clearance": "L801", "rapid into the part": "L802"}
 #: States that only the operator can end.
 _STANDING = ("Check", "Hold", "Door")
 
-_UNSURE = "the controller does not report whether it was homed, and does not insist on it"
+_UNSURE = Message("the controller does not report whether it was homed, and does not insist on it")
 
 
 def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family: str = "") -> None:
@@ -80,11 +80,12 @@ def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = Fa
     """
     if job.laser != facts.laser_mode:
         name = facts.names.laser
-        mode, head_kind = (
-            (Message("off ({}=0)", name), "laser") if job.laser else (Message("on ({}=1)", name), "spindle")
-        )
         raise SendError(
-            "laser mode is {}, but the program is for a {}; set {}, or name the right --machine", mode, head_kind, name
+            "laser mode is off ({}=0), but the program is for a laser; set {}, or name the right --machine"
+            if job.laser
+            else "laser mode is on ({}=1), but the program is for a spindle; set {}, or name the right --machine",
+            name,
+            name,
         )
     arcs = np.flatnonzero(np.isin(job.program.path.kind, (Kind.ARC_CW, Kind.ARC_CCW)))
     if len(arcs) and not facts.arcs:
@@ -255,19 +256,23 @@ def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
         )
 
 
-def _cause_of_low_height(job: SendJob, facts: Facts, path: Toolpath, row: int) -> str:
+def _cause_of_low_height(job: SendJob, facts: Facts, path: Toolpath, row: int) -> Message:
     """Return the cause of a low height: the last move in machine coordinates, its stored position, the work zero."""
     at = int(np.flatnonzero(path.kind[: row + 1] == Kind.MACHINE)[-1])
     line = int(path.line[at])
     zero = facts.origin(int(path.latest(Kind.FRAME, path.ref, 540)[at]))[2]
-    origin = "" if at == row else f"line {line} left the tool there, "
     name = _stored_position_word(job, line)
     if name is None:
-        return Message("{}the work zero is at Z{:.3f} in machine coordinates; choose a higher position", origin, zero)
+        cause = Message("the work zero is at Z{:.3f} in machine coordinates; choose a higher position", zero)
+    else:
+        cause = _stored_position_cause(name, facts, zero, line)
+    return cause if at == row else Message("line {} left the tool there, {}", line, cause)
+
+
+def _stored_position_cause(name: str, facts: Facts, zero: float, line: int) -> Message:
     return Message(
-        "{}the position stored for {} is Z{:.3f} in machine coordinates ($#), the work "
+        "the position stored for {} is Z{:.3f} in machine coordinates ($#), the work "
         "zero is at Z{:.3f}; store a position above the part ({}.1), or remove line {}",
-        origin,
         name,
         facts.places[name][2],
         zero,

@@ -40,8 +40,13 @@ class Pause:
     def __str__(self) -> str:
         if self.hole:
             return Message("line {}: before hole {}", self.number, self.hole)
-        action = "pause" if not self.change else "change the tool" if self.tool is None else f"mount tool T{self.tool}"
-        return f"line {self.number}: {action}" + (f" ({self.remark})" if self.remark else "")
+        if not self.change:
+            message = Message("line {}: pause", self.number)
+        elif self.tool is None:
+            message = Message("line {}: change the tool", self.number)
+        else:
+            message = Message("line {}: mount tool T{}", self.number, self.tool)
+        return Message("{} ({})", message, self.remark) if self.remark else message
 
 
 SentStep = SentLine | Pause

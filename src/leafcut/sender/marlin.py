@@ -30,6 +30,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from leafcut.errors import ReadError, SendError, printable
+from leafcut.message import Message
 from leafcut.model.machine import XYZ
 from leafcut.read.controllers.importing import machine_from_settings
 from leafcut.sender import marlin_lines
@@ -55,7 +56,7 @@ from leafcut.sender.conversation import (
     ignore_answer,
     wrong_firmware,
 )
-from leafcut.sender.marlin_lines import ACTION, BUSY, CAPABILITY, FIRMWARE, HOME_FIRST, PLACE, RESEND, UNKNOWN
+from leafcut.sender.marlin_lines import ACTION, BUSY, CAPABILITY, FIRMWARE, HOME_FIRST, KILLED, PLACE, RESEND, UNKNOWN
 from leafcut.sender.port import Port
 
 #: Start-up time of a board with a boot loader, s; interval of the attempts to reach it, s.
@@ -72,9 +73,9 @@ PLANNED_SECONDS = 30.0
 #: Words that the firmware may lack: it then has one plane, only millimetres, and no outputs to turn off.
 _NOTHING_TO_DO = ("G17", "G21", "M5", "M9")
 
-_NO_BUSY = "the firmware does not report that it is busy; turn on M113 S2 (HOST_KEEPALIVE_FEATURE)"
-_NO_SETTINGS = "the firmware does not report its settings (M503): build it with them"
-_NO_TRAVEL = "the firmware does not report its travel (M211): it has no soft end stops"
+_NO_BUSY = Message("the firmware does not report that it is busy; turn on M113 S2 (HOST_KEEPALIVE_FEATURE)")
+_NO_SETTINGS = Message("the firmware does not report its settings (M503): build it with them")
+_NO_TRAVEL = Message("the firmware does not report its travel (M211): it has no soft end stops")
 
 _VERSION = re.compile(r"Marlin\s+(?:bugfix-)?(\d+)\.[^\s(]*")
 _ENDS = re.compile(r"(Min|Max):\s*X\s*(-?[\d.]+)\s*Y\s*(-?[\d.]+)\s*Z\s*(-?[\d.]+)", re.IGNORECASE)
@@ -91,7 +92,7 @@ _NAMES = SettingNames(
     _axis_words("M211"),
     _axis_words("M203"),
     _axis_words("M201"),
-    coordinates="the program's coordinates",
+    coordinates=Message("the program's coordinates"),
 )
 
 
@@ -201,14 +202,14 @@ class MarlinConversation(Conversation):
                 self._forget()
                 self._anew = True
             case Alarm(why):
-                self._killed |= "(kill)" in str(why)
+                self._killed |= why is KILLED
             case Report(name, text) if name == RESEND:
                 return self._repeat_line(int(text))
             case Report(name, text) if name == UNKNOWN:
                 if text.partition(" ")[0] not in _NOTHING_TO_DO:
-                    self._wrong = f"the firmware does not have this word ('{printable(text, 40)}')"
+                    self._wrong = Message("the firmware does not have this word ('{}')", printable(text, 40))
             case Report(name, text) if name == HOME_FIRST:
-                self._wrong = f"homing of {text} is needed first"
+                self._wrong = Message("homing of {} is needed first", text)
             case Report(name, _) if name == BUSY:
                 return [self._keep_status(self._inferred_status("Run"))]
             case Report(name, text) if name == PLACE:
@@ -225,7 +226,7 @@ class MarlinConversation(Conversation):
         elif action in ("resume", "resumed"):
             self._held = False
         elif action in ("cancel", "poweroff", "disconnect"):
-            return [Alarm(f"it was stopped at its display ({action})")]
+            return [Alarm(Message("it was stopped at its display ({})", action))]
         return []
 
     def _process_ok(self) -> list[ControllerAnswer]:
@@ -247,7 +248,7 @@ class MarlinConversation(Conversation):
             self._flying, self._next = self._next, None
             self._number = self._flying.number
             self._write_line(self._flying)
-            return [InvalidAnswer(f"line {line.number}: {wrong}")] if wrong else []
+            return [InvalidAnswer(Message("line {}: {}", line.number, wrong))] if wrong else []
         if not line.is_query:
             return [Refused(wrong) if wrong else Accepted()]
         if line.text == "M114":
@@ -530,7 +531,7 @@ class MarlinConversation(Conversation):
     def stop_unanswered(self) -> str:
         """Send the emergency stop, in case the machine still receives."""
         self.write(b"M112\n")
-        return "M112 (emergency stop) was sent anyway"
+        return Message("M112 (emergency stop) was sent anyway")
 
 
 def _soft_endstops(text: str) -> tuple[bool, XYZ, XYZ]:

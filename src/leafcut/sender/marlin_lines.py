@@ -13,6 +13,7 @@ from __future__ import annotations
 import re
 
 from leafcut.errors import printable
+from leafcut.message import Message
 from leafcut.sender.answers import Accepted, Alarm, ControllerAnswer, Greeting, InvalidAnswer, Report
 
 #: Names of the reports that leafcut acts upon. Other messages become a `Report` with another name or none.
@@ -29,18 +30,21 @@ _HOME_FIRST = re.compile(r"echo:\s*Home\s+([XYZ ]+)\s+First", re.IGNORECASE)
 _PLACE = re.compile(r"X:\s*(-?[\d.]+)\s+Y:\s*(-?[\d.]+)\s+Z:\s*(-?[\d.]+)")
 _NAMED = re.compile(r"(FIRMWARE_NAME|Cap):\s*(.*)")
 
+#: Meaning of an error after which only a reset helps.
+KILLED = Message("it has stopped everything, motors and spindle off (kill): find the cause, then press its reset")
 #: Part of an error text → meaning.
 _ERRORS = {
-    "kill() called": "it has stopped everything, motors and spindle off (kill): find the cause, then press its reset",
-    "stopped due to errors": "it was stopped by an internal error; unlock it with --unlock (M999) after fixing the "
-    "cause",
-    "MINTEMP": "a temperature sensor is missing, or too cold",
-    "MAXTEMP": "a temperature sensor is shorted, or too hot",
-    "Thermal Runaway": "a heater does not follow its command",
-    "Heating failed": "a heater does not follow its command",
-    "bad parameters": "an arc has invalid words",
-    "Watchdog": "its watchdog has stopped it",
-    "flow fault": "the coolant does not flow",
+    "kill() called": KILLED,
+    "stopped due to errors": Message(
+        "it was stopped by an internal error; unlock it with --unlock (M999) after fixing the cause"
+    ),
+    "MINTEMP": Message("a temperature sensor is missing, or too cold"),
+    "MAXTEMP": Message("a temperature sensor is shorted, or too hot"),
+    "Thermal Runaway": Message("a heater does not follow its command"),
+    "Heating failed": Message("a heater does not follow its command"),
+    "bad parameters": Message("an arc has invalid words"),
+    "Watchdog": Message("its watchdog has stopped it"),
+    "flow fault": Message("the coolant does not flow"),
 }
 
 
@@ -58,7 +62,9 @@ def parse(line: str) -> ControllerAnswer:
     if line.startswith(("Error:", "!!")):
         return _error(line.partition(":")[2].strip() or line)
     if "endstops hit" in line:
-        return Alarm(f"an end stop was hit unexpectedly ({printable(line.rpartition('hit:')[2].strip(), 40)})")
+        return Alarm(
+            Message("an end stop was hit unexpectedly ({})", printable(line.rpartition("hit:")[2].strip(), 40))
+        )
     if match := _UNKNOWN.match(line):
         return Report(UNKNOWN, match[1].strip())
     if match := _HOME_FIRST.match(line):
@@ -78,4 +84,4 @@ def _error(text: str) -> ControllerAnswer:
     if any(words in text.lower() for words in _LINE_ERRORS):
         return Report("line error", printable(text, 80))
     meaning = next((words for part, words in _ERRORS.items() if part in text), "")
-    return Alarm(meaning or f"Marlin stopped with '{printable(text, 80)}'")
+    return Alarm(meaning or Message("Marlin stopped with '{}'", printable(text, 80)))

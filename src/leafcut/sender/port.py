@@ -127,7 +127,7 @@ def ports() -> list[tuple[str, str]]:
     return sorted((str(port.device), str(port.description)) for port in comports())
 
 
-def ports_in_words() -> str:
+def ports_in_words() -> Message:
     """Return the list of ports as the last part of a message."""
     names = [name for name, _ in ports()]
     return (

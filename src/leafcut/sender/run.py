@@ -130,7 +130,7 @@ class RunResult:
     errors: tuple[tuple[int, str], ...] = ()
     lost: bool = False
     sure: bool = True
-    coordinates: str = "machine coordinates"
+    coordinates: str = Message("machine coordinates")
 
     @property
     def go_on(self) -> str:
@@ -235,7 +235,7 @@ class SendRun:
         except PortLost as lost:
             return self._result_of_lost_machine(str(lost))
         except (_StopRequested, Interrupted, KeyboardInterrupt):
-            return self._stop_and_report("stopped by you")
+            return self._stop_and_report(Message("stopped by you"))
         except LeafcutError as problem:
             return self._stop_and_report(str(problem), at_once=isinstance(problem, _AlarmStop))
 
@@ -465,7 +465,7 @@ class SendRun:
         try:
             data = text.upper() if text.isascii() and text.isprintable() else ""
             if not data or len(data) > 79 or set(data) & set("!?~"):
-                return ["not a line for a controller"]
+                return [Message("not a line for a controller")]
             replies = [str(getattr(answer, "text", answer)) for answer in self.talk.ask(data, 600.0)]
             return [*replies, "ok"]
         except PortLost:
@@ -493,7 +493,7 @@ class SendRun:
             while self.talk.fresh_status().state not in ("Idle", *LOCKED):
                 pass
 
-    def _place_text(self) -> str:
+    def _place_text(self) -> Message:
         if self.taken < self._first:
             return Message("before the program")
         return (
@@ -508,7 +508,8 @@ class SendRun:
     def _leave_check(self) -> RunResult:
         status = self.talk.reset()
         errors = self._errors
-        reason = f"{errors[0][1]}" + (f"; {len(errors) - 1} more" if len(errors) > 1 else "") if errors else ""
+        reason = errors[0][1] if errors else ""
+        reason = Message("{}; {} more", reason, len(errors) - 1) if len(errors) > 1 else reason
         return self._result(reason, status)
 
     def _stop_and_report(self, reason: str, *, at_once: bool = False) -> RunResult:
@@ -517,16 +518,16 @@ class SendRun:
             stop = self.talk.halt if at_once else self.talk.reset if self.check else self.talk.stop
             status = stop(self._hear_late)
         except PortLost as lost:
-            return self._result_of_lost_machine(f"{reason}; {lost}")
+            return self._result_of_lost_machine(Message("{}; {}", reason, lost))
         except SendError as problem:
-            return self._result_of_lost_machine(f"{reason}; {problem}")
+            return self._result_of_lost_machine(Message("{}; {}", reason, problem))
         return self._result(reason, status)
 
     def _stop_unanswered(self) -> str:
         try:
             return self.talk.stop_unanswered()
         except LeafcutError:
-            return "no stop could be sent"
+            return Message("no stop could be sent")
 
     def _hear_late(self, answer: ControllerAnswer) -> None:
         if isinstance(answer, Accepted | Refused):
@@ -541,7 +542,7 @@ class SendRun:
         self.counter.forget_lines()
         self._settle_line()
         complete = not reason
-        state = "standing still" if status is None else state_in_words(replace(status, detail=None))
+        state = Message("standing still") if status is None else state_in_words(replace(status, detail=None))
         return RunResult(
             complete=complete,
             reason=reason,
@@ -561,15 +562,18 @@ class SendRun:
         """Return the result for a machine that cannot be reached: it runs the lines that it has, then rests."""
         self._settle_line()
         last = self.talk.status
-        turns = self._spindle_turns()
-        rest = (
+        state = (
             Message("it runs its buffered lines, at most up to line {}, then stops", self.sent)
             if self.sent
-            else "unknown"
+            else Message("unknown")
         )
-        spindle = (
-            f"; its {'laser' if self.job.laser else 'spindle'} may stay on: stop it at the machine" if turns else ""
-        )
+        if self._spindle_turns():
+            state = Message(
+                "{}; its laser may stay on: stop it at the machine"
+                if self.job.laser
+                else "{}; its spindle may stay on: stop it at the machine",
+                state,
+            )
         return RunResult(
             complete=False,
             reason=reason,
@@ -577,7 +581,7 @@ class SendRun:
             sent=self.sent,
             line=0 if self.taken < self._first else self.line,
             hole=self._current_hole(),
-            state=f"{rest}{spindle}",
+            state=state,
             homed=False,
             place=None if last is None else self.facts.machine_place(last),
             lost=True,

@@ -33,18 +33,22 @@ def ending_in_words(ending: RunResult, job: SendJob) -> str:
         return Message("{}: all {} done; the machine is {}", job.file, count_of(lines, "line"), ending.state)
     parts = [ending.reason, ending.state if ending.lost else Message("the machine is {}", ending.state)]
     if ending.place is not None:
-        standing = "its position is" if ending.homed else "its last known position is"
-        parts.append(f"{standing} {place_in_words(ending.place)} ({ending.coordinates})")
-    if ending.line:
-        last_position = f"{'' if ending.sure else 'or after '}line {ending.line}" + (
-            f", hole {ending.hole.number}" if ending.hole else ""
+        parts.append(
+            Message(
+                "its position is {} ({})" if ending.homed else "its last known position is {} ({})",
+                place_in_words(ending.place),
+                ending.coordinates,
+            )
         )
-        parts.append(f"it was in {last_position}; lines up to {ending.taken} of {lines} were accepted")
-        advice = Message("resume with {}", ending.go_on) if ending.go_on else "start from the beginning"
-        parts.append(advice + ("" if ending.homed else " after homing, or after setting the position"))
+    if ending.line:
+        line = Message("it was in line {}" if ending.sure else "it was in or after line {}", ending.line)
+        parts.append(Message("{}, hole {}", line, ending.hole.number) if ending.hole else line)
+        parts.append(Message("lines up to {} of {} were accepted", ending.taken, lines))
+        advice = Message("resume with {}", ending.go_on) if ending.go_on else Message("start from the beginning")
+        parts.append(advice if ending.homed else Message("{} after homing, or after setting the position", advice))
     else:
-        parts.append("no line of the program was executed")
-    return shorten_message("; ".join(parts))
+        parts.append(Message("no line of the program was executed"))
+    return shorten_message(Message.joined("; ", parts))
 
 
 def ending_as_json(ending: RunResult, job: SendJob) -> dict[str, Any]:

@@ -10,8 +10,8 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
+from leafcut.message import Message
 from leafcut.processes.settings import all_options
-from leafcut.studio.messages import Messages
 
 #: Language → its own name.
 LANGUAGES = {"en": "English", "es": "Español"}
@@ -27,14 +27,14 @@ class Words:
         language: str,
         table: Mapping[str, str],
         translated: Mapping[str, str] | None = None,
-        messages: Messages | None = None,
+        messages: Mapping[str, str] | None = None,
     ) -> None:
         self.language = language
         self.table = table
         #: Translations of the help texts of options and issues.
         self.translated = translated or {}
-        #: Translations of progress, issues and refusals.
-        self.messages = messages or Messages({})
+        #: Translations of the templates of messages.
+        self.messages = messages or {}
 
     def __call__(self, key: str, **values: Any) -> str:
         """Return the text of a key, with its values inserted."""
@@ -71,11 +71,21 @@ class Words:
 
     def plain(self, line: str) -> str:
         """Return a message in this language. Flags are replaced by the labels of the form."""
-        return _FLAG.sub(self._field, self.messages.translate(line))
+        return _FLAG.sub(self._field, self.translate(line))
+
+    def translate(self, text: str) -> str:
+        """Return a message in this language; its values are translated if they are messages.
+
+        Any other text, such as the name of a file or an answer of a controller, is unchanged.
+        """
+        if not isinstance(text, Message):
+            return text
+        template = self.messages.get(text.template, text.template)
+        return template.format(*(self.translate(value) for value in text.values))
 
     def language_of(self, line: str) -> str:
         """Return the language of the result of `plain`. A line without a translation remains English."""
-        known = self.language == "en" or self.messages.translate(line) != line
+        known = self.language == "en" or self.translate(line) != line
         return self.language if known else "en"
 
     def _field(self, match: re.Match[str]) -> str:
@@ -91,17 +101,6 @@ class Words:
             return f"“{self(f'flag.{name}')}”"
         stem = name.removeprefix("no_")
         return f"“{self.option(stem)}” {self('form.off')}" if stem in known else match[0]
-
-    def report_text(self, words: Any) -> str:
-        """Return a text of the report in this language.
-
-        `words` is plain text, or a template with its values (`overview_as_json`).
-        """
-        if isinstance(words, str):
-            return words
-        values = {name: self.report_text(value) for name, value in words["values"].items()}
-        template: str = words["words"]
-        return self.translated.get(f"report.{template}", template).format(**values)
 
     def issue(self, code: str) -> str:
         """Return the meaning of an issue code; "" in English, where the message gives the meaning."""
@@ -120,12 +119,12 @@ def words(language: str) -> Words:
     known = language if language in LANGUAGES else "en"
     if known == "en":
         return Words(known, _texts(known))
-    return Words(known, _texts(known), _texts(f"options_{known}"), Messages(_lines(f"messages_{known}")))
+    return Words(known, _texts(known), _texts(f"options_{known}"), _templates(f"messages_{known}"))
 
 
-def _lines(name: str) -> dict[str, str]:
+def _templates(name: str) -> dict[str, str]:
     text = (files("leafcut.studio") / "texts" / f"{name}.toml").read_text(encoding="utf-8")
-    return {line: translation for section in tomllib.loads(text).values() for line, translation in section.items()}
+    return {template: spanish for section in tomllib.loads(text).values() for template, spanish in section.items()}
 
 
 def _texts(name: str) -> dict[str, str]:

@@ -169,7 +169,7 @@ def _rectangle_variants(
 ) -> Iterator[Nest]:
     for rule in range(len(RULES)):
         if not (rule and (cancelled.is_set() or late())):
-            on_progress(Progress("nesting by rectangles", 0.99, trial=Trial(f"rectangles {rule}")))
+            on_progress(Progress(Message("nesting by rectangles"), 0.99, trial=Trial(f"rectangles {rule}")))
             yield cheapest_nest(task, _rectangle_packers(task, rule), "rectangles", rule, late)
 
 
@@ -222,7 +222,7 @@ def _shape_variants(
         try:
             return nest_by_shapes(search.seed + number, _Clock(search, rounds, workers))
         except NesterError as problem:
-            return "" if cancelled.is_set() else f"by shapes, seed {search.seed + number}: {problem}"
+            return "" if cancelled.is_set() else Message("by shapes, seed {}: {}", search.seed + number, problem)
 
     with ThreadPoolExecutor(max(threads, 1)) as executor:
         futures = [

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import PlanError
+from leafcut.message import Message
 
 SCRIPT = Path(__file__).with_name("sparrow_process.py")
 #: Interval at which cancellation is checked, s.
@@ -149,6 +150,6 @@ def _parse_answer(output: bytes, errors: bytes) -> dict[str, Any]:
     except ValueError:
         lines = [" ".join(line.split()) for line in errors.decode(errors="replace").splitlines() if line.strip()]
         after_panic = [b for a, b in pairwise(lines) if "panicked" in a]
-        reason = (after_panic or lines[-1:] or ["no reason given"])[0]
+        reason = (after_panic or lines[-1:] or [Message("no reason given")])[0]
         raise NesterError("the nester returned no result ({})", reason[:120]) from None
     return answer

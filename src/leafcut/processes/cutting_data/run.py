@@ -11,6 +11,7 @@ import numpy as np
 from leafcut.errors import OptionError, PlanError, name_suggestion
 from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.material.cutting_force import DRIVE_EFFICIENCY
+from leafcut.message import Message
 from leafcut.model.cutting_front import OBJECTIVES, CuttingData, CuttingPoint, ToolFront
 from leafcut.model.heartbeat import OnProgress
 from leafcut.model.issue import Issue, Severity
@@ -82,7 +83,7 @@ def cutting_data(
     issues: list[Issue] = []
     works = list(_tool_works(drawing, settings, machine, material, issues, progress))
     if not works:
-        reasons = "; ".join(issue.message for issue in issues[:3])
+        reasons = Message.joined("; ", (issue.message for issue in issues[:3]))
         raise PlanError(f"no tool remains to choose speeds for{f': {reasons}' if reasons else ''}")
     fronts = _tool_fronts(works, settings, machine, material, objective, issues)
     return CuttingData(
@@ -116,7 +117,9 @@ def _tool_fronts(
             refused.append(problem)
     if not fronts:
         raise refused[0]
-    issues += [Issue("L440", f"no speeds chosen: {problem}", severity=Severity.WARNING) for problem in refused]
+    issues += [
+        Issue("L440", Message("no speeds chosen: {}", problem), severity=Severity.WARNING) for problem in refused
+    ]
     return fronts
 
 
@@ -143,7 +146,8 @@ def _tool_works(
         else:
             left_out.append(f"T{tool.number}")
     if left_out:
-        message = f"no speeds chosen for {', '.join(left_out)}: only drills and end mills have them"
+        names = ", ".join(left_out)
+        message = Message("no speeds chosen for {}: only drills and end mills have them", names)
         issues.append(Issue("L440", message, severity=Severity.NOTE))
 
 

@@ -192,10 +192,10 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
         where = position_text(plunge.x, plunge.y, plunge.tip)
         if drawn.near(plunge.x, plunge.y, tolerance):
             text = Message("{} drills at {}, where the hole exists already", plunge.tool, where)
-            differences.append(Difference("hole twice", 0, plunge.line, text))
+            differences.append(Difference(Message("hole twice"), 0, plunge.line, text))
         else:
             text = Message("{} drills at {}, where the drawing has no hole", plunge.tool, where)
-            differences.append(Difference("hole not drawn", 0, plunge.line, text))
+            differences.append(Difference(Message("hole not drawn"), 0, plunge.line, text))
     return limit_differences(differences)
 
 
@@ -443,10 +443,10 @@ def _read_motions(
                 plunges.append(_Plunge(x, y, z, tool, line))
             plunging = True
         elif kind in _FOREIGN_KINDS:
-            text = (
+            text = Message(
                 "a drilling program contains an arc, a probe, a shift of the origin or a block that is not understood"
             )
-            foreign.append(Difference("not drilling", 0, line, text))
+            foreign.append(Difference(Message("not drilling"), 0, line, text))
         elif kind == Kind.TOOL or (kind in (Kind.RAPID, Kind.MACHINE) and not upright):
             plunging = False
     return plunges, passes, foreign
@@ -497,16 +497,16 @@ def _compare_holes(
     differences = []
     last: tuple[int, int] = (-1, -1)
     for cut, match in zip(required, matches, strict=True):
-        where = f"the hole Ø{holes[cut.hole].diameter:g} at {position_text(cut.x, cut.y)}"
+        where = Message("the hole Ø{:g} at {}", holes[cut.hole].diameter, position_text(cut.x, cut.y))
         if match is None:
             substitute = next((k for k in index.near(cut.x, cut.y, tolerance) if unused[k]), None)
             if substitute is None:
                 text = Message("{} is not made by {}", where, cut.tool)
-                differences.append(Difference("missing hole", 0, 0, text))
+                differences.append(Difference(Message("missing hole"), 0, 0, text))
             else:
                 unused[substitute] = False
                 text = Message("{} is made by {}, but must be made by {}", where, plunges[substitute].tool, cut.tool)
-                differences.append(Difference("wrong tool", 0, plunges[substitute].line, text))
+                differences.append(Difference(Message("wrong tool"), 0, plunges[substitute].line, text))
             continue
         if abs(plunges[match].tip - cut.tip) > tolerance:
             text = Message(
@@ -516,10 +516,10 @@ def _compare_holes(
                 plunges[match].tip,
                 cut.tip,
             )
-            differences.append(Difference("wrong depth", 0, plunges[match].line, text))
+            differences.append(Difference(Message("wrong depth"), 0, plunges[match].line, text))
         if last[0] == cut.hole and match < last[1]:
             text = Message("{}: {} works before the tool that must come first", where, cut.tool)
-            differences.append(Difference("wrong order", 0, plunges[match].line, text))
+            differences.append(Difference(Message("wrong order"), 0, plunges[match].line, text))
         last = (cut.hole, match)
     return [plunge for plunge, is_unused in zip(plunges, unused, strict=True) if is_unused], differences
 
@@ -545,10 +545,10 @@ def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], tolerance
                 position_text(*motion.start),
                 position_text(*motion.end),
             )
-            differences.append(Difference("cut not drawn", 0, motion.line, text))
+            differences.append(Difference(Message("cut not drawn"), 0, motion.line, text))
             continue
         number = min(candidates, key=lambda k: bottom_passes[k])
-        where = f"the slot from {position_text(x0, y0)} to {position_text(x1, y1)}"
+        where = Message("the slot from {} to {}", position_text(x0, y0), position_text(x1, y1))
         if depths[number] - z1 > slots[number].step + tolerance:
             text = Message(
                 "{}: a pass is {:.3f} mm deep, but the maximum step-down of {} is {:g} mm",
@@ -557,18 +557,18 @@ def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], tolerance
                 motion.tool,
                 slots[number].step,
             )
-            differences.append(Difference("deep pass", 0, motion.line, text))
+            differences.append(Difference(Message("deep pass"), 0, motion.line, text))
         depths[number] = min(depths[number], z1)
         if abs(z1 - slots[number].bottom) <= tolerance:
             bottom_passes[number] += 1
             if bottom_passes[number] > 1:
                 text = Message("{} is cut again at its bottom", where)
-                differences.append(Difference("slot twice", 0, motion.line, text))
+                differences.append(Difference(Message("slot twice"), 0, motion.line, text))
     for slot, count in zip(slots, bottom_passes, strict=True):
         if not count:
-            ends = f"{position_text(*slot.ends[0])} to {position_text(*slot.ends[1])}"
-            text = Message("{} does not cut the slot from {} down to Z{:.3f}", slot.tool, ends, slot.bottom)
-            differences.append(Difference("missing slot", 0, 0, text))
+            start, end = (position_text(*point) for point in slot.ends)
+            text = Message("{} does not cut the slot from {} to {} down to Z{:.3f}", slot.tool, start, end, slot.bottom)
+            differences.append(Difference(Message("missing slot"), 0, 0, text))
     return differences
 
 

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from leafcut.message import Message
 from leafcut.model.fact import Fact
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import coordinate_words, height_facts, time_facts, tool_facts
-from leafcut.report.wording import translatable
 from leafcut.units import to_fixed
 
 if TYPE_CHECKING:
@@ -42,12 +42,10 @@ class DrillingReport(PathReport[DrillingDetail]):
         below = 0.0 if thickness is None else -thickness - lowest
         z = to_fixed(lowest, 2)
         if below < _LEAST_BELOW:
-            words = translatable("Z0 is the top; the lowest point is Z{z}", z=z)
+            words = Message("Z0 is the top; the lowest point is Z{}", z)
         else:
-            words = translatable(
-                "Z0 is the top; the lowest point is Z{z}, {below} mm below the plate", z=z, below=to_fixed(below, 2)
-            )
-        return [Fact(sentence=words, name=translatable("Depth"))]
+            words = Message("Z0 is the top; the lowest point is Z{}, {} mm below the plate", z, to_fixed(below, 2))
+        return [Fact(sentence=words, name=Message("Depth"))]
 
     def _heights(self) -> list[Fact]:
         planes = self.outcome.detail.retract
@@ -61,8 +59,8 @@ class DrillingReport(PathReport[DrillingDetail]):
         saved = self.outcome.detail.low_travel_saved_s
         if saved is None or saved < _LEAST_SAVED:
             return [] if saved is None else [Fact("low_ways_saved_s", max(saved, 0.0), "s")]
-        label = translatable("saved compared with moves at the greatest height")
-        return [Fact("low_ways_saved_s", saved, "s", label, translatable("Low moves"))]
+        label = Message("saved compared with moves at the greatest height")
+        return [Fact("low_ways_saved_s", saved, "s", label, Message("Low moves"))]
 
     def stock(self) -> ShownStock:
         """Return the tools with the surface of the part, or with the plate's bounds and thickness if known."""

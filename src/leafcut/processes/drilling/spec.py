@@ -76,15 +76,15 @@ def _load_meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[M
 
     surface = fixture = None
     if drill_options.surface is not None:
-        job.report("reading the surface")
+        job.report(Message("reading the surface"))
         if solid_number is not None and of_step and format_name(drill_options.surface) != part.format:
             solid_number = None  # the number refers to a solid of the drawing
         surface = load_mesh(drill_options.surface, drill_options.surface_unit, which=solid_number)
     elif part.has_hole_depths:
-        job.report("reading the surface")
+        job.report(Message("reading the surface"))
         surface = Mesh(step_mesh(source.path, source.data, solid_number), part.name)
     if drill_options.fixture is not None:
-        job.report("reading the fixture")
+        job.report(Message("reading the fixture"))
         fixture = load_mesh(drill_options.fixture, drill_options.surface_unit, which="all")
     return (
         None if surface is None else upright_mesh(surface, part),
@@ -108,7 +108,7 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
 
         if tools.suffix.lower() not in WITH_PRESETS:
             raise OptionError("--material: only selects a preset of a Fusion tool library; leave it out")
-    on_progress, reading = job.start_step("reading"), job.settings.read
+    on_progress, reading = job.start_step(Message("reading")), job.settings.read
     options, drill_options = job.settings.job, job.settings.of(DrillOptions)
     of_step = any(sniff_step(source.data[:SNIFF_BYTES]) is Match.YES for source in sources)
     if drill_options.surface is not None and not of_step:

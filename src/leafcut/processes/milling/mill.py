@@ -127,7 +127,7 @@ def _end_mills(library: ToolLibrary) -> list[Tool]:
     return [tool for tool in library.tools if tool.kind is ToolKind.END_MILL]
 
 
-def _mill_list_text(library: ToolLibrary) -> str:
+def _mill_list_text(library: ToolLibrary) -> Message:
     names = ", ".join(tool.label for tool in _end_mills(library))
     return (
         Message("{} has these end mills: {}", library.source, names)
@@ -158,15 +158,16 @@ def add_cutting_data(
         "the spindle of {} turns {:g} to {:g} rpm", machine.name, machine.spindle_min_rpm, machine.spindle_max_rpm
     )
     if not asked_rpm and not machine.spindle_min_rpm / MOST_OFF <= careful <= machine.spindle_max_rpm * MOST_OFF:
-        size = "smaller" if careful < machine.spindle_min_rpm else "larger"
         raise PlanError(
-            "{} needs {:.0f} rpm in {}, but {}: use a {} mill, or "
+            "{} needs {:.0f} rpm in {}, but {}: use a smaller mill, or "
+            "give --material or the --spindle-speed that your mill and material need"
+            if careful < machine.spindle_min_rpm
+            else "{} needs {:.0f} rpm in {}, but {}: use a larger mill, or "
             "give --material or the --spindle-speed that your mill and material need",
             tool.label,
             careful,
             known.replace("_", " "),
             has,
-            size,
         )
     rpm = asked_rpm or float(round(min(max(careful, machine.spindle_min_rpm), machine.spindle_max_rpm)))
     if not machine.spindle_min_rpm <= rpm <= machine.spindle_max_rpm:
@@ -195,8 +196,9 @@ def add_cutting_data(
     )
     if too_fast:
         # The requested speed is too high for the material that the assumed feed is based on.
-        lowest = "" if asked_rpm else f"; minimum speed of the spindle of {machine.name}: {rpm:.0f} rpm"
-        words += Message(". Recommended spindle speed: {:.0f} rpm{}", careful, lowest)
+        words = Message("{}. Recommended spindle speed: {:.0f} rpm", words, careful)
+        if not asked_rpm:
+            words = Message("{}; minimum speed of the spindle of {}: {:.0f} rpm", words, machine.name, rpm)
     return tool, [Issue("L401", words, severity=Severity.WARNING if too_fast else Severity.NOTE)]
 
 

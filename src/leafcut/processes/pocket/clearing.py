@@ -90,13 +90,14 @@ def clear_pocket(job: PocketJob, pocket: Pocket, number: int, time: SearchTime) 
     results_of: dict[str, PocketResult] = {}
     clearings: dict[str, list[Clearing]] = {}
     even: dict[str, list[Clearing]] = {}
-    several = f"pocket {number + 1}: " if len(job.part.pockets) > 1 else ""
     asked = job.run.settings.of(PocketOptions).strategy
     strategies = [strategy for strategy in STRATEGIES if asked in ("best", strategy.name)]
     each = len(regions) * (len(job.part.pockets) - number)
     time.to_come = each * sum(strategy.searches for strategy in strategies)
     for rank, strategy in enumerate(sorted(strategies, key=lambda strategy: strategy.searches)):
-        words, share = f"{several}{strategy.name}", (number + rank / len(strategies)) / len(job.part.pockets)
+        pocket_name = [Message("pocket {}", number + 1)] if len(job.part.pockets) > 1 else []
+        words = Message.joined(": ", [*pocket_name, strategy.name])
+        share = (number + rank / len(strategies)) / len(job.part.pockets)
         job.run.report(words, share, Trial(words))
         result, steady, fitted = _try_strategy(job, number, strategy, regions, roughed, time)
         results_of[strategy.name] = result
@@ -130,7 +131,7 @@ def _try_strategy(
     from leafcut.processes.pocket.measures import measure_path
 
     if job.run.cancelled.is_set() and strategy.name not in (*USUAL, job.run.settings.of(PocketOptions).strategy):
-        return PocketResult(strategy.name, refused="not tried before the search was stopped"), [], []
+        return PocketResult(strategy.name, refused=Message("not tried before the search was stopped")), [], []
     try:
         clearings = [_cleared_region(job, job.levels[number], strategy, region, roughed, time) for region in regions]
     except (PlanError, SolveError) as problem:
@@ -234,9 +235,9 @@ def _choose_strategy(job: PocketJob, pocket: Pocket, results: list[PocketResult]
     known = [(k, r, r.measures) for k, r in enumerate(results) if r.measures is not None]
     sound = [row for row in known if not row[2].gouge_mm2 and not _limit_error(job, row[1].strategy, row[2])]
     if not sound:
-        wrong = {k: _limit_error(job, r.strategy, m) or "gouges" for k, r, m in known}
-        reasons = (f"{r.strategy}: {r.refused or wrong[k]}" for k, r in enumerate(results))
-        raise PlanError("{}: no strategy is possible ({})", name, "; ".join(reasons))
+        wrong = {k: _limit_error(job, r.strategy, m) or Message("gouges") for k, r, m in known}
+        reasons = (Message("{}: {}", r.strategy, r.refused or wrong[k]) for k, r in enumerate(results))
+        raise PlanError("{}: no strategy is possible ({})", name, Message.joined("; ", reasons))
     whole = [row for row in sound if row[2].uncovered_percent <= UNCOVERED]
     if not whole:
         return min(sound, key=lambda row: row[2].uncovered_percent)[0]
@@ -283,10 +284,12 @@ def _exceeded_limit_text(job: PocketJob, strategy: str, measures: PocketMeasures
         )
     if limit is None or measures.max_engagement <= limit:
         return ""
-    stock = " with the stock on its walls" if strategy == "adaptive" and job.rules.stock > 0.0 else ""
-    return (
-        f"engages {math.degrees(measures.max_engagement):.0f}°{stock}, more than --max-engagement "
-        f"{math.degrees(limit):.0f}°"
+    return Message(
+        "engages {:.0f}° with the stock on its walls, more than --max-engagement {:.0f}°"
+        if strategy == "adaptive" and job.rules.stock > 0.0
+        else "engages {:.0f}°, more than --max-engagement {:.0f}°",
+        math.degrees(measures.max_engagement),
+        math.degrees(limit),
     )
 
 
@@ -299,8 +302,12 @@ def _limit_error(job: PocketJob, strategy: str, measures: PocketMeasures) -> str
         return ""
     if not job.exact.allows_step_over(measures.max_step_over):
         return Message("{}; choose another --strategy, or a larger --step-over", excess)
-    remedy = "choose a smaller --tool-diameter" if strategy == "adaptive" else "use --strategy adaptive"
-    remedy = "leave out --stock" if strategy == "adaptive" and job.rules.stock > 0.0 else remedy
+    if strategy != "adaptive":
+        remedy = Message("use --strategy adaptive")
+    elif job.rules.stock > 0.0:
+        remedy = Message("leave out --stock")
+    else:
+        remedy = Message("choose a smaller --tool-diameter")
     return Message("{}; {}, or give a larger limit", excess, remedy)
 
 

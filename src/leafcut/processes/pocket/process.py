@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from leafcut.message import Message
 from leafcut.model.kinds import Head
 from leafcut.options import (
     FeedOptions,
@@ -181,7 +182,7 @@ class Pocketing(Process):
             part=ours.part,
             dialect=ours.words,
             work=PocketWork(ours, tuple(cleared)),
-            stages=(Stage(problem, False, none, "ordering the pockets"),),
+            stages=(Stage(problem, False, none, Message("ordering the pockets")),),
             kind="pocket",
             tools=(ours.data.tool,),
             box=ours.part.extents,

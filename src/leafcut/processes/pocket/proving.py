@@ -29,8 +29,15 @@ def required_hole_lines(job: PocketJob, descents: Sequence[Descent]) -> list[str
     """Return a line for the program header for each hole that must be drilled first."""
     scale, unit = (MM_PER_INCH, "in") if job.run.settings.post.output_units == "inch" else (1.0, "mm")
     return [
-        f"needs a hole at X{x / scale:.4f} Y{y / scale:.4f}, {job.data.tool.diameter / scale:.4g} {unit} or wider, "
-        f"{-bottom / scale:.4g} {unit} deep"
+        Message(
+            "needs a hole at X{:.4f} Y{:.4f}, {:.4g} {} or wider, {:.4g} {} deep",
+            x / scale,
+            y / scale,
+            job.data.tool.diameter / scale,
+            unit,
+            -bottom / scale,
+            unit,
+        )
         for (x, y), bottom in required_holes(descents).items()
     ]
 
@@ -56,7 +63,7 @@ def prove_pockets(
     from leafcut.processes.zones import crossing_heights, parse_zones
     from leafcut.proof.program import check_program, read_back
 
-    job.run.report("verifying")
+    job.run.report(Message("verifying"))
     heights, tool = job.heights, job.data.tool
     written = read_back(text, job.words)
     refuse_differences(

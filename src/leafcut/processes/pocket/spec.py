@@ -51,7 +51,9 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
     options, milling = settings.of(PocketOptions), settings.of(MillingOptions)
     if settings.job.is_through:
         raise OptionError("--depth through: a pocket has a bottom; give its depth")
-    part = read_pockets(source, settings.read, settings.pocket_drawing, settings.sheet, run.start_step("reading"))
+    part = read_pockets(
+        source, settings.read, settings.pocket_drawing, settings.sheet, run.start_step(Message("reading"))
+    )
     mill = _library_mill(run, settings.job.blind_depth)
     diameter = settings.job.tool_diameter if mill is None else mill.diameter
     whole = part
@@ -137,7 +139,7 @@ def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> 
     from leafcut.processes.pocket.plan.stock_top import fill_pockets, stock_tops
     from leafcut.read.step import Pose, step_mesh
 
-    run.report("reading the surface")
+    run.report(Message("reading the surface"))
     read = run.settings.read
     triangles = step_mesh(source.path, source.data, read.solid, Pose.of(read))
     all_tops = stock_tops(whole.pockets, whole.pockets, triangles, radius)

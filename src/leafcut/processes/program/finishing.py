@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from leafcut.files.digests import sign_program
+from leafcut.message import Message
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.plan import Candidate
 from leafcut.model.sequence import FixedBlocks
@@ -65,7 +66,9 @@ def _new_dangers(work: ForeignWork, program: Program) -> tuple[Issue, ...]:
     if program is work.program:
         return ()
     dangers = replace(work.read, program=program).find_dangers()
-    return tuple(replace(i, message=f"in the new program: {i.message}") for i in dangers if i.code not in work.codes)
+    return tuple(
+        replace(i, message=Message("in the new program: {}", i.message)) for i in dangers if i.code not in work.codes
+    )
 
 
 def reordering_issues(plan: Plan, best: Candidate) -> list[Issue]:
@@ -73,7 +76,7 @@ def reordering_issues(plan: Plan, best: Candidate) -> list[Issue]:
     work, detail = plan.work, best.detail
     issues = [*work.before]
     if not detail.certificate.before.works:
-        message = "no cut and no hole was found in the program: check that this is the file that you mean"
+        message = Message("no cut and no hole was found in the program: check that this is the file that you mean")
         issues.append(Issue("L502", message))
     issues += [*work.dangers, *detail.dangers]
     if detail.avoided.moves:

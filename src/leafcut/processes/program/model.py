@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from leafcut.message import Message
 from leafcut.model.certificate import Certificate
 from leafcut.model.sequence import StayGroup
 from leafcut.model.shown_stock import ShownStock
@@ -61,19 +62,22 @@ class AvoidedAreas:
     lowest: float | None = None
 
     @property
-    def crossings(self) -> str:
+    def crossings(self) -> Message:
         """Message with the number of moves; "" without such moves."""
         if not self.moves:
-            return ""
-        words = "1 new move crosses" if self.moves == 1 else f"{self.moves} new moves cross"
-        height = "" if self.lowest is None else f" at Z{self.lowest:g}" + (" or higher" if self.moves > 1 else "")
-        avoided = "" if self.below is None else f" below Z{self.below:g}"
-        return f"{words} areas{height} that the original avoided{avoided}"
+            return Message("")
+        if self.moves == 1:
+            where = Message("") if self.lowest is None else Message(" at Z{:g}", self.lowest)
+            message = Message("1 new move crosses areas{} that the original avoided", where)
+        else:
+            where = Message("") if self.lowest is None else Message(" at Z{:g} or higher", self.lowest)
+            message = Message("{} new moves cross areas{} that the original avoided", self.moves, where)
+        return message if self.below is None else Message("{} below Z{:g}", message, self.below)
 
     @property
-    def text(self) -> str:
+    def text(self) -> Message:
         """Message with the number of moves, the line of the first move, and the remedy."""
-        return f"{self.crossings}; name clamps with --keep-out (first: line {self.line} of the new program)"
+        return Message("{}; name clamps with --keep-out (first: line {} of the new program)", self.crossings, self.line)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import os
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -102,7 +102,7 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     if not tools:
         return PacedProgram(text, program, PaceChange())
     if line := _first_skippable_line(program):
-        message = (
+        message = Message(
             "speeds and heights are unchanged: a block-delete switch (/) can skip moves, so that their material remains"
         )
         return PacedProgram(text, program, PaceChange(), (Issue("L513", message, Message("line {}", line)),))
@@ -111,7 +111,7 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     if workpiece:
         check_size(program, cutters, block_of(workpiece, ChosenSolid.of(job.settings.read)), source, workpiece)
     steps = _PaceSteps(plan, tools, cutters, _stock_before(job, program, cutters), rules)
-    loads = steps.loads(program, "cutting the stock")
+    loads = steps.loads(program, Message("cutting the stock"))
     if steps.stock.known and not loads.removed.cuts.any():
         raise OptionError(
             "--workpiece: {} never touches this stock, so that all its cuts would be in the air; give the "
@@ -124,7 +124,7 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     if not options.air and not feeds:
         return found
     return steps.raise_speeds(
-        found, loads if found.program is program else steps.loads(found.program, "cutting the stock")
+        found, loads if found.program is program else steps.loads(found.program, Message("cutting the stock"))
     )
 
 
@@ -149,7 +149,7 @@ def _stock_before(job: Job, program: Program, cutters: Mapping[int, Cutter]) -> 
         cell,
         job.machine.rapid_style == "dogleg",
         os.cpu_count() or 1,
-        job.start_step("cutting the stock"),
+        job.start_step(Message("cutting the stock")),
     )
     return StockBefore(field, math.inf, False)
 
@@ -175,7 +175,7 @@ class _PaceSteps:
         found: Obstacles | None = self.plan.work.obstacles
         return found
 
-    def loads(self, program: Program, what: str, stock: StockBefore | None = None) -> Loads:
+    def loads(self, program: Program, what: Message, stock: StockBefore | None = None) -> Loads:
         check_cancelled = self.job.start_step(what)
         return compute_loads(
             program.path, self.cutters, stock or self.stock, self.rules.clearance, _threads(), check_cancelled
@@ -199,7 +199,7 @@ class _PaceSteps:
     def stock_notes(self) -> Iterator[Issue]:
         """Yield a note if the user did not describe the stock."""
         if not self.stock.known:
-            message = (
+            message = Message(
                 "the stock is not given: a move is treated as a move in air only where the program has already moved "
                 "or cut; "
                 "give --workpiece to find more"
@@ -234,7 +234,7 @@ class _PaceSteps:
         kept: set[int] = set()
         for step in ("returns", "heights", "initials"):
             program = found.program
-            loads = self.loads(program, "choosing heights", self.stock_with_surroundings)
+            loads = self.loads(program, Message("choosing heights"), self.stock_with_surroundings)
             ways = HeightLowering(program, loads, self.rules.clearance, self.job.machine, self.top, self.obstacles)
             try:
                 if step == "returns":
@@ -275,7 +275,11 @@ class _PaceSteps:
 
         bent = self.top if self.job.machine.rapid_style == "dogleg" else -math.inf
         check_lowered(
-            program.path, new.path, self.loads(new, "verifying", self.stock_with_surroundings), self.rules, bent
+            program.path,
+            new.path,
+            self.loads(new, Message("verifying"), self.stock_with_surroundings),
+            self.rules,
+            bent,
         )
         self.check_stock_and_obstacles(new)
 
@@ -318,7 +322,7 @@ class _PaceSteps:
         )
         raised = np.isfinite(speed) & loads.mills & (speed > loads.feed)
         if rules.feeds and raised.any() and rows_with_free_rounding(program.path, self.job.machine, math.inf).any():
-            message = (
+            message = Message(
                 "the program lets the controller round corners without a limit (G64 without P): higher feeds round "
                 "them more; give a tolerance such as G64 P0.01"
             )
@@ -327,7 +331,7 @@ class _PaceSteps:
         return PacedProgram(text, new, change, (*issues, *kept, *_exceeded_limit_issues(change)))
 
     def pace(self, program: Program, loads: Loads, rules: PaceRules) -> Pace:
-        check_cancelled = self.job.start_step("choosing speeds")
+        check_cancelled = self.job.start_step(Message("choosing speeds"))
         chords = self.arcs_as_chords(program, loads) if rules.air else ()
         return plan_pace(
             program, loads, self.tools, self.cutters, rules, self.job.machine, self.top, check_cancelled, chords
@@ -351,14 +355,16 @@ class _PaceSteps:
             return ()
         kind = path.kind.copy()
         kind[rows] = Kind.FEED
-        tried = self.loads(replace(program, path=replace(path, kind=kind)), "choosing speeds")
+        tried = self.loads(replace(program, path=replace(path, kind=kind)), Message("choosing speeds"))
         met = tried.removed.cuts | (tried.removed.over > -self.rules.clearance)
         return set(rows) - set(tried.source[met].tolist())
 
     def written(self, program: Program, pace: Pace) -> tuple[str, Program]:
         from leafcut.processes.program.post.pace_writer import with_pace
 
-        text = sign_program(with_pace(program, pace, self.plan.dialect.max_line, self.job.start_step("writing")))
+        text = sign_program(
+            with_pace(program, pace, self.plan.dialect.max_line, self.job.start_step(Message("writing")))
+        )
         return text, self.read(text) if pace.stretches else program
 
     def undo_losses(self, program: Program, pace: Pace) -> tuple[Pace, str, Program]:
@@ -412,7 +418,7 @@ class _PaceSteps:
         # Check the new rapids in pieces, like cuts.
         kind = new.path.kind.copy()
         kind[fast] = Kind.FEED
-        again = self.loads(replace(new, path=replace(new.path, kind=kind)), "verifying")
+        again = self.loads(replace(new, path=replace(new.path, kind=kind)), Message("verifying"))
         ends = again.moves.ends
         # Straight retracts pass only where the tool has just been.
         mine = np.isin(again.source, fast) & ~(again.is_vertical & (ends[:, 5] > ends[:, 2]))
@@ -525,7 +531,7 @@ class _PaceSteps:
             issues.append(Issue("L512", Message("{} keeps its feed: {}", tool.label, words), severity=Severity.NOTE))
         return issues
 
-    def unlimited(self, pace: Pace) -> Iterator[str]:
+    def unlimited(self, pace: Pace) -> Iterator[Message]:
         """Yield a message for each feed limit that does not apply because a value is missing, with the remedy."""
 
         def named(numbers: Iterable[int]) -> str:
@@ -535,9 +541,9 @@ class _PaceSteps:
         spindle = self.rules.spindle
         toothless = [number for number in numbers if not self.tools[number].teeth]
         if spindle is None:
-            yield "power and torque do not limit feeds: give --material"
+            yield Message("power and torque do not limit feeds: give --material")
         elif not spindle.limited:
-            yield (
+            yield Message(
                 "power and torque do not limit feeds: the machine's profile does not state them; set spindle.power in "
                 "its profile"
             )
@@ -545,38 +551,56 @@ class _PaceSteps:
             yield Message(
                 "power and torque do not limit feeds of {}: give the number of teeth with --tools", named(toothless)
             )
-        yield "slots have the same limits as other cuts"
+        yield Message("slots have the same limits as other cuts")
         if unknown := [number for number in numbers if math.isinf(pace.limits[number].plunge)]:
             yield Message("plunges and ramps of {} keep their feeds: give a plunge feed with --tools", named(unknown))
 
 
-#: Messages by `KeptFeed.reason`; reason "chip" becomes "stated" for a feed of the library, and "slot" for a full slot.
+#: Messages by `KeptFeed.reason`, with share (%) and line; "chip" is for a feed of the library.
 _KEPT_WORDS = {
-    "stated": "the chip thickness of its library feed and speed is the limit in {share:.0f} % of its cutting time, "
-    "first at line {line}",
-    "slot": "its worst cut is a full slot at line {line}, and its chips are equally thick in {share:.0f} % of its "
-    "cutting time; give its own feed and speed with --tools",
-    "chip": "its worst cut is {width:.3g} mm wide at line {line}, and its chips are equally thick in {share:.0f} % of "
-    "its cutting time; give its own feed and speed with --tools",
-    "rate": "it removes material as fast as in its worst cut in {share:.0f} % of its cutting time, first at line "
-    "{line}",
-    "spindle": "power or torque of the spindle is the limit in {share:.0f} % of its cutting time, first at line {line}",
-    "ramp": "it cuts on ramps in {share:.0f} % of its cutting time, first at line {line}; give its plunge feed "
-    "with --tools",
-    "finish": "it finishes walls in {share:.0f} % of its cutting time, first at line {line}",
-    "machine": "it already runs at the maximum feed of the machine in {share:.0f} % of its cutting time, first at "
-    "line {line}",
-    "lines": "lines that cannot be changed take {share:.0f} % of its cutting time, first line {line}",
-    "short": "a higher feed saves no time in {share:.0f} % of its cutting time, first at line {line}: the cuts are too "
-    "short",
+    "chip": partial(
+        Message,
+        "the chip thickness of its library feed and speed is the limit in {:.0f} % of its cutting time, "
+        "first at line {}",
+    ),
+    "rate": partial(
+        Message, "it removes material as fast as in its worst cut in {:.0f} % of its cutting time, first at line {}"
+    ),
+    "spindle": partial(
+        Message, "power or torque of the spindle is the limit in {:.0f} % of its cutting time, first at line {}"
+    ),
+    "ramp": partial(
+        Message, "it cuts on ramps in {:.0f} % of its cutting time, first at line {}; give its plunge feed with --tools"
+    ),
+    "finish": partial(Message, "it finishes walls in {:.0f} % of its cutting time, first at line {}"),
+    "machine": partial(
+        Message, "it already runs at the maximum feed of the machine in {:.0f} % of its cutting time, first at line {}"
+    ),
+    "lines": partial(Message, "lines that cannot be changed take {:.0f} % of its cutting time, first line {}"),
+    "short": partial(
+        Message, "a higher feed saves no time in {:.0f} % of its cutting time, first at line {}: the cuts are too short"
+    ),
 }
 
 
-def _kept_feed_text(why: KeptFeed, limit: ToolLimits, diameter: float) -> str:
-    reason = why.reason
-    if reason == "chip":
-        reason = "stated" if limit.stated else "slot" if why.width >= _SLOT * diameter else "chip"
-    return _KEPT_WORDS[reason].format(share=100.0 * why.share, line=why.line, width=why.width)
+def _kept_feed_text(why: KeptFeed, limit: ToolLimits, diameter: float) -> Message:
+    reason, share = why.reason, 100.0 * why.share
+    if reason == "chip" and not limit.stated:
+        if why.width < _SLOT * diameter:
+            return Message(
+                "its worst cut is {:.3g} mm wide at line {}, and its chips are equally thick in {:.0f} % of its "
+                "cutting time; give its own feed and speed with --tools",
+                why.width,
+                why.line,
+                share,
+            )
+        return Message(
+            "its worst cut is a full slot at line {}, and its chips are equally thick in {:.0f} % of its cutting time; "
+            "give its own feed and speed with --tools",
+            why.line,
+            share,
+        )
+    return _KEPT_WORDS[reason](share, why.line)
 
 
 def _spindle(job: Job) -> SpindleLoad | None:

@@ -108,7 +108,7 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
         )
     text, encoding = decode_text(data)
     read = read_foreign(
-        text, source, job.settings, job.machine, words, job.start_step("reading"), process=process,
+        text, source, job.settings, job.machine, words, job.start_step(Message("reading")), process=process,
         router=not pace_flags(job.settings),
     )  # fmt: skip
     original, job = read.program, replace(job, machine=read.machine)
@@ -185,7 +185,7 @@ def _sections(job: Job, original: Program, process: str) -> Sequence:
     from leafcut.processes.program.plan.resequencing import find_sequence, unchanged_sequence
 
     options, steps = job.settings.of(ResequenceOptions), 0
-    tell = job.start_step("finding tasks to reorder")
+    tell = job.start_step(Message("finding tasks to reorder"))
 
     def check_cancelled(_: float = 0.0, /) -> None:
         nonlocal steps
@@ -205,7 +205,7 @@ def _sections(job: Job, original: Program, process: str) -> Sequence:
             check_cancelled=check_cancelled,
         )
     except _TooManySteps:
-        said = "the program keeps its order, because it is too large to plan; divide it into several programs"
+        said = Message("the program keeps its order, because it is too large to plan; divide it into several programs")
         found = known_process(original) if process == "auto" else process
         return replace(unchanged_sequence(original, found, "too-large"), issues=(Issue("L507", said),))
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from leafcut.files.whole_files import check_is_text
+from leafcut.message import Message
 from leafcut.model.kinds import ProgramKind
 from leafcut.options import (
     FeedOptions,
@@ -107,8 +108,8 @@ class ForeignProgram(Process):
     with_nearest = False
     by_itself = True
     instead = {  # noqa: RUF012  # the protocol declares a class attribute
-        "cut": "the input is a program, not a drawing; use leafcut reorder, or --process laser or plasma",
-        "pocket": "the input is a program, not a drawing; use leafcut reorder, or --process mill",
+        "cut": Message("the input is a program, not a drawing; use leafcut reorder, or --process laser or plasma"),
+        "pocket": Message("the input is a program, not a drawing; use leafcut reorder, or --process mill"),
     }
     form = (
         ("main", _MAIN),

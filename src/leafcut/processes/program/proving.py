@@ -88,7 +88,12 @@ def prove_program(plan: Plan, best: Candidate) -> Candidate:
     from leafcut.processes.program.proof.certificate import certify, proof_lines
 
     work: ForeignWork = plan.work
-    job, check_cancelled, text, new = plan.job, plan.job.start_step("verifying"), best.text, best.detail.program
+    job, check_cancelled, text, new = (
+        plan.job,
+        plan.job.start_step(Message("verifying")),
+        best.text,
+        best.detail.program,
+    )
     certificate = certify(
         work.program,
         new,
@@ -186,7 +191,7 @@ def _text_in_order(plan: Plan, order: Order) -> str:
             pieces,
             renumber=plan.job.settings.post.line_numbers,
             longest=plan.dialect.max_line,
-            check_cancelled=plan.job.start_step("writing"),
+            check_cancelled=plan.job.start_step(Message("writing")),
             obstacles=plan.work.obstacles,
         )
     except PostError as problem:

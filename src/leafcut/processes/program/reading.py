@@ -117,7 +117,7 @@ def controller_motion(program: Program, words: Dialect, clearance: float) -> tup
 
 def read_new(job: Job, words: Dialect, text: str) -> Program:
     """Interpret a newly written program for the machine of the job."""
-    check_cancelled = job.start_step("verifying")
+    check_cancelled = job.start_step(Message("verifying"))
     return read_foreign(
         text, "the new program", job.settings, job.machine, words, check_cancelled, process="mill", choose=False
     ).program
@@ -173,8 +173,10 @@ def read_foreign(
     except ReadError as error:
         if not free or not _reads(text, source, settings, _HAAS, check_cancelled):
             raise
-        hint = f"read for {machine.name}, but a Haas accepts it: choose your machine, such as --machine {_HAAS}"
-        raise ReadError(source, f"{error.reason}; {hint}", error.line) from None
+        hint = Message(
+            "read for {}, but a Haas accepts it: choose your machine, such as --machine {}", machine.name, _HAAS
+        )
+        raise ReadError(source, Message("{}; {}", error.reason, hint), error.line) from None
     read = replace(read, process=_process(read, process))
     if free and read.process in _BEAMS and (read.program.obeyed or _OF_QTPLASMAC.search(text)):
         # Other dialects would ignore its material comments and move cuts past them.
@@ -198,8 +200,8 @@ def read_foreign(
 
 #: Machine head and its name in messages, by beam process.
 _BEAMS: dict[str, tuple[Head, str]] = {
-    ProgramKind.LASER: (Head.LASER, "a laser"),
-    ProgramKind.PLASMA: (Head.TORCH, "a torch"),
+    ProgramKind.LASER: (Head.LASER, Message("a laser")),
+    ProgramKind.PLASMA: (Head.TORCH, Message("a torch")),
 }
 #: Machine to suggest if the default machine rejects a program; most machining centres have the same dialect.
 _HAAS = "haas-vf2"
@@ -338,7 +340,7 @@ def _read(
     return ProgramRead(program, words, machine, tuple(issues))
 
 
-_UNIT_WORDS = {"mm": "mm", "in": "inches"}
+_UNIT_WORDS = {"mm": "mm", "in": Message("inches")}
 
 
 def _material_feed(text: str, settings: Settings, words: Dialect) -> tuple[float | None, list[Issue]]:
@@ -373,4 +375,4 @@ def _chart_feed(settings: Settings) -> tuple[float, str]:
     data, _ = find_cut_data(
         rows, options.cut_process or "plasma", job.material, thickness, options.amps, options.nozzle
     )
-    return data.feed, f"the cut chart's for {thickness:g} mm of {job.material.replace('_', ' ')}"
+    return data.feed, Message("the cut chart's for {:g} mm of {}", thickness, job.material.replace("_", " "))

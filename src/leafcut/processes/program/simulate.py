@@ -39,7 +39,7 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
     from leafcut.timing.grbl import sent_lines
     from leafcut.timing.toolpath import measure_toolpath
 
-    read = read_file(program, settings, dialect, heartbeat_for_step(progress, "reading"))
+    read = read_file(program, settings, dialect, heartbeat_for_step(progress, Message("reading")))
     _check_lifts(settings, read.words)
     run, unknown = controller_motion(read.program, read.words, settings.job.clearance_height)
     # `optimize` starts at X0 Y0 by default too.

@@ -88,7 +88,7 @@ def cut_stock(
     """
     from leafcut.material.mesh_field import block_of_mesh
 
-    check_cancelled = heartbeat_for_step(progress, "reading")
+    check_cancelled = heartbeat_for_step(progress, Message("reading"))
     mine = _read(program, settings, dialect, check_cancelled)
     every = [mine] if same_as is None else [mine, _read(same_as, settings, dialect, check_cancelled)]
     given = settings.stock.workpiece
@@ -99,7 +99,7 @@ def cut_stock(
         part = part_as_placed(solid_file(settings.stock.part, ChosenSolid(settings.read.solid)), stated)
     block = block_of_mesh(part) if part is not None else block_of(given, which) if given else _common_block(every)
     cell = settings.stock.cell or usual_cell(block, min(one.smallest for one in every))
-    check_cancelled = heartbeat_for_step(progress, "cutting the stock")
+    check_cancelled = heartbeat_for_step(progress, Message("cutting the stock"))
     if part is not None:
         stock = stock_before_cuts(part, cell, _divided_moves(mine, cell), mine.cutters, check_cancelled)
     else:
@@ -194,7 +194,9 @@ def _divided_moves(one: _Cuts, cell: float) -> StraightMoves:
 
 def _assumed_block(stated: StatedPart | None) -> list[Issue]:
     if stated is None:
-        message = "the stock was assumed: a full block around the cuts, with its top at Z0; give it with --workpiece"
+        message = Message(
+            "the stock was assumed: a full block around the cuts, with its top at Z0; give it with --workpiece"
+        )
         return [Issue("L510", message, severity=Severity.NOTE)]
     return [
         Issue(

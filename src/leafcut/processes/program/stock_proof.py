@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from leafcut.errors import OptionError, PlanError
+from leafcut.message import Message
 from leafcut.model.issue import Issue
 from leafcut.model.kinds import BEAMS
 from leafcut.processes.program.model import StockProof
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 #: Usual number of cells, maximum cell size as a share of the smallest tool diameter, and maximum number of cells.
 _CELLS, _SHARE, _MOST = 2_000_000, 0.05, 8_000_000
 
-_NO_SHAPES = "the shapes of its tools are unknown; give --tools or --tool-diameter"
+_NO_SHAPES = Message("the shapes of its tools are unknown; give --tools or --tool-diameter")
 
 
 class Judging(NamedTuple):
@@ -53,8 +54,12 @@ def stock_judge(job: Job, program: Program, source: str, process: str) -> Judgin
         return Judging()
     if not tools:
         beam = dialect(job.settings.post.dialect or job.machine.controller).torch is not None
-        why = "it is read as a milling program; if a beam cuts, give --process laser or plasma" if beam else _NO_SHAPES
-        why = why if unknown else "nothing is cut"
+        why = (
+            Message("it is read as a milling program; if a beam cuts, give --process laser or plasma")
+            if beam
+            else _NO_SHAPES
+        )
+        why = why if unknown else Message("nothing is cut")
         return Judging(proof=StockProof(unknown=left_out, reason=why))
     from leafcut.material.height_field import usual_cell
     from leafcut.material.straight_moves import smallest_tool, undivided_moves
@@ -71,12 +76,18 @@ def stock_judge(job: Job, program: Program, source: str, process: str) -> Judgin
         which = ChosenSolid.of(job.settings.read)
         block = block_of(options.workpiece, which) if options.workpiece else block_around(whole, cutters)
         if block is None:
-            why = "the program cuts nothing below Z0, so the top of the stock is unknown; give --workpiece"
+            why = Message("the program cuts nothing below Z0, so the top of the stock is unknown; give --workpiece")
             return Judging(proof=StockProof(unknown=left_out, reason=why))
         stock = field_of(options, block, options.cell or usual_cell(block, smallest, _SHARE, _CELLS, _MOST), which)
         bodies = {number: body_of(tool) for number, tool in tools.items()}
         judge = StockJudge.of(
-            program, tools, cutters, bodies, stock, bool(options.workpiece), job.start_step("cutting the stock")
+            program,
+            tools,
+            cutters,
+            bodies,
+            stock,
+            bool(options.workpiece),
+            job.start_step(Message("cutting the stock")),
         )
     except PlanError as problem:
         if options.workpiece or options.cell:

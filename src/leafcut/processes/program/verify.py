@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from leafcut.message import Message
 from leafcut.model.certificate import Certificate
 from leafcut.model.heartbeat import OnProgress, heartbeat_for_step
 from leafcut.options import Settings
@@ -27,7 +28,7 @@ def verify(
     from leafcut.processes.program.proof.certificate import certify
     from leafcut.processes.program.reading import read_file
 
-    check_cancelled = heartbeat_for_step(progress, "verifying")
+    check_cancelled = heartbeat_for_step(progress, Message("verifying"))
     first = read_file(original, settings, dialect, check_cancelled)
     other = read_file(new, settings, dialect, check_cancelled, first)
     found = certify(
@@ -42,5 +43,7 @@ def verify(
     if found.same:
         avoided = avoided_areas(first.program, other.program, first.machine.safe_z or 0.0)
         if avoided.moves:
-            found = replace(found, notes=(*found.notes, f"{avoided.crossings} (first: line {avoided.line})"))
+            found = replace(
+                found, notes=(*found.notes, Message("{} (first: line {})", avoided.crossings, avoided.line))
+            )
     return replace(found, defaults=settings.from_defaults())

@@ -132,7 +132,7 @@ def _load_cached(path: str, which: ChosenSolid, _changed: int) -> Mesh:
     """Return the solid in a file; the last solid is cached, because several steps of a job need it."""
     from leafcut.read.meshes import load_mesh
 
-    mesh = load_mesh(path, "mm", "save it in mm", which.which, which.pose)
+    mesh = load_mesh(path, "mm", Message("save it in mm"), which.which, which.pose)
     if not mesh.closed:
         raise ReadError(path, "has holes in its surface, so its inside is unknown; repair it in CAD")
     return mesh

@@ -77,7 +77,7 @@ class SheetWork:
 def slide(plan: Plan, order: Order) -> Order:
     """Move the starts along their contours to shorten travel."""
     cuts = cuts_in_order(plan, order)
-    plan.job.report("refining the starts")
+    plan.job.report(Message("refining the starts"))
     share = 0.5 if plan.job.settings.of(CutOptions).heat_distance > 0.0 else 1.0
     with plan.job.deadline.part(share).running(plan.job.cancelled) as late:
         return _with_cuts(order, slide_starts(cuts, plan.work.head, late))
@@ -225,7 +225,7 @@ def stages_of(job: Job, cutting: Cutting, head: HeadTravel, known: Sequence[CutS
     for number, members in enumerate(groups):
         node_of = {id(s): node for node, s in enumerate(cutting.starts_of(members))}
         given = np.array([node_of[id(s)] for s in known if id(s) in node_of], dtype=np.int32)
-        name = "ordering the cuts" if len(groups) == 1 else f"ordering band {number + 1}"
+        name = Message("ordering the cuts") if len(groups) == 1 else Message("ordering band {}", number + 1)
         problem = build_problem(cutting, members, head, first=number == 0, last=number == len(groups) - 1)
         parts = len({cutting.contours[k].source.part for k in members})
         stages.append(Stage(problem, number > 0, given, name, parts=parts))
@@ -305,7 +305,7 @@ def order_issues(plan: Plan, best: Candidate) -> list[Issue]:
     # If the torch probed beyond the sheet, it would touch a slat, or nothing.
     torch, beyond = plan.dialect.torch, [c.path.start for c in cut_plan.cuts if c.kind == "cut" and not c.pierce]
     if torch is not None and torch.heights == "controller" and beyond:
-        many = "1 cut starts" if len(beyond) == 1 else f"{len(beyond)} cuts start"
+        many = Message("1 cut starts") if len(beyond) == 1 else Message("{} cuts start", len(beyond))
         words = Message(
             "{} beyond the sheet's edge, where the controller probes beside the sheet: lay a piece of the same "
             "thickness there, or use --dialect plasma with a profile without [probe]",

@@ -83,7 +83,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     """Return the plan of a sheet: its cuts with all possible starts, and chains of cuts that save time."""
     settings = job.settings
     options = settings.of(CutOptions)
-    job.report("reading")
+    job.report(Message("reading"))
     data, issues = _cut_data(job)
     issues += _joint_issues(data, options)
     words = dialect(settings.post.dialect or job.machine.controller)
@@ -107,7 +107,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     marks = any(c.kind == "mark" for c in sheet.contours)
     check_words(words, settings.post, marks=marks, compensates=options.compensation == "controller")
     file = _load_plan(settings.job.plan) if settings.job.plan else None
-    job.report("looking for pierce points")
+    job.report(Message("looking for pierce points"))
     cutting = prepare_cutting(sheet, rules)
     if file is not None:
         from leafcut.processes.sheet.plan.plan_file import follow_plan
@@ -234,7 +234,7 @@ def _with_best_chains(job: Job, cutting: Cutting, file: PlanFile | None, overhea
     blocks = chain_blocks(cutting, bands(cutting, options), chains)
     deadline, left = job.deadline.part(CHAIN_SHARE), sum(map(len, blocks))
     for block in blocks:
-        job.report("looking for bridges")
+        job.report(Message("looking for bridges"))
         own = deadline.part(len(block) / left)
         left -= len(block)
         found = chain_problem(cutting, block, overhead, min(job.machine.rapid_velocity[:2]))
@@ -242,7 +242,7 @@ def _with_best_chains(job: Job, cutting: Cutting, file: PlanFile | None, overhea
             continue
         problem, bridges = found
         search = replace(settings.solve, bound=False, algorithm="auto", time_limit=own.seconds)
-        tell = job.search_progress("joining cuts", 0.0, 1.0)
+        tell = job.search_progress(Message("joining cuts"), 0.0, 1.0)
         solution = solve(problem, search, settings.aco, progress=tell, cancelled=job.cancelled)
         own.subtract(solution.seconds)
         chains = [*chains, *chains_of(cutting, bridges, [int(n) for n in solution.nodes], chains)]
@@ -290,7 +290,7 @@ def _read_sheet(run: Job, source: Source) -> tuple[Part, Sheet]:
     from leafcut.processes.placing import place_part
     from leafcut.read import read_contours
 
-    part = read_contours(source, run.settings.read, run.start_step("reading"))
+    part = read_contours(source, run.settings.read, run.start_step(Message("reading")))
     part = replace(part, issues=(*part.issues, *check_thickness(part, run.settings.job.thickness)))
     part = place_part(part, run.settings.read)
     sheet = prepare_sheet(part, run.settings.sheet, run.settings.read.concentric)
@@ -422,7 +422,7 @@ def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
     """Return a warning about micro-joints if the sheet is too thick for a beam to pierce in motion."""
     if method_of(data.process) != CutMethod.LASER or not options.micro_joints or data.thickness <= _MAX_MOVING_PIERCE:
         return []
-    wait = f"the {data.pierce_delay:.2g} s" if data.pierce_delay > 0.0 else "the time"
+    wait = Message("the {:.2g} s", data.pierce_delay) if data.pierce_delay > 0.0 else Message("the time")
     words = Message(
         "after a micro-joint the beam restarts in motion, without {} that piercing {:g} mm takes, "
         "and may not cut through: test one part first, or leave out --micro-joints",
@@ -446,7 +446,7 @@ def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
     words = Message(
         "the plan was made for {}: this sheet is cut with its own data and the fixed values of "
         "the plan; check its leads and starts, or make a new plan",
-        " and ".join(differs),
+        Message.joined_by_and(differs),
     )
     return [Issue("L621", words, plan.source)]
 

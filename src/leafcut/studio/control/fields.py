@@ -57,7 +57,7 @@ class Field:
         try:
             return float(self.value.replace(",", "."))
         except ValueError:
-            raise OptionError(f"{self.label}: '{self.value}' is not a number") from None
+            raise OptionError("{}: '{}' is not a number", self.label, self.value) from None
 
     def count(self) -> int | None:
         """Return the value as a whole number, None if empty; raise `OptionError` if it is not a whole number."""
@@ -65,7 +65,7 @@ class Field:
         if not word:
             return None
         if not word.isdecimal() or len(word) > 9:
-            raise OptionError(f"{self.label}: '{word}' is not a whole number")
+            raise OptionError("{}: '{}' is not a whole number", self.label, word)
         return int(word)
 
 

@@ -435,7 +435,7 @@ class MachineLink:
                 # between its checks for alarms and for resets (protocol.c: `protocol_exec_rt_system`).
                 moving = self.state.moves or self._jog_until > self._clock()
                 self._publish(unsure=self.state.unsure or moving)
-                self._show_message("the controller was reset", bad=True)
+                self._show_message(Message("the controller was reset"), bad=True)
             case InvalidAnswer(words):
                 self._show_message(Message("invalid answer: '{}'; check the cable", words), bad=True)
             case _:
@@ -482,7 +482,7 @@ class MachineLink:
             self._publish(doing=MachineTask.NOTHING)
         if talk.status is not None and talk.status.state == "Alarm":
             self._publish(unsure=True)
-        self._show_message("stopped by you; the spindle is off")
+        self._show_message(Message("stopped by you; the spindle is off"))
 
     # Manual operation.
 
@@ -529,7 +529,7 @@ class MachineLink:
         facts = self._at_rest()
         self._mark_touched()
         probe_z(self._talk, facts, plate, feed, travel)
-        self._show_message("Z0 is set by the probe")
+        self._show_message(Message("Z0 is set by the probe"))
 
     def _mark_touched(self) -> None:
         if self._run is not None:
@@ -618,7 +618,7 @@ class MachineLink:
         if self._is_abandoned() and not (self._wishes.alone or self._left_alone):
             self._left_alone = True
             run.ask(Request.HOLD)
-            self._show_message("no page shows the machine any more: it is on hold", bad=True)
+            self._show_message(Message("no page shows the machine any more: it is on hold"), bad=True)
 
     def _prompt(self, pause: Pause, messages: Sequence[str]) -> str | None:
         """Ask the user and wait for the answer. Manual actions are executed meanwhile."""

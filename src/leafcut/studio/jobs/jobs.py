@@ -65,7 +65,7 @@ class LiveJob:
     state: JobState = JobState.WAITING
     line: str = ""
     internal: bool = False
-    latest: Progress = Progress("")
+    latest: Progress = Progress(Message(""))
     latest_s: float = 0.0
     points: list[tuple[float, float, str]] = field(default_factory=list)
     messages: list[tuple[float, str]] = field(default_factory=list)
@@ -324,7 +324,7 @@ def line_of(problem: BaseException) -> str:
     if isinstance(problem, LeafcutError):
         line = str(problem)
     elif isinstance(problem, MemoryError):
-        line = "not enough memory for this input"
+        line = Message("not enough memory for this input")
     elif isinstance(problem, OSError) and problem.strerror:
         line = Message("a file of the studio's own folder cannot be written or read ({})", problem.strerror)
     else:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut import api
 from leafcut.errors import LeafcutError, ReadError
+from leafcut.message import Message
 from leafcut.model.heartbeat import OnProgress, heartbeat_for_step
 from leafcut.model.part import Part
 from leafcut.options import Settings
@@ -85,7 +86,7 @@ def read_preview(
     from leafcut.read.registry import read_source
 
     settings = collect_settings(options or {})
-    format_, loaded = read_source(source, heartbeat_for_step(progress, "reading"))
+    format_, loaded = read_source(source, heartbeat_for_step(progress, Message("reading")))
     if format_.name == "gcode":
         return _program(loaded, options or {}, progress)
     kinds = _EXAMPLE if format_.name == "example" else _MAPS.get(format_.name, format_.processes)
@@ -114,7 +115,7 @@ def _drawing(
     from leafcut.studio.drawing.scene import part_scene, unitless
 
     part = registry.work(work).preview_part(source, settings)
-    heartbeat_for_step(progress, "drawing the preview")
+    heartbeat_for_step(progress, Message("drawing the preview"))
     scenes = {"part": part_scene(part)}
     issues = tuple(issues_as_json(part.issues))
     if unitless(part):
@@ -162,7 +163,7 @@ def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | 
 
     try:
         simulation = api.simulate(source, progress=progress, **_used("simulate", options))
-        heartbeat_for_step(progress, "drawing the preview")
+        heartbeat_for_step(progress, Message("drawing the preview"))
         text = read_program(source)
         scene = toolpath_scene(
             simulation.run, simulation.machine, name=source.file_name, text=text, measured=simulation.measure
@@ -195,7 +196,7 @@ def stock_scene(link: Link, source: str, options: Mapping[str, Any]) -> bytes:
     from leafcut.read.registry import read_source
     from leafcut.studio.drawing.solid import solid_scene
 
-    _, loaded = read_source(source, heartbeat_for_step(link.report, "reading"))
+    _, loaded = read_source(source, heartbeat_for_step(link.report, Message("reading")))
     simulation = api.simulate(loaded, progress=link.report, **_used("simulate", options))
     stock = registry.command("shown_stock")(loaded, collect_settings(_used("stock", options)))
     return solid_scene(simulation.run, simulation.machine, stock, simulation.measure)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from leafcut import api
 from leafcut.files.whole_files import read_program
 from leafcut.lab.tables import iterations_as_csv
+from leafcut.message import Message, messages_to_json
 from leafcut.model.heartbeat import OnProgress, heartbeat_for_step
 from leafcut.model.shown_stock import CUT_THROUGH
 from leafcut.model.snapshot import Observer
@@ -153,7 +154,8 @@ def _optimize(
         for n, o in enumerate(outcome.operations)
     ]
     artefacts["search"] = _searches(searches, observe)
-    artefacts["overview"] = Artefact("", "application/json", json.dumps(overview_as_json(report)).encode())
+    overview = json.dumps(messages_to_json(overview_as_json(report)))
+    artefacts["figures"] = Artefact("", "application/json", overview.encode())
     artefacts |= _order_files(outcome, output) | _plan_file_artefact(call)
     if outcome.part.format == "gcode":
         original = read_program(call.sources[0])
@@ -293,7 +295,9 @@ def _study(
     from leafcut.read import read
     from leafcut.read.tsplib import tour_text
 
-    part = read(call.sources[0], collect_settings(call.options).read, heartbeat_for_step(on_progress, "reading"))
+    part = read(
+        call.sources[0], collect_settings(call.options).read, heartbeat_for_step(on_progress, Message("reading"))
+    )
     experiment = run_experiment(
         part, call.algorithms, call.runs, call.options, progress=on_progress, observe=observe, cancelled=cancelled
     )

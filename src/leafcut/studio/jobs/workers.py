@@ -223,8 +223,8 @@ class StudioWork:
                     on_message(answer)
         except EOFError:
             status = process.kill()
-            how = f"signal {-status}" if status < 0 else f"status {status}"
-            during = f" during '{step}'" if step else ""
+            how = Message("signal {}", -status) if status < 0 else Message("status {}", status)
+            during = Message(" during '{}'", step) if step else ""
             line = Message(
                 "the process of this job ended unexpectedly{} ({}); it may have run out of memory", during, how
             )

@@ -163,7 +163,7 @@ class LabPanel:
         view, words = self.view, self.view.words
         try:
             if not self.runs.isdecimal():
-                raise OptionError(f"{words('bench.runs')}: '{self.runs}' is not a whole number")
+                raise OptionError("{}: '{}' is not a whole number", words("bench.runs"), self.runs)
             ready, command = prepare(view.task(), view.studio.folder), self._command()
             option, names = compared_option_values(command)
             values = [name for name in names if name in self.ways[option]]

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from typing import Any
 
 from nicegui.element import Element
 from nicegui.elements.mixins.text_element import TextElement
 from nicegui.events import GenericEventArguments
+
+from leafcut.message import Message, messages_from_json
 
 Fields = list[dict[str, Any]]
 
@@ -42,7 +45,7 @@ class Form(Element, component="../static/form.js"):
         self.props.update(groups=groups, words=words, values={}, shown={}, errors={}, searchable=searchable)
         self.props.update(fixed=fixed, answered=0)
         self.on("change", lambda e: _answer(self, e, on_change, "name", "value", "shown"))
-        self.on("refused", lambda e: on_refused(e.args["line"]))
+        self.on("refused", lambda e: on_refused(_refusal_of(e.args)))
 
     def show(
         self,
@@ -63,6 +66,12 @@ class Form(Element, component="../static/form.js"):
         self.update()
 
 
+def _refusal_of(answer: dict[str, Any]) -> str:
+    """Return the refusal of an upload, as a message if the server sent its template and values."""
+    message = messages_from_json(json.dumps(answer.get("parts")))
+    return message if isinstance(message, Message) else str(answer["line"])
+
+
 class Opener(Element, component="../static/opener.js"):
     """Opens files that users choose in a dialog or drop on the page."""
 
@@ -76,7 +85,7 @@ class Opener(Element, component="../static/opener.js"):
         super().__init__()
         self.props.update(words=words, largest=largest, several=False)
         self.on("opened", lambda e: on_opened(e.args))
-        self.on("refused", lambda e: on_refused(e.args["line"]))
+        self.on("refused", lambda e: on_refused(_refusal_of(e.args)))
 
     def set_several(self, several: bool) -> None:
         """Accept several files at once, or only the first."""

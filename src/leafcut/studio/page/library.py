@@ -7,7 +7,8 @@ import tempfile
 from importlib.resources import files
 from pathlib import Path
 
-from leafcut.errors import LeafcutError, OptionError
+from leafcut.errors import DataError, LeafcutError, OptionError
+from leafcut.message import map_text
 from leafcut.studio.folder import Folder
 
 #: Maximum length of a profile, characters; profiles have a few thousand.
@@ -26,7 +27,7 @@ def shipped_names(kind: str) -> list[str]:
 def shipped_text(kind: str, name: str) -> str:
     """Return the TOML text of an included file; raise `OptionError` for an unknown name."""
     if name not in shipped_names(kind):
-        raise OptionError(f"unknown name '{name}' in {kind}")
+        raise OptionError("unknown name '{}' in {}", name, kind)
     file = files("leafcut.machines") / f"{name}.toml" if kind == "machines" else files("leafcut.studio") / "tools.toml"
     return file.read_text(encoding="utf-8")
 
@@ -36,13 +37,13 @@ def own_text(folder: Folder, kind: str, name: str) -> str:
     try:
         return folder.own_path(kind, name).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
-        raise OptionError(f"'{name}' is no longer in your {kind}") from None
+        raise OptionError("'{}' is no longer in your {}", name, kind) from None
 
 
 def check_profile(kind: str, name: str, text: str) -> None:
     """Check a text with the reader for such files; raise `OptionError` if it is invalid."""
     if len(text) > MAX_CHARACTERS:
-        raise OptionError(f"{name}.toml: longer than {MAX_CHARACTERS:,} characters, too long for a profile")
+        raise OptionError("{}.toml: longer than {:,} characters, too long for a profile", name, MAX_CHARACTERS)
     from leafcut.read.machine import load_machine
     from leafcut.read.tools import load_tools
 
@@ -54,8 +55,9 @@ def check_profile(kind: str, name: str, text: str) -> None:
                 load_machine(str(file))
             else:
                 load_tools(file)
-        except LeafcutError as problem:
-            raise OptionError(str(problem).replace(f"{Path(place)}{os.sep}", "")) from None
+        except DataError as problem:
+            problem.args = (map_text(str(problem), lambda text: text.replace(f"{Path(place)}{os.sep}", "")),)
+            raise
 
 
 def save_profile(folder: Folder, kind: str, name: str, text: str) -> None:
@@ -65,7 +67,7 @@ def save_profile(folder: Folder, kind: str, name: str, text: str) -> None:
     """
     folder.own_path(kind, name)
     if kind == "machines" and name in shipped_names(kind):
-        raise OptionError(f"'{name}' is a built-in machine; give yours another name")
+        raise OptionError("'{}' is a built-in machine; give yours another name", name)
     check_profile(kind, name, text)
     folder.save_own(kind, name, text)
 

@@ -183,7 +183,7 @@ class View:
         for name, value in options.items():
             spec = group_of(name).specs()[name]
             if spec.names_file(value):
-                raise OptionError(f"{flag_name(name)}: choose a file opened in the studio, not a path")
+                raise OptionError("{}: choose a file opened in the studio, not a path", flag_name(name))
         if "algorithm" in options:
             self.table.put("local_search", "")  # the file decides
         for name, value in options.items():

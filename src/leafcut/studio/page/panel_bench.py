@@ -82,7 +82,7 @@ class BenchPanel:
     def task(self) -> Task:
         """Return the chosen study with the settings of the form; raise `OptionError` if a setting is invalid."""
         if not self.runs.isdecimal():
-            raise OptionError(f"{self.view.words('bench.runs')}: '{self.runs}' is not a whole number")
+            raise OptionError("{}: '{}' is not a whole number", self.view.words("bench.runs"), self.runs)
         algorithms = tuple(name for name in COMPARED if name in self.chosen)
         options = settings_of(self.view, algorithms)
         if not self.local_search:

@@ -15,8 +15,8 @@ _NORM_COLUMNS = ("part", "perimeter", "quantity", "total_perimeter", "hours", "m
 
 def draw_figures(overview: dict[str, Any], words: Words) -> None:
     """Show the result of `report.json_answer.overview_as_json` in the current container."""
-    kinds = {kind["class"]: words.report_text(kind["words"]) for kind in overview["times"]["kinds"]}
-    rows = [(words.report_text(row["name"]), row["seconds"], row["total"]) for row in overview["times"]["rows"]]
+    kinds = {kind["class"]: words.translate(kind["words"]) for kind in overview["times"]["kinds"]}
+    rows = [(words.translate(row["name"]), row["seconds"], row["total"]) for row in overview["times"]["rows"]]
     draw_times(rows, words, kinds)
     _tiles(overview["tiles"], words)
     _parts(overview["parts"], words)
@@ -29,10 +29,10 @@ def _tiles(tiles: Sequence[dict[str, Any]], words: Words) -> None:
     with box("dl", "tiles"):
         for tile in tiles:
             with box("div", "tile"):
-                text("dt", words.report_text(tile["name"]))
+                text("dt", words.translate(tile["name"]))
                 with box("dd"):
                     text("b", tile["figure"])
-                    text("span", words.report_text(tile["words"]), "quiet small")
+                    text("span", words.translate(tile["words"]), "quiet small")
 
 
 def draw_times(rows: Sequence[tuple[str, dict[str, float], str]], words: Words, kinds: dict[str, str]) -> None:
@@ -80,10 +80,8 @@ def _parts(parts: dict[str, Any], words: Words) -> None:
     keys = ("part", "pierces", "time", *(("cost",) if cost else ()))
     names = {"part": "number", "time": "total"}
     heads = [(words(f"result.{key}"), "" if key == "part" else "n") for key in keys]
-    cells = [[words.report_text(row[names.get(key, key)]) for key in keys] for row in rows]
-    cells += [
-        [words.report_text(row["name"]), *(row[names.get(key, key)] for key in keys[1:])] for row in parts["feet"]
-    ]
+    cells = [[words.translate(row[names.get(key, key)]) for key in keys] for row in rows]
+    cells += [[words.translate(row["name"]), *(row[names.get(key, key)] for key in keys[1:])] for row in parts["feet"]]
     table(heads, cells, words("result.parts")).classes("parts-of-sheet")
     left = len(parts["rows"]) - len(rows) + parts.get("left_out", 0)
     if left:
@@ -96,16 +94,16 @@ def _norms(norms: dict[str, Any], words: Words) -> None:
         return
     text("h3", words("result.norms"))
     names = [(words(f"result.{key}"), "" if key == "part" else "n") for key in _NORM_COLUMNS]
-    names += [(words.report_text(name), "n") for name in norms["names"]]
+    names += [(words.translate(name), "n") for name in norms["names"]]
     cells = [[row["name"], row["each"], row["quantity"], row["perimeter"], *_norm_cells(row)] for row in rows]
-    cells += [[words.report_text(row["name"]), "", "", row["perimeter"], *_norm_cells(row)] for row in norms["feet"]]
+    cells += [[words.translate(row["name"]), "", "", row["perimeter"], *_norm_cells(row)] for row in norms["feet"]]
     with box("div", "scroll"):
         table(names, cells, words("result.norms")).classes("norms-of-sheet")
     left = len(norms["rows"]) - len(rows) + norms["left_out"]
     if left:
         text("p", words("open.more", number=left), "quiet small")
     if norms["unknown"]:
-        unknown = ", ".join(words.report_text(name) for name in norms["unknown"])
+        unknown = ", ".join(words.translate(name) for name in norms["unknown"])
         text("p", words("result.norms_unknown", names=unknown), "quiet small")
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui.elements.mixins.text_element import TextElement
 
-from leafcut.errors import LeafcutError
+from leafcut.errors import LeafcutError, OptionError
 from leafcut.studio.jobs.jobs import line_of
 from leafcut.studio.page import library, profile_form
 from leafcut.studio.page.elements import Editor, Form, SaveBar, box, button, text
@@ -255,10 +255,9 @@ class LibraryPanel:
         problem, place = "", TomlPlace()
         try:
             library.check_profile(self.kind, self.chosen, self.now)
-        except LeafcutError as refusal:
-            problem = str(refusal)
-            place = place_of(self.now, problem)
-            problem = self.view.words.plain(problem)
+        except OptionError as refusal:
+            place = place_of(self.now, refusal)
+            problem = self.view.words.plain(str(refusal))
         line = place.line or 0
         self.bar.show(problem, line)
         if self.editor is not None:

@@ -117,7 +117,7 @@ class LivePanel:
         w, latest = self.view.words, live.latest
         self.place.set_visibility(True)
         self.what.set_text(
-            w.messages.translate(latest.step) or w("run.waiting" if live.state is JobState.WAITING else "run.reading")
+            w.translate(latest.step) or w("run.waiting" if live.state is JobState.WAITING else "run.reading")
         )
         unit = live.call.unit
         self.cost.set_text("" if latest.cost is None else f"{latest.cost:,.2f} {unit}".strip())

@@ -71,7 +71,7 @@ class ReadingPanel:
                 self._shown = ()
                 self.place.set_visibility(False)
             return
-        step = self._words.messages.translate(reading.what) or self._words("run.reading")
+        step = self._words.translate(reading.what) or self._words("run.reading")
         known = reading.share > 0.0
         display = (reading.name, step, int(reading.seconds), f"{reading.share:.2f}")
         if display == self._shown:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any
 
+from leafcut.message import messages_from_json
 from leafcut.model.issue import LIMITS
 from leafcut.model.kinds import Head
 from leafcut.report.chart import time_kinds
@@ -264,9 +264,9 @@ class ResultPanel:
         table(heads, rows, w("result.times"))
         if "strategies" in answer:
             self.strategies.draw(record, answer)
-        kept = self.view.studio.history.artefact(record.id, "overview")
+        kept = self.view.studio.history.artefact(record.id, "figures")
         if kept is not None:
-            draw_figures(json.loads(kept.data), w)
+            draw_figures(messages_from_json(kept.data), w)
         self._staying(answer)
         self._tools(answer)
         with box("dl", "facts"):
@@ -362,7 +362,7 @@ class ResultPanel:
         table([("", ""), (w("result.length_of"), _NUMBER)], rows, w("result.times"))
         # Answers of earlier versions lack the head.
         names = time_kinds(Head(answer.get("head", Head.SPINDLE)).method)
-        kinds = {kind.replace("_", "-"): w.report_text({"words": name, "values": {}}) for kind, name in names.items()}
+        kinds = {kind.replace("_", "-"): w.translate(name) for kind, name in names.items()}
         draw_times([("", answer["by_kind"], format_time(answer["time_s"]))], w, kinds)
         limits = [
             [axis.upper(), *(to_fixed(limit, 3) for limit in limits)]

@@ -128,7 +128,7 @@ def set_value(text: str, array: str, number: int, name: str, value: Any) -> str:
             table[key.table] = tomlkit.table()
         table = table[key.table]
         if not isinstance(table, Mapping):
-            raise OptionError(f"'{key.table}' is not a table; write [{key.table}]")
+            raise OptionError("'{}' is not a table; write [{}]", key.table, key.table)
     written = _value(key, value)
     if written is None:
         table.pop(key.key, None)
@@ -192,7 +192,7 @@ def _place(document: Mapping[str, Any], array: str, number: int) -> tuple[list[A
     listed = items if isinstance(items, list) else []
     places = [k for k, item in enumerate(listed) if isinstance(item, Mapping)]
     if number >= len(places):
-        raise OptionError(f"'{array}' has no entry {number + 1}")
+        raise OptionError("'{}' has no entry {}", array, number + 1)
     return listed, places[number]
 
 
@@ -213,7 +213,7 @@ def add_entry(text: str, array: str) -> str:
         document[array] = tomlkit.aot()
     listed = document[array]
     if not isinstance(listed, AoT):
-        raise OptionError(f"'{array}' must be written as [[{array}]], once for each entry")
+        raise OptionError("'{}' must be written as [[{}]], once for each entry", array, array)
     listed.append(entry_table)
     return tomlkit.dumps(document)
 
@@ -257,4 +257,4 @@ def _document(text: str) -> TOMLDocument:
     try:
         return tomlkit.parse(text)
     except (ValueError, RecursionError) as problem:
-        raise OptionError(f"not a TOML file ({problem})") from None
+        raise OptionError("not a TOML file ({})", problem) from None

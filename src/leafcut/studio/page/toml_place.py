@@ -1,13 +1,12 @@
-"""The position of an error in a TOML file of a machine or of tools, derived from the error message."""
+"""The line of an error in a TOML file of a machine or of tools."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
 
-_SYNTAX = re.compile(r"\(at line (\d+), column \d+\)")
-_MESSAGE = re.compile(r"[^:]*\.toml: (?:\[\[(?P<many>\w+)\]\] (?P<number>\d+): )?(?:\[(?P<table>\w+)\]: )?(?P<rest>.*)")
-_NAMED = re.compile(r"'([\w.-]+)'")
+from leafcut.errors import DataError, OptionError
+
 _HEAD = re.compile(r"\s*(\[\[?)\s*([^\]]+?)\s*\]")
 _KEY = re.compile(r"""\s*((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"|'[^']*'))*)\s*=""")
 
@@ -22,21 +21,13 @@ class TomlPlace:
     line: int | None = None
 
 
-def place_of(text: str, problem: str) -> TomlPlace:
-    """Return the position of an error that `library.check` reports; without a line if the message names no position."""
-    syntax = _SYNTAX.search(problem)
-    if syntax:
-        return TomlPlace(line=int(syntax.group(1)))
-    if "(at end of document)" in problem:
-        return TomlPlace(line=len(text.splitlines()))
-    match = _MESSAGE.match(problem)
-    if match is None:
+def place_of(text: str, problem: OptionError) -> TomlPlace:
+    """Return the position of an error of `library.check_profile`; without a line if the position is unknown."""
+    if not isinstance(problem, DataError):
         return TomlPlace()
-    table, number = match["many"] or match["table"] or "", int(match["number"] or 0)
-    named = _NAMED.search(match["rest"])
-    key = named.group(1) if named else ""
-    if "." in key and not table:
-        table, _, key = key.rpartition(".")
+    if problem.line is not None:
+        return TomlPlace(line=problem.line)
+    table, number, key = problem.table, problem.number, problem.key
     line = _line_of(text, table, number, key)
     if line is None and key and not table:
         line = _line_of(text, key, 1, "")  # the key is a table, but another value is expected

@@ -21,6 +21,7 @@ from starlette.staticfiles import StaticFiles
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.schemas import ANSWER, numbered
+from leafcut.message import Message, messages_to_json
 from leafcut.options.option_spec import flag_name
 from leafcut.processes import registry
 from leafcut.studio.folder import Folder
@@ -86,9 +87,10 @@ class _JsonAnswer(JSONResponse):
 
 
 class Refusal(BaseModel):
-    """The body of every error response."""
+    """The body of every error response: the English text, and for a message its template and values."""
 
     error: str
+    message: dict[str, Any] | None = None
 
 
 #: Error statuses and their meanings, for every route.
@@ -133,7 +135,12 @@ def router(studio: Studio) -> APIRouter:
 def refuse(_: Request, problem: Exception) -> JSONResponse:
     """Return the response for an error of leafcut, or for an internal error."""
     status = 400 if isinstance(problem, OptionError) else 422 if isinstance(problem, LeafcutError) else 500
-    return JSONResponse({"error": line_of(problem)}, status)
+    return _refusal(line_of(problem), status)
+
+
+def _refusal(line: str, status: int) -> JSONResponse:
+    message = {"message": messages_to_json(line)} if isinstance(line, Message) else {}
+    return JSONResponse({"error": line, **message}, status)
 
 
 def refuse_http(_: Request, problem: Exception) -> JSONResponse:
@@ -141,7 +148,7 @@ def refuse_http(_: Request, problem: Exception) -> JSONResponse:
     status, detail = getattr(problem, "status_code", 400), getattr(problem, "detail", "")
     if str(detail).startswith("Part exceeded"):  # message of the form parser
         detail = "a field of this request is larger than 1 MiB; only files may be"
-    return JSONResponse({"error": str(detail) or "this request is malformed"}, status)
+    return _refusal(str(detail) or "this request is malformed", status)
 
 
 def refuse_invalid(_: Request, problem: Exception) -> JSONResponse:

@@ -38,7 +38,7 @@ export default defineComponent({
       const [file] = input.files ?? [];
       input.value = "";
       if (!file) return;
-      await send(file).then((kept) => change(field, kept.id, kept.name), (problem) => emit("refused", { name: field.name, line: problem.message }));
+      await send(file).then((kept) => change(field, kept.id, kept.name), (problem) => emit("refused", { name: field.name, line: problem.message, parts: problem.parts }));
     }
 
     /** @param {Field} field */

@@ -44,7 +44,7 @@ export default defineComponent({
         emit("refused", { line: `${file.name}: ${props.words.large}` });
         return;
       }
-      await send(file).then((kept) => emit("opened", kept), (problem) => emit("refused", { line: problem.message }));
+      await send(file).then((kept) => emit("opened", kept), (problem) => emit("refused", { line: problem.message, parts: problem.parts }));
     }
 
     return () => {

@@ -1,7 +1,16 @@
 // Uploads files to the studio. During uploads, window.leafcutSending is a promise. When the studio has reported all
 // files, it becomes true, or false if a file was refused.
 
-/** Upload a file; return {id, name, size}, or throw with the studio's one-line message.
+/** A refusal of the studio: its English text, and template and values of the message for a translation. */
+export class Refusal extends Error {
+  /** @param {string} text @param {object | null} parts */
+  constructor(text, parts) {
+    super(text);
+    this.parts = parts;
+  }
+}
+
+/** Upload a file; return {id, name, size}, or throw a Refusal.
  * @param {File} file @returns {Promise<{ id: string, name: string, size: number }>} */
 export function send(file) {
   const sent = transfer(file);
@@ -28,11 +37,11 @@ async function transfer(file) {
   }
   const text = await answer.text();
   if (answer.ok) return JSON.parse(text);
-  let line = text;
+  let refusal = { error: text, message: null };
   try {
-    line = JSON.parse(text).error;
+    refusal = JSON.parse(text);
   } catch {
     // the access check of the server answers in plain text
   }
-  throw new Error(line);
+  throw new Refusal(refusal.error, refusal.message ?? null);
 }

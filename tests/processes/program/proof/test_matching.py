@@ -47,7 +47,7 @@ def feature(number: int = 0, group: int = 0, **values: float) -> Feature:
 
 
 def told(before: dict[str, float], after: dict[str, float], room: MatchTolerance = ROOM) -> list[str]:
-    return [change.text for change in feature_changes(feature(**before), feature(**after), room)]
+    return [change.message for change in feature_changes(feature(**before), feature(**after), room)]
 
 
 @pytest.mark.parametrize(

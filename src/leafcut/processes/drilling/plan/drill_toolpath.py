@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.zones import touches_any_zone
+from leafcut.message import Message
 from leafcut.model.machine import Machine
 from leafcut.model.plan import Stage
 from leafcut.model.problem import Metric, Relief, RoutingProblem
@@ -45,7 +46,9 @@ def stages_of(
         last = number == len(plan.operations) - 1
         problem = build_problem(plan, operation, metric, None if number else plan.start, plan.end if last else None)
         nodes = first_nodes.get(number, np.zeros(0, dtype=np.int32))
-        stages.append(Stage(problem, number > 0, drawing_order(operation), f"ordering {operation.tool.label}", nodes))
+        stages.append(
+            Stage(problem, number > 0, drawing_order(operation), Message("ordering {}", operation.tool.label), nodes)
+        )
     return tuple(stages)
 
 

@@ -154,8 +154,8 @@ def plan_drilling(
     Raises OptionError if options are invalid or contradict each other.
     """
     if not part.holes and not part.slots:
-        reasons = "; ".join(issue.message for issue in part.issues)
-        raise PlanError("{}: no holes to drill{}{}", part.name, ": " if reasons else "", reasons)
+        reasons = [Message.joined("; ", (issue.message for issue in part.issues))] if part.issues else []
+        raise PlanError(Message.joined(": ", (part.name, Message("no holes to drill"), *reasons)))
     refuse_unknown_depth(part, job)
     work_surface = _work_surface(part, mesh, job, options, fixture)
     if work_surface is not None and work_surface.clearance > job.clearance_height:
@@ -531,19 +531,23 @@ def _stroke_issues(
         number = int(deep[np.argmax(depths[deep])])
         hole = part.holes[int(operation.targets[number])]
         depth, stroke = float(depths[number]), float(strokes[number])
-        where = (
-            f"{operation.tool.label} at {hole.x:g}, {hole.y:g} drills {depth:.4g} mm deep, "
-            f"{depth / operation.tool.diameter:.1f}"
+        drills = Message(
+            "{} at {:g}, {:g} drills {:.4g} mm deep, {:.1f} diameters",
+            operation.tool.label,
+            hole.x,
+            hole.y,
+            depth,
+            depth / operation.tool.diameter,
         )
         holes = count_of(len(deep), "hole")
         if stroke < depth:
-            detail = f"{holes} with strokes longer than {LONGEST_STROKE:g} diameters"
-            message = Message("{} diameters, in strokes of {:.4g} mm ({}): use a smaller peck", where, stroke, detail)
+            detail = Message("{} with strokes longer than {:g} diameters", holes, LONGEST_STROKE)
+            message = Message("{}, in strokes of {:.4g} mm ({}): use a smaller peck", drills, stroke, detail)
         else:
-            detail = f"{holes} deeper than {LONGEST_STROKE:g} diameters"
+            detail = Message("{} deeper than {:g} diameters", holes, LONGEST_STROKE)
             message = Message(
-                "{} diameters, in one stroke ({}): give --peck, or set cycle G83 and peck for the tool in the library",
-                where,
+                "{}, in one stroke ({}): give --peck, or set cycle G83 and peck for the tool in the library",
+                drills,
                 detail,
             )
         issues.append(Issue("L446", message))
@@ -566,9 +570,11 @@ def _check_zones(plan: DrillPlan) -> None:
         if len(inside):
             x, y = starts[inside[0]]
             raise PlanError(
-                "the {} at {:g}, {:g} is in a keep-out zone, or closer to it than the radius of "
+                "the slot at {:g}, {:g} is in a keep-out zone, or closer to it than the radius of "
+                "{} ({} in all); change --keep-out, or leave them out"
+                if operation.slots
+                else "the hole at {:g}, {:g} is in a keep-out zone, or closer to it than the radius of "
                 "{} ({} in all); change --keep-out, or leave them out",
-                kind,
                 x,
                 y,
                 tool.label,
@@ -711,7 +717,7 @@ def _checked_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:
 def _check_speeds(operations: tuple[DrillOperation, ...], machine: Machine, job: JobOptions) -> None:
     for tool in (o.tool for o in operations):
         if not (tool.spindle_rpm > 0 and tool.feed > 0):
-            missing = Message("feed") if tool.spindle_rpm > 0 else "spindle_speed"
+            missing = Message("feed") if tool.spindle_rpm > 0 else Message("spindle_speed")
             raise PlanError("{} has no {}; give it in the tool library", tool.label, missing)
         if not machine.spindle_min_rpm <= tool.spindle_rpm <= machine.spindle_max_rpm:
             limits = Message(

@@ -270,7 +270,7 @@ class ToolChooser:
             return None
         return best
 
-    def _no_drill_message(self, diameter: float, hole: Hole) -> str:
+    def _no_drill_message(self, diameter: float, hole: Hole) -> Message:
         assert self.library is not None
         drills = [t.diameter for t in self.library.tools if t.kind is ToolKind.DRILL]
         near = min(drills, key=lambda d: abs(d - diameter), default=None)
@@ -338,11 +338,15 @@ class ToolChooser:
         feed = self.job.feed or min(round(FEED_PER_REVOLUTION * tool.diameter * rpm, 1) / 60.0, machine.max_feed)
         return rpm, feed
 
-    def _spindle_message(self, tool: Tool, rpm: float) -> str:
+    def _spindle_message(self, tool: Tool, rpm: float) -> Message:
         machine = self.machine
-        needs = (
-            f"{tool.label} needs {rpm:.0f} rpm, but the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to "
-            f"{machine.spindle_max_rpm:g} rpm"
+        needs = Message(
+            "{} needs {:.0f} rpm, but the spindle of {} turns {:g} to {:g} rpm",
+            tool.label,
+            rpm,
+            machine.name,
+            machine.spindle_min_rpm,
+            machine.spindle_max_rpm,
         )
         if rpm > machine.spindle_max_rpm:
             return Message(

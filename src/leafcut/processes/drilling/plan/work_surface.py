@@ -411,17 +411,15 @@ def measure_hole_tops(
                     "L442",
                     Message(
                         "{} not drawn at the height of the surface: at {:g}, "
-                        "{:g} the drawing has Z{:.3f} and the surface Z{:.3f}; ",
+                        "{:g} the drawing has Z{:.3f} and the surface Z{:.3f}; {}",
                         count_of(len(different), "hole"),
                         x,
                         y,
                         heights[worst],
                         rims.top[worst],
-                    )
-                    + (
-                        "depths are measured from the drawing, R planes from the higher of the two"
+                        Message("depths are measured from the drawing, R planes from the higher of the two")
                         if drawn
-                        else "the height of the surface is used"
+                        else Message("the height of the surface is used"),
                     ),
                 )
             )
@@ -489,7 +487,7 @@ def _unit_issues(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius:
     return []
 
 
-def _describe_lengths(part: Part, mesh: Mesh) -> str:
+def _describe_lengths(part: Part, mesh: Mesh) -> Message:
     x0, y0, x1, y1 = part.extents
     length = float(max((mesh.high - mesh.low)[:2]))
     return Message("{} is {:.4g} mm long and the holes span {:.4g} mm", mesh.name, length, max(x1 - x0, y1 - y0))

@@ -59,7 +59,7 @@ def feed_limits(
 
 def _unlimited_feed_note(settings: Settings, tool: Tool, material: WorkMaterial | None) -> Issue:
     if "material" not in settings.given:
-        return Issue("L705", "power and torque do not limit feeds: give --material", severity=Severity.NOTE)
+        return Issue("L705", Message("power and torque do not limit feeds: give --material"), severity=Severity.NOTE)
     if material is None:
         name = settings.job.material
         words = Message("power and torque do not limit feeds: the cutting force of '{}' is unknown", name)

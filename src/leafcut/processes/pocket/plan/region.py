@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from leafcut.errors import PlanError
+from leafcut.errors import PlanError, count_of
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.regions import polygons, swept, tool_centres
 from leafcut.message import Message
@@ -164,13 +164,11 @@ def _unreached_issues(name: str, places: list[UnreachableArea], rules: PocketRul
     return issues
 
 
-def _count_and_area(places: list[UnreachableArea], what: str) -> str:
-    return Message(
-        "{} {}{}, {:.3g} mm² in all", len(places), what, "s" * (len(places) > 1), sum(u.area for u in places)
-    )
+def _count_and_area(places: list[UnreachableArea], what: str) -> Message:
+    return Message("{}, {:.3g} mm² in all", count_of(len(places), what), sum(u.area for u in places))
 
 
-def _area_and_place(place: UnreachableArea) -> str:
+def _area_and_place(place: UnreachableArea) -> Message:
     return Message("{:.3g} mm² near ({:.2f}, {:.2f})", place.area, place.place[0], place.place[1])
 
 

@@ -86,7 +86,7 @@ def measured_chips(
     }
     samples = list(_sample_levels(cuts, written, rpm, rules, limits, flat))
     wrong = [
-        Difference("feed", 0, cut.line, _feed_message(cut, written, "goes down", limits.feed))
+        Difference(Message("feed"), 0, cut.line, _feed_message(cut, written, Message("goes down"), limits.feed))
         for cut in cuts
         if cut.row not in flat and written.value[cut.row] > limits.feed * (1.0 + _PART)
     ]
@@ -94,7 +94,7 @@ def measured_chips(
         wrong += _limit_differences(level, written, limits)
     ramps = [*_ramps(cuts, written, limits, flat, levels), *_plunges(cuts, written, rules, limits)]
     wrong += [
-        Difference("feed", 0, ramp.cut.line, _power_message(ramp.cut, written, ramp.power, limits))
+        Difference(Message("feed"), 0, ramp.cut.line, _power_message(ramp.cut, written, ramp.power, limits))
         for ramp in ramps
         if ramp.power > limits.power * (1.0 + _PART)
     ]
@@ -169,11 +169,11 @@ def _limit_differences(level: _LevelSamples, written: Toolpath, limits: FeedLimi
             position_text(*cut.path[-1]),
             limits.chip,
         )
-        yield Difference("feed", 0, cut.line, words)
+        yield Difference(Message("feed"), 0, cut.line, words)
     for cut, at in strong:
-        yield Difference("feed", 0, cut.line, _power_message(cut, written, level.power[at], limits))
+        yield Difference(Message("feed"), 0, cut.line, _power_message(cut, written, level.power[at], limits))
     for cut, _ in fast:
-        yield Difference("feed", 0, cut.line, _feed_message(cut, written, "cuts", limits.most))
+        yield Difference(Message("feed"), 0, cut.line, _feed_message(cut, written, Message("cuts"), limits.most))
 
 
 def _worst_samples(level: _LevelSamples, share: Floats) -> Iterator[tuple[PocketCut, int]]:
@@ -228,7 +228,7 @@ def _horizontal_length(cut: PocketCut) -> float:
     return float(np.hypot(*np.diff(cut.path[:, :2], axis=0).T).sum())
 
 
-def _power_message(cut: PocketCut, written: Toolpath, power: float, limits: FeedLimits) -> str:
+def _power_message(cut: PocketCut, written: Toolpath, power: float, limits: FeedLimits) -> Message:
     return Message(
         "{} needs {:.4g} kW near {}; the spindle provides at most {:.4g} kW",
         _move_at_feed(cut, written),
@@ -238,7 +238,7 @@ def _power_message(cut: PocketCut, written: Toolpath, power: float, limits: Feed
     )
 
 
-def _feed_message(cut: PocketCut, written: Toolpath, what: str, limit: float) -> str:
+def _feed_message(cut: PocketCut, written: Toolpath, what: str, limit: float) -> Message:
     return Message(
         "{} {} near {}; the mill cuts at {:g} mm/min at most",
         _move_at_feed(cut, written),
@@ -248,5 +248,5 @@ def _feed_message(cut: PocketCut, written: Toolpath, what: str, limit: float) ->
     )
 
 
-def _move_at_feed(cut: PocketCut, written: Toolpath) -> str:
-    return f"a move at {SECONDS_PER_MINUTE * float(written.value[cut.row]):g} mm/min"
+def _move_at_feed(cut: PocketCut, written: Toolpath) -> Message:
+    return Message("a move at {:g} mm/min", SECONDS_PER_MINUTE * float(written.value[cut.row]))

@@ -149,16 +149,18 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
     cuts = list(cutting_moves(written, rules.tolerance))
     speed = {cut.row: float(written.value[cut.row]) for cut in cuts}
     fast = {row for row, value in speed.items() if value > feed * (1.0 + 1e-6)}
-    wrong = [(cut, "goes down") for cut in cuts if cut.row in fast and cut.height > HEIGHT_TOLERANCE]
+    wrong = [(cut, Message("goes down")) for cut in cuts if cut.row in fast and cut.height > HEIGHT_TOLERANCE]
     for there, path, engaged in engaged_levels(cuts, rules, {cut.row for cut in cuts if cut.row in fast}):
         wide = engaged.width > thickest_film(rules)
         wrong += [
-            (there[number], "cuts") for number in np.unique(path.piece[wide]).tolist() if there[number].row in fast
+            (there[number], Message("cuts"))
+            for number in np.unique(path.piece[wide]).tolist()
+            if there[number].row in fast
         ]
     return limit_differences(
         [
             Difference(
-                "feed",
+                Message("feed"),
                 0,
                 cut.line,
                 Message(
@@ -229,7 +231,9 @@ def gouge_differences(simulated: Sequence[SimulatedLevel], pockets: Sequence[Poc
         if gouges.area > 0.0:
             point, name = gouges.representative_point(), pockets[level.number].label
             words = Message("{} at Z{:.3f}: {:.3g} mm² are cut beyond the wall", name, level.z, gouges.area)
-            wrong.append(Difference("gouge", 0, 0, Message("{} near {}", words, position_text(point.x, point.y))))
+            wrong.append(
+                Difference(Message("gouge"), 0, 0, Message("{} near {}", words, position_text(point.x, point.y)))
+            )
     return wrong
 
 
@@ -239,7 +243,7 @@ def step_over_differences(
     """Return a difference for each level whose passes are further apart than the requested step-over."""
     return [
         Difference(
-            "step-over",
+            Message("step-over"),
             0,
             0,
             Message(
@@ -286,7 +290,7 @@ def depth_differences(
             point = wide.representative_point()
             where = position_text(point.x, point.y, level.z)
             words = Message("more than the step-down of {:.3f} mm would be cut at once near {}", step, where)
-            wrong.append(Difference("too deep", 0, level.line, words))
+            wrong.append(Difference(Message("too deep"), 0, level.line, words))
     return limit_differences(wrong)
 
 
@@ -390,8 +394,10 @@ def _cut_lines(cuts: Sequence[PocketCut]) -> Any:
 def _unknown_places(path: Toolpath) -> list[Difference]:
     feeds = np.isin(path.kind, [int(kind) for kind in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)])
     known = np.isfinite(np.concatenate([path.before, path.end], axis=1)).all(axis=1)
-    words = "a cut starts or ends at a position that the program does not state"
-    return [Difference("gouge", 0, int(path.line[row]), words) for row in np.flatnonzero(feeds & ~known).tolist()]
+    words = Message("a cut starts or ends at a position that the program does not state")
+    return [
+        Difference(Message("gouge"), 0, int(path.line[row]), words) for row in np.flatnonzero(feeds & ~known).tolist()
+    ]
 
 
 def _rapids(
@@ -411,7 +417,7 @@ def _rapids(
     wrong += [(row, Message("a rapid may go below Z{:.3f} only over cleared area", retract)) for row in blind]
     return [
         Difference(
-            "rapid in material",
+            Message("rapid in material"),
             0,
             int(path.line[row]),
             Message(
@@ -494,14 +500,14 @@ def _cuts_beyond_walls(
             if everywhere.covers(lines[k]):
                 deepest = max(d for d, one in zip(depths, rooms, strict=True) if one.intersects(lines[k]))
                 words = Message("the tool goes to Z{:.3f}; the pocket is {:.3f} mm deep", low[k], deepest)
-                wrong.append(Difference("too deep", 0, cuts[k].line, words))
+                wrong.append(Difference(Message("too deep"), 0, cuts[k].line, words))
                 continue
             outside = lines[k].difference(room)
             point = outside.representative_point() if not outside.is_empty else lines[k].centroid
             words = Message(
                 "the tool of {:g} mm cuts into a wall near {}", rules.tool_diameter, position_text(point.x, point.y)
             )
-            wrong.append(Difference("gouge", 0, cuts[k].line, words))
+            wrong.append(Difference(Message("gouge"), 0, cuts[k].line, words))
     return wrong
 
 
@@ -531,5 +537,5 @@ def stock_top_differences(
             words = Message(
                 "{}: the solid is higher than Z{:.3f}, the assumed top of its material", pocket.label, height
             )
-            wrong.append(Difference("rapid in material", 0, 0, words))
+            wrong.append(Difference(Message("rapid in material"), 0, 0, words))
     return wrong

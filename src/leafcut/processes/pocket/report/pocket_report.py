@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from leafcut.message import Message
 from leafcut.model.fact import Fact
 from leafcut.model.measure import Measure
 from leafcut.model.outcome import Outcome, Which
@@ -54,7 +55,6 @@ from leafcut.report.wording import (
     saved_percent,
     share_words,
     time_words,
-    translatable,
 )
 
 #: Maximum number of path segments for which uncut areas are drawn.
@@ -156,64 +156,64 @@ class PocketReport(PathReport[PocketDetail]):
                 "after.time_s",
                 outcome.after.time_s,
                 "s",
-                translatable("by {way}", way=self.chosen),
-                translatable("Time"),
+                Message("by {}", self.chosen),
+                Message("Time"),
             )
         ]
         if self.compared:
             saved = saved_percent(outcome, outcome.after)
-            template = "by {way}; {percent} saved" if saved >= 0.0 else "by {way}; {percent} more now"
-            words = translatable(template, way=self.usual, percent=percent_words(abs(saved)))
-            times.append(Fact("before.time_s", outcome.before.time_s, "s", words, translatable("Usual time")))
+            words = Message(
+                "by {}; {} saved" if saved >= 0.0 else "by {}; {} more now", self.usual, percent_words(abs(saved))
+            )
+            times.append(Fact("before.time_s", outcome.before.time_s, "s", words, Message("Usual time")))
         return times
 
     def _path_facts(self) -> list[Fact]:
         outcome, m = self.outcome, written_measures(self.outcome)
         rules, plain = outcome.detail.plans[0].rules, plain_measures(m)
 
-        def fact(key: str, unit: str, sentence: str, name: str, *, of_search: bool = False) -> Fact:
-            return Fact(f"pocket.{key}", plain[key], unit, sentence, translatable(name), of_search)
+        def fact(key: str, unit: str, sentence: str, name: Message, *, of_search: bool = False) -> Fact:
+            return Fact(f"pocket.{key}", plain[key], unit, sentence, name, of_search)
 
         above = 100.0 * ((m.feed_mm + m.rapid_mm) / m.floor_mm - 1.0) if m.floor_mm > 0.0 else math.nan
-        rapids, lifted = length_words(m.rapid_mm), translatable("never lifted")
+        rapids, lifted = length_words(m.rapid_mm), Message("never lifted")
         if m.retracts:
-            number = "1 retract" if m.retracts == 1 else "{number} retracts"
-            lifted = translatable(f"{number}, {{length}} of rapids", number=f"{m.retracts:,}", length=rapids)
-        asked = translatable(
-            "{asked} mm asked for; passes that meet in the middle: {middle} mm apart",
-            asked=f"{rules.step_over:.4g}",
-            middle=f"{m.max_core:.2f}",
+            lifted = Message("{}, {} of rapids", count(m.retracts, "retract"), rapids)
+        asked = Message(
+            "{} mm asked for; passes that meet in the middle: {} mm apart",
+            f"{rules.step_over:.4g}",
+            f"{m.max_core:.2f}",
         )
-        floor = translatable("area ÷ step-over is {length}", length=length_words(m.floor_mm))
-        mean = translatable("at most; {angle} on average", angle=angle_words(plain["mean_engagement_deg"]))
+        floor = Message("area ÷ step-over is {}", length_words(m.floor_mm))
+        mean = Message("at most; {} on average", angle_words(plain["mean_engagement_deg"]))
         facts = [
             Fact("pocket", self._pocket(plain)),
             Fact("strategies", [_strategy(row) for row in self.strategies]),
-            fact("uncovered_percent", "%", self._uncut_words(m), "Uncut"),
-            fact("max_step_over", "mm", asked, "Step-over"),
-            fact("max_width", "mm", wider_words(m, rules.tool_diameter) if m.wide_mm > 0.0 else "", "Widest cut"),
-            fact("feed_mm", "mm", lifted, "Path over a level", of_search=True),
-            Fact(value=above, unit="%", sentence=floor, name=translatable("Above minimum"), of_search=True),
-            fact("gouge_mm2", "mm²", translatable("by simulation of the program"), "Gouge", of_search=True),
-            fact("max_engagement_deg", "°", mean, "Engagement", of_search=True),
+            fact("uncovered_percent", "%", self._uncut_words(m), Message("Uncut")),
+            fact("max_step_over", "mm", asked, Message("Step-over")),
+            fact(
+                "max_width", "mm", wider_words(m, rules.tool_diameter) if m.wide_mm > 0.0 else "", Message("Widest cut")
+            ),
+            fact("feed_mm", "mm", lifted, Message("Path over a level"), of_search=True),
+            Fact(value=above, unit="%", sentence=floor, name=Message("Above minimum"), of_search=True),
+            fact("gouge_mm2", "mm²", Message("by simulation of the program"), Message("Gouge"), of_search=True),
+            fact("max_engagement_deg", "°", mean, Message("Engagement"), of_search=True),
         ]
         if m.feed_mm > 0.0 and m.air_mm >= _AIR * m.feed_mm:
             path, tool = outcome.path_after, outcome.operations[0].tool
             fast = float(path.value[np.isin(path.kind, _FEEDS)].max(initial=tool.feed))
-            share, template = percent_words(100.0 * m.air_mm / m.feed_mm), "{share} of the path cuts air"
+            air = Message("{} of the path cuts air", percent_words(100.0 * m.air_mm / m.feed_mm))
             if fast > tool.feed * (1.0 + 1e-6):
-                template += ", at up to {feed} mm/min"
-            air = translatable(template, share=share, feed=number_words(feed_mm_min(fast)))
-            facts.append(fact("air_mm", "mm", air, "Air"))
+                air = Message("{}, at up to {} mm/min", air, number_words(feed_mm_min(fast)))
+            facts.append(fact("air_mm", "mm", air, Message("Air")))
         return facts
 
     def _uncut_words(self, m: PocketMeasures) -> str:
         """Return the uncut area as a share of the reachable area; issue L701 reports the area out of reach."""
         area, whole = area_words(m.uncovered_mm2), area_words(m.reachable_mm2)
         if all(issue.code != "L701" for issue in self.outcome.issues):
-            return translatable("{area} of {whole}", area=area, whole=whole)
-        words = "{area} of the {whole} that the tool reaches; the rest is stated as not cut"
-        return translatable(words, area=area, whole=whole)
+            return Message("{} of {}", area, whole)
+        return Message("{} of the {} that the tool reaches; the rest is stated as not cut", area, whole)
 
     def _tool_facts(self) -> list[Fact]:
         plans, tool = self.outcome.detail.plans, self.outcome.operations[0].tool
@@ -223,23 +223,22 @@ class PocketReport(PathReport[PocketDetail]):
         if several_depths(plans) or any(plan.begin for plan in plans):
             # Each line states its step, its depth, and where the material starts.
             number = sum(len(plan.levels) for plan in plans)
-            levels = translatable("{number} in {pockets} pockets", number=str(number), pockets=str(len(plans)))
+            levels = Message("{} in {} pockets", str(number), str(len(plans)))
             if rules.stock > 0.0:
-                words = translatable("{levels}; then {stock} mm along the walls", levels=words, stock=stock)
+                words = Message("{}; then {} mm along the walls", words, stock)
         elif rules.stock > 0.0:
-            words = translatable("to Z{depth}, then {stock} mm along the walls", depth=depth, stock=stock)
+            words = Message("to Z{}, then {} mm along the walls", depth, stock)
         else:
-            words = translatable("to Z{depth}", depth=depth)
-        side = "climb" if rules.climb else "conventional"
+            words = Message("to Z{}", depth)
         feed, speed = number_words(feed_mm_min(tool.feed)), f"{tool.spindle_rpm:,.0f}"
-        cut = translatable(f"{{feed}} mm/min, {{speed}} rpm, {side}", feed=feed, speed=speed)
+        cut = Message("{} mm/min, {} rpm, climb" if rules.climb else "{} mm/min, {} rpm, conventional", feed, speed)
         detail = self.outcome.detail
         entries = ", ".join(f"{number:,} × {kind}" for kind, number in detail.entries)
         return [
-            Fact(value=f"T{tool.number} Ø{tool.diameter:g} mm", sentence=cut, name=translatable("Tool")),
-            Fact(value=levels, sentence=words, name=translatable("Levels")),
+            Fact(value=f"T{tool.number} Ø{tool.diameter:g} mm", sentence=cut, name=Message("Tool")),
+            Fact(value=levels, sentence=words, name=Message("Levels")),
             *height_facts(detail.clearance, f"Z{coordinate_words(detail.retract)}"),
-            *([Fact(sentence=entries, name=translatable("Entry"))] if entries else []),
+            *([Fact(sentence=entries, name=Message("Entry"))] if entries else []),
         ]
 
     def _pocket(self, plain: dict[str, Any]) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from leafcut.message import Message
 from leafcut.model.outcome import Outcome
 from leafcut.model.pocket import PocketMeasures, PocketPlan, PocketProgram
 from leafcut.processes.pocket.model import PocketDetail
@@ -16,7 +17,6 @@ from leafcut.report.wording import (
     count,
     percent_words,
     plain_number,
-    translatable,
 )
 
 
@@ -159,7 +159,6 @@ def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
 
 def wider_words(m: PocketMeasures, diameter: float) -> str:
     """Return a sentence about cuts much wider than the step-over: their share of the path, and the widest cut."""
-    full = translatable("the full width of the tool") if m.max_width > 0.99 * diameter else f"{m.max_width:.2f} mm"
+    full = Message("the full width of the tool") if m.max_width > 0.99 * diameter else f"{m.max_width:.2f} mm"
     share = percent_words(100.0 * m.wide_mm / m.feed_mm) if m.feed_mm > 0.0 else NO_VALUE
-    words = "first cuts and corners, {share} of the path, are wider than the step-over: up to {full}"
-    return translatable(words, share=share, full=full)
+    return Message("first cuts and corners, {} of the path, are wider than the step-over: up to {}", share, full)

@@ -11,6 +11,7 @@ import numpy as np
 
 from leafcut.gcode.modal_dependencies import HERE, BlockReader, next_position
 from leafcut.gcode.program import Modal, Program
+from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import FixedBlocks, ProgramTask, Section, StayReason
@@ -27,7 +28,7 @@ from leafcut.processes.program.plan.program_rows import (
 )
 
 #: Reason for blocks that contain only fixed work; `Sequence.stays` has the reason for each piece of work.
-STAYING = "the tasks in it keep their order"
+STAYING = Message("the tasks in it keep their order")
 
 _MOTIONS = frozenset(int(k) for k in MOTIONS)
 
@@ -96,7 +97,7 @@ class SectionFinder:
             starts = self._starts(begin, end)
             switches = self._switches(starts)
             if switches:
-                self.barriers.update(dict.fromkeys(switches, "the spindle is switched"))
+                self.barriers.update(dict.fromkeys(switches, Message("the spindle is switched")))
                 edges = [begin - 1, *switches, end]
                 runs = [(a + 1, b) for a, b in pairwise(edges) if a + 1 < b]
                 waiting += reversed(runs)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from leafcut.errors import count_of
 from leafcut.gcode.modal_dependencies import BlockReader
 from leafcut.gcode.program import Program
 from leafcut.message import Message
@@ -47,7 +48,7 @@ def merge_sections(
         return sequence
     saved = merger.saved
     issue = Issue(
-        "L503", Message("{} tool change{} saved by joining sections", saved, "s"[: saved > 1]), severity=Severity.NOTE
+        "L503", Message("{} saved by joining sections", count_of(saved, "tool change")), severity=Severity.NOTE
     )
     return replace(
         sequence,
@@ -117,7 +118,7 @@ class _Merger:
                 self.program, self.rows, both, self.process, self.check_cancelled
             )
             self.items[place] = replace(earlier, pieces=pieces, precedence=precedence, ties=ties)
-        self.dropped.append(replace(change, reasons=("a change to a tool that did all its work before",)))
+        self.dropped.append(replace(change, reasons=(Message("a change to a tool that did all its work before"),)))
         self.saved += self._kinds(change).count(Kind.TOOL)
         del self.items[at - 1 : at + 1]
 

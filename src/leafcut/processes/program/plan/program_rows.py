@@ -21,33 +21,33 @@ from leafcut.processes.program.proof.order_thresholds import FREE
 
 #: Reason why a block stays, by the kind of its row.
 _BARRIERS = {
-    Kind.TOOL: "a tool change",
-    Kind.OFFSET: "a change of length offset",
-    Kind.COOLANT: "coolant is switched",
-    Kind.PAUSE: "the program stops for the operator",
-    Kind.MACHINE: "a move in machine coordinates",
-    Kind.END: "the end of the program",
-    Kind.FRAME: "a change of work offset",
-    Kind.SHIFT: "the origin is moved",
-    Kind.BLENDING: "a change of path control (G61, G64)",
-    Kind.FOREIGN: "it is not understood",
+    Kind.TOOL: Message("a tool change"),
+    Kind.OFFSET: Message("a change of length offset"),
+    Kind.COOLANT: Message("coolant is switched"),
+    Kind.PAUSE: Message("the program stops for the operator"),
+    Kind.MACHINE: Message("a move in machine coordinates"),
+    Kind.END: Message("the end of the program"),
+    Kind.FRAME: Message("a change of work offset"),
+    Kind.SHIFT: Message("the origin is moved"),
+    Kind.BLENDING: Message("a change of path control (G61, G64)"),
+    Kind.FOREIGN: Message("it is not understood"),
 }
 #: Reason why a block stays, by the modal value that it changes.
 _CHANGES = {
-    "unit": "a change of units",
-    "feed_mode": "a change of feed mode",
-    "coolant": "coolant is switched",
-    "tool": "a tool change",
-    "next_tool": "the choice of the next tool",
-    "length": "a change of length offset",
-    "frame": "a change of work offset",
-    "shift": "the origin is moved",
-    "blending": "a change of path control (G61, G64)",
-    "tolerance": "a change of path control (G61, G64)",
-    "joining": "a change of path control (G61, G64)",
+    "unit": Message("a change of units"),
+    "feed_mode": Message("a change of feed mode"),
+    "coolant": Message("coolant is switched"),
+    "tool": Message("a tool change"),
+    "next_tool": Message("the choice of the next tool"),
+    "length": Message("a change of length offset"),
+    "frame": Message("a change of work offset"),
+    "shift": Message("the origin is moved"),
+    "blending": Message("a change of path control (G61, G64)"),
+    "tolerance": Message("a change of path control (G61, G64)"),
+    "joining": Message("a change of path control (G61, G64)"),
 }
 #: Reason for the block with the first length in a program without units, where the assumed units take effect.
-_ASSUMED_UNITS = "its units are assumed: G20 or G21 is missing"
+_ASSUMED_UNITS = Message("its units are assumed: G20 or G21 is missing")
 _TORCH = re.compile(r"plasma|torch|pierce|\bTHC\b", re.IGNORECASE)
 
 TOLERANCE = 1e-6
@@ -211,8 +211,8 @@ def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
         if reasons[pair]:
             barriers.setdefault(number, reasons[pair])
     for row in _idle_rows(program, rows):
-        what = "a dwell" if path.kind[row] == Kind.DWELL else "the spindle is switched"
-        barriers.setdefault(int(block[row]), f"{what} between pieces of work")
+        what = Message("a dwell") if path.kind[row] == Kind.DWELL else Message("the spindle is switched")
+        barriers.setdefault(int(block[row]), Message("{} between pieces of work", what))
     _hold_calls(program, barriers)
     return barriers
 
@@ -233,7 +233,7 @@ def _hold_calls(program: Program, barriers: dict[int, str]) -> None:
     often = np.bincount(program.line, minlength=2)
     for number in np.flatnonzero(often[program.line] > 1).tolist():
         if number not in free:
-            barriers[number] = "it is run more than once"
+            barriers[number] = Message("it is run more than once")
     barriers.update((block, why) for block, why in program.fixed.items() if block not in free)
     barriers.update(held)
 
@@ -257,7 +257,7 @@ def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, en
             return Message("the subprogram has a block that stays at line {}: {}", line, inner)
     before, after = program.modal(begin), program.modal(end)
     same = (before.spindle, before.rpm) == (after.spindle, after.rpm)
-    return "" if same else "the subprogram changes the spindle state"
+    return "" if same else Message("the subprogram changes the spindle state")
 
 
 def _idle_rows(program: Program, rows: Rows) -> list[int]:

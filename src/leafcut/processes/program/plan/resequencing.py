@@ -102,7 +102,7 @@ def build_problem(section: Section, metric: Metric, start: Point | None, end: Po
         section.precedence,
         start,
         end,
-        name=f"line {section.pieces[0].line}{tool}",
+        name=Message("line {}{}", section.pieces[0].line, tool),
     )
 
 
@@ -150,7 +150,7 @@ def _issues(finder: SectionFinder, items: list[FixedBlocks | Section]) -> list[I
     if not any(isinstance(item, Section) for item in items):
         # Work that stays because of its travel move is reported separately (`SectionFinder.stays`).
         told = where or any(isinstance(item, FixedBlocks) and item.reasons for item in items)
-        why = "" if told else ": " + next(iter(finder.program.fixed.values()), "it contains no work")
+        why = "" if told else ": " + next(iter(finder.program.fixed.values()), Message("it contains no work"))
         issues.append(Issue("L502", Message("nothing in the program can be reordered{}", why), severity=Severity.NOTE))
     for reason, lines in where.items():
         times = (

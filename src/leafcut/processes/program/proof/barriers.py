@@ -18,7 +18,7 @@ from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN, Features, States
-from leafcut.processes.program.proof.matching import FeatureChange, change_of_state
+from leafcut.processes.program.proof.matching import FeatureChange, StateChange, change_of_state
 from leafcut.proof.clearance import rows_at_machine_height
 from leafcut.proof.difference import describe_motion, position_text
 
@@ -121,7 +121,7 @@ def barriers_of(program: Program, path: Toolpath, source: Indices, states: State
         left_on = motion.kind is Kind.END and int(states.of("length", row)) % TAKEN != 0
         words = _block_text(text, shown) if text else f"{describe_motion(motion)} {shown}".rstrip()
         if motion.kind is Kind.END and motion.ref < 0:
-            words = "end of the text, without M2 or M30"
+            words = Message("end of the text, without M2 or M30")
         marks.append(
             Barrier(
                 (*what, end, *state, left_on), int(motion.kind), row, motion.line, at, exactly, words, bool(lost[row])
@@ -199,9 +199,9 @@ def compare_unreached_settings(before: Program, after: Program) -> Iterator[Diff
     )
     if [said.value for said in one] != [said.value for said in other]:
         lines = one[0].line if one else 0, other[0].line if other else 0
-        text = "the controller settings in lines that are not executed differ: "
-        told = [", ".join(said.text for said in side) or "none" for side in (one, other)]
-        yield Difference("changed setting", *lines, text + " became ".join(told))
+        was, now = (", ".join(said.text for said in side) or Message("none") for side in (one, other))
+        text = Message("the controller settings in lines that are not executed differ: {} became {}", was, now)
+        yield Difference(Message("changed setting"), *lines, text)
 
 
 def _normalized_line(program: Program, line: int) -> str:
@@ -245,7 +245,7 @@ def with_dwells(
         state = (int(states.of("spindle", row)), int(states.of("coolant", row)))
         what = (int(Kind.DWELL), "head" if first else "tail", bool(there), round(seconds, 4), *state)
         x, y, z = features.end[index].tolist()
-        added.append(Barrier(what, int(Kind.DWELL), row, line, (x, y, z), False, f"dwell of {seconds:g} s"))
+        added.append(Barrier(what, int(Kind.DWELL), row, line, (x, y, z), False, Message("dwell of {:g} s", seconds)))
     return sorted([*marks, *added], key=lambda mark: mark.key), moved
 
 
@@ -267,10 +267,6 @@ def group_barriers(marks: list[Barrier], work: Ints) -> list[BarrierGroup]:
     return walls
 
 
-#: Name of a changed value ("tool", "frame"), and its value in the original ("was") or in the new program ("now").
-ImpliedChange = tuple[str, str, int]
-
-
 class ComparisonGroups(NamedTuple):
     """Groups of work between matching barriers, and the differences between the barriers.
 
@@ -283,9 +279,9 @@ class ComparisonGroups(NamedTuple):
     differences
         Differences between the barriers.
     states
-        Barriers that differ only in the machine state, with the changes of that state.
+        Barriers that differ only in the machine state, with the changes of `matching.change_of_state`.
     implied
-        Changes of work that follow from removed or added tool changes and work offsets.
+        Changes that follow from removed or added tool changes and work offsets.
     """
 
     before: list[int]
@@ -293,7 +289,7 @@ class ComparisonGroups(NamedTuple):
     mark_of: dict[float, Barrier]
     differences: list[Difference]
     states: list[tuple[Difference, frozenset[FeatureChange]]]
-    implied: list[ImpliedChange]
+    implied: list[StateChange]
 
 
 def compare_barrier_groups(before: list[BarrierGroup], after: list[BarrierGroup]) -> ComparisonGroups:
@@ -314,7 +310,7 @@ def compare_barrier_groups(before: list[BarrierGroup], after: list[BarrierGroup]
             hard.mark_of.update({a.key: b for a, b in zip(same.pop().marks, wall.marks, strict=True)})
         else:
             hard.differences.append(_other_tool_change(wall, [one for walls in left.values() for one in walls]))
-            hard.implied.extend(_implied_changes(list(wall.marks), "now"))
+            hard.implied.extend(_implied_changes(list(wall.marks), "new"))
     return hard
 
 
@@ -327,9 +323,9 @@ def _other_tool_change(wall: BarrierGroup, others: list[BarrierGroup]) -> Differ
         was = ", ".join(mark.said for mark in other.marks)
         if _tools(other) == tools and was != said:
             return Difference(
-                "tool change", other.marks[0].line, wall.marks[0].line, Message("'{}' became '{}'", was, said)
+                Message("tool change"), other.marks[0].line, wall.marks[0].line, Message("'{}' became '{}'", was, said)
             )
-    return Difference("tool change", 0, wall.marks[0].line, Message("'{}' is not in the original", said))
+    return Difference(Message("tool change"), 0, wall.marks[0].line, Message("'{}' is not in the original", said))
 
 
 def _tools(wall: BarrierGroup) -> list[object]:
@@ -368,7 +364,7 @@ def _match_groups(before: list[BarrierGroup], after: list[BarrierGroup]) -> Comp
 
 def _unmatched_differences(
     before: list[Barrier], after: list[Barrier]
-) -> tuple[list[Difference], list[tuple[Difference, frozenset[FeatureChange]]], list[ImpliedChange]]:
+) -> tuple[list[Difference], list[tuple[Difference, frozenset[FeatureChange]]], list[StateChange]]:
     """Return the `differences`, `states` and `implied` of `ComparisonGroups`."""
     found: list[Difference] = []
     states: list[tuple[Difference, frozenset[FeatureChange]]] = []
@@ -382,14 +378,14 @@ def _unmatched_differences(
                 kept.append(mark)
     if not gone and not new and before:
         text = Message("'{}' has moved in the order", before[0].said)
-        found.append(Difference("order of barriers", before[0].line, after[0].line, text))
+        found.append(Difference(Message("order of barriers"), before[0].line, after[0].line, text))
     for one, other in zip(gone, new, strict=False):
         if state := _state_changes(one, other):
             told = Difference(
                 Message("changed {}", _barrier_noun(one)),
                 one.line,
                 other.line,
-                Message("at '{}': {}", one.said, "; ".join(change.text for change in state)),
+                Message("at '{}': {}", one.said, Message.joined("; ", (change.message for change in state))),
             )
             states.append((told, frozenset(state)))
             continue
@@ -397,7 +393,7 @@ def _unmatched_differences(
         if one.said == other.said:
             reads = _changed_inputs(one, other)
             text = (
-                Message("'{}' differs: {}", one.said, "; ".join(reads))
+                Message("'{}' differs: {}", one.said, Message.joined("; ", reads))
                 if reads
                 else Message(
                     "'{}' now runs with a different state of the spindle, the coolant or the tasks around it", one.said
@@ -412,7 +408,7 @@ def _unmatched_differences(
         Difference(Message("extra {}", _barrier_noun(mark)), 0, mark.line, Message("'{}' is new", mark.said))
         for mark in new[len(gone) :]
     )
-    return found, states, [*_implied_changes(gone, "was"), *_implied_changes(new, "now")]
+    return found, states, [*_implied_changes(gone, "gone"), *_implied_changes(new, "new")]
 
 
 def _changed_inputs(one: Barrier, other: Barrier) -> list[str]:
@@ -422,22 +418,22 @@ def _changed_inputs(one: Barrier, other: Barrier) -> list[str]:
 
 
 #: Names of barriers in messages.
-_NOUNS: dict[int, str] = {
-    Kind.PAUSE: "stop",
-    Kind.TOOL: "tool",
-    Kind.FRAME: "work offset",
-    Kind.SHIFT: "shift of the origin",
-    Kind.MACHINE: "machine move",
-    Kind.END: "end of program",
-    Kind.DWELL: "dwell",
-    OBEYED: "setting",
-    MESSAGE: "message",
+_NOUNS: dict[int, Message] = {
+    Kind.PAUSE: Message("stop"),
+    Kind.TOOL: Message("tool"),
+    Kind.FRAME: Message("work offset"),
+    Kind.SHIFT: Message("shift of the origin"),
+    Kind.MACHINE: Message("machine move"),
+    Kind.END: Message("end of program"),
+    Kind.DWELL: Message("dwell"),
+    OBEYED: Message("setting"),
+    MESSAGE: Message("message"),
 }
 
 
-def _barrier_noun(mark: Barrier) -> str:
+def _barrier_noun(mark: Barrier) -> Message:
     written = mark.kind != MESSAGE or mark.said.startswith("(")
-    return _NOUNS.get(mark.kind, "block") if written else Message("block")
+    return _NOUNS.get(mark.kind, Message("block")) if written else Message("block")
 
 
 def _state_changes(one: Barrier, other: Barrier) -> list[FeatureChange]:
@@ -457,11 +453,12 @@ def _state_changes(one: Barrier, other: Barrier) -> list[FeatureChange]:
     ]
 
 
-def _implied_changes(marks: list[Barrier], side: str) -> Iterator[ImpliedChange]:
-    """Yield the changes of tool and work offset that follow from removed ("was") or added ("now") barriers."""
+def _implied_changes(marks: list[Barrier], which: str) -> Iterator[StateChange]:
+    """Yield the changes of tool and work offset that follow from removed or added barriers."""
     for mark in marks:
-        if mark.kind in (Kind.TOOL, Kind.FRAME) and isinstance(number := mark.what[1], int):
-            yield ("tool" if mark.kind == Kind.TOOL else "frame"), side, number
+        if mark.kind in (Kind.TOOL, Kind.FRAME) and isinstance(ref := mark.what[1], int):
+            name = "tool" if mark.kind == Kind.TOOL else "frame"
+            yield (name, ref, None) if which == "gone" else (name, None, ref)
 
 
 def find_misplaced_barriers(
@@ -479,10 +476,10 @@ def find_misplaced_barriers(
             text = Message(
                 "'{}' may start at the current position of the tool, which changed: {} became {}", mark.said, was, now
             )
-            yield Difference("barrier at another place", mark.line, new.line, text)
+            yield Difference(Message("barrier at another place"), mark.line, new.line, text)
         elif new.unsure and not mark.unsure:
             text = Message("at '{}' the height of the tool is no longer known", mark.said)
-            yield Difference("unknown height", mark.line, new.line, text)
+            yield Difference(Message("unknown height"), mark.line, new.line, text)
         elif new.place[2] < mark.place[2] - tolerance - 1e-9:
             text = Message("at '{}' the tool was at Z{:.3f}, now at Z{:.3f}", mark.said, mark.place[2], new.place[2])
-            yield Difference("lower retract", mark.line, new.line, text)
+            yield Difference(Message("lower retract"), mark.line, new.line, text)

@@ -248,9 +248,11 @@ def _other_units(programs: tuple[Program, Program]) -> Iterator[Difference]:
     stated = [first_with_units(program) for program in programs]
     written = all(block < program.n_blocks for block, program in zip(stated, programs, strict=True))
     if written and all(len(side) == 1 for side in units) and units[0] != units[1]:
-        was, now = ("inches" if side == {MM_PER_INCH} else "mm" for side in units)
+        was, now = (Message("inches") if side == {MM_PER_INCH} else "mm" for side in units)
         old, new = (int(program.line[block]) for program, block in zip(programs, stated, strict=True))
-        yield Difference("units", old, new, Message("{} became {}, and the lengths did not change with them", was, now))
+        yield Difference(
+            Message("units"), old, new, Message("{} became {}, and the lengths did not change with them", was, now)
+        )
 
 
 def _known_bounds(features: list[Feature]) -> Bounds | None:
@@ -275,20 +277,21 @@ def _wider_travel(
     lowest = np.fmin.reduce([(math.inf,) * 3, *(low for low, _ in bounds)])
     highest = np.fmax.reduce([(-math.inf,) * 3, *(high for _, high in bounds)])
     for axis, name in enumerate("XYZ"):
-        for sign, word in ((1.0, "above"), (-1.0, "below")):
+        for sign in (1.0, -1.0):
             (was, reached), (now, reaches) = (_farthest_move(path, axis, sign) for path in (before, after))
             room = max(reached, sign * (highest if sign > 0 else lowest)[axis])
             if was < 0 or reaches <= room + tolerance + 1e-9:
                 continue
             text = Message(
-                "{}{:.3f} is {} every move of the original, {}{:.3f}",
+                "{}{:.3f} is above every move of the original, {}{:.3f}"
+                if sign > 0.0
+                else "{}{:.3f} is below every move of the original, {}{:.3f}",
                 name,
                 after.end[now, axis],
-                word,
                 name,
                 before.end[was, axis],
             )
-            yield Difference("envelope", int(before.line[was]), int(after.line[now]), text)
+            yield Difference(Message("envelope"), int(before.line[was]), int(after.line[now]), text)
 
 
 def _farthest_move(path: Toolpath, axis: int, sign: float) -> tuple[int, float]:

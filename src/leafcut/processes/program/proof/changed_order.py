@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import islice
 
 import numpy as np
@@ -30,8 +31,10 @@ from leafcut.processes.program.proof.rapids import RapidGaps, allowed_heights
 from leafcut.processes.program.proof.traces import traces_of
 from leafcut.proof.difference import MOST_LISTED, position_text
 
+#: Message about two features, from their places.
+_MessageOf = Callable[[Message, Message], Message]
 #: Two features of the original, the earlier first, and the message about their relation.
-_Pair = tuple[int, int, str]
+_Pair = tuple[int, int, _MessageOf]
 
 
 class ChangedOrder:
@@ -64,13 +67,25 @@ class ChangedOrder:
             return
         known = np.isfinite(self.features.end[:, :2]).all(axis=1)
         for one in _reordered_features(self.new_of, np.flatnonzero(~known)):
-            yield self._difference("order", one, one, "the position of {} is unknown, and it has moved in the order")
+            yield self._difference(
+                Message("order"),
+                one,
+                one,
+                lambda where, _: Message("the position of {} is unknown, and it has moved in the order", where),
+            )
         self.check_cancelled()
         pairs, proved = touching_in_new_order(self.features, self.traces, self.new_of, tolerance, self.check_cancelled)
         for one, other in pairs[:MOST_LISTED].tolist():
-            yield self._difference("order", one, other, "{} touches {}, which used to come later and now comes first")
+            yield self._difference(
+                Message("order"),
+                one,
+                other,
+                partial(Message, "{} touches {}, which used to come later and now comes first"),
+            )
         if not proved:
-            yield Difference("order", 0, 0, "too many cuts overlap, so their order cannot be verified")
+            yield Difference(
+                Message("order"), 0, 0, Message("too many cuts overlap, so their order cannot be verified")
+            )
 
     def work_inside_contours(self) -> Iterator[Difference]:
         """Yield work that changed sides in the order with a closed cut or a tabbed outline around it.
@@ -101,14 +116,9 @@ class ChangedOrder:
                 changed |= (inner > closes) & (begins[inner] < closed) & (begins[inner] >= 0)
             for k in inner[changed].tolist():
                 counts[outline.joined] += 1
-                was, now = ("before", "after") if k < closes else ("after", "before")
-                what = "an outline with tabs" if outline.joined else "a closed cut"
-                text = (
-                    f"{{}} lies inside {what} that ends at {{}}; it used to be cut {was} this cut and is now cut {now} "
-                    f"it"
-                )
-                text += ", in a part that is already detached by then" if self.flat and not outline.joined else ""
-                yield self._difference(f"inner {now} outer", int(first[k]), int(last[closes]), text)
+                kind = Message("inner after outer") if k < closes else Message("inner before outer")
+                message = partial(_changed_side, outline.joined, k < closes, self.flat)
+                yield self._difference(kind, int(first[k]), int(last[closes]), message)
 
     def reordered_passes(self, width: float) -> Iterator[Difference]:
         """Yield nearby passes in changed order for a mill of this width (mm), and parts that are detached too early."""
@@ -119,10 +129,12 @@ class ChangedOrder:
         visit = np.unique(visit, return_inverse=True)[1].ravel()
         visits = visits_of(self.features, self.traces, visit, int(visit[-1]) + 1, FREE)
         changed = islice(self._passes(visits, visit, width), 2 * MOST_LISTED)
-        yield from (self._difference("order", *pair) for pair in changed)
-        text = "{} was cut before the part whose outline ends at {} was detached; now it is cut afterwards"
+        yield from (self._difference(Message("order"), *pair) for pair in changed)
+        text = partial(
+            Message, "{} was cut before the part whose outline ends at {} was detached; now it is cut afterwards"
+        )
         for other, outline in islice(self._freed_too_early(visits, visit), MOST_LISTED + 1):
-            yield self._difference("part detached too early", other, outline, text)
+            yield self._difference(Message("part detached too early"), other, outline, text)
 
     def _passes(self, visits: Visits, visit: Indices, width: float) -> Iterator[_Pair]:
         begins = self.new_of[visits.first]
@@ -137,16 +149,16 @@ class ChangedOrder:
             owner = np.where(chosen[visit], visit, -1)
             near, of = line_index(lines_of(self.features, self.traces, owner, FREE.sagitta))
             known: set[tuple[str, int, int]] = set()
-            for said, pairs in passes_beside(visits, near, of, FREE, width, wanted):
+            for relation, pairs in passes_beside(visits, near, of, FREE, width, wanted):
                 self.check_cancelled()
                 # Long cuts meet in several parts of the index.
-                new = [pair for pair in ((said, *pair) for pair in pairs.tolist()) if pair not in known]
+                new = [pair for pair in ((relation, *pair) for pair in pairs.tolist()) if pair not in known]
                 known.update(new)
-                text = f"{{}} {said} {{}}, which used to come later and now comes first"
-                yield from ((*visits.first[list(pair)].tolist(), text) for _, *pair in new)
+                message = partial(_changed_order, relation)
+                yield from ((*visits.first[list(pair)].tolist(), message) for _, *pair in new)
         for one, other in rows_in_order(visits, FREE, width).tolist():
             if 0 <= begins[other] < begins[one]:
-                text = "{} clears a row beside {}, which used to come later and now comes first"
+                text = partial(Message, "{} clears a row beside {}, which used to come later and now comes first")
                 yield int(visits.first[one]), int(visits.first[other]), text
 
     def _freed_too_early(self, visits: Visits, visit: Indices) -> Iterator[tuple[int, int]]:
@@ -176,7 +188,7 @@ class ChangedOrder:
             if later.any():
                 yield int(visits.first[np.argmax(later)]), int(visits.last[outline])
 
-    def parts_note(self) -> list[str]:
+    def parts_note(self) -> list[Message]:
         """Return a note if the outlines of parts are cut in a different order."""
         features, run = self.features, self.run
         n = int(run[-1]) + 1 if len(run) else 0
@@ -193,8 +205,8 @@ class ChangedOrder:
             return []
         one = int(moved[0])
         other = int(parts[(parts < one) & (ends[parts] > ends[one])][0])
-        said = [
-            f"X{features.end[k, 0]:.3f} Y{features.end[k, 1]:.3f} (line {features.line[k]})"
+        places = [
+            Message("X{:.3f} Y{:.3f} (line {})", *features.end[k, :2], features.line[k])
             for k in last[[one, other]].tolist()
         ]
         return [
@@ -203,8 +215,7 @@ class ChangedOrder:
                 "Example: the outline that ends at {} is now cut before the path that ends at {}",
                 len(moved),
                 len(parts),
-                said[0],
-                said[1],
+                *places,
             )
         ]
 
@@ -224,12 +235,30 @@ class ChangedOrder:
         parts: Indices = np.unique(owner[depth % 2 == 0])
         return parts
 
-    def _difference(self, what: str, one: int, other: int, text: str) -> Difference:
+    def _difference(self, what: Message, one: int, other: int, message: _MessageOf) -> Difference:
         """Return a difference between two features, with the lines of the first feature in both programs."""
         features = self.features
-        said = [position_text(*features.end[k]) + f" (line {features.line[k]})" for k in (one, other)]
+        places = [Message("{} (line {})", position_text(*features.end[k]), features.line[k]) for k in (one, other)]
         lines = int(features.line[one]), int(self.after.features.line[self.new_of[one]])
-        return Difference(what, *lines, text.format(*said))
+        return Difference(what, *lines, message(*places))
+
+
+def _changed_side(tabs: bool, later: bool, flat: bool, place: Message, end: Message) -> Message:
+    """Return the message about work inside a closed cut or an outline with tabs that is now done later or earlier."""
+    message = Message(
+        "{} lies inside an outline with tabs that ends at {}; it used to be cut {} this cut and is now cut {} it"
+        if tabs
+        else "{} lies inside a closed cut that ends at {}; it used to be cut {} this cut and is now cut {} it",
+        place,
+        end,
+        Message("before") if later else Message("after"),
+        Message("after") if later else Message("before"),
+    )
+    return Message("{}, in a part that is already detached by then", message) if flat and not tabs else message
+
+
+def _changed_order(relation: Message, place: Message, other: Message) -> Message:
+    return Message("{} {} {}, which used to come later and now comes first", place, relation, other)
 
 
 def _moved_visits(begins: Indices) -> Mask:

@@ -11,9 +11,10 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple, TypeVar
 
+from leafcut.errors import count_of
 from leafcut.message import Message
 from leafcut.model.difference import Difference
-from leafcut.processes.program.proof.barriers import ImpliedChange
+from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.features import EXACT, FIRST_CYCLE, Features, name_of
 from leafcut.processes.program.proof.matching import (
     CellKey,
@@ -21,6 +22,7 @@ from leafcut.processes.program.proof.matching import (
     FeatureChange,
     MatchTolerance,
     Pairing,
+    StateChange,
     cells_around,
     feature_changes,
     match_one_by_one,
@@ -62,11 +64,14 @@ class _ChangedFeature(NamedTuple):
     rest: list[FeatureChange]
 
 
-def explain(pairing: Pairing, room: MatchTolerance, implied: Sequence[ImpliedChange] = ()) -> Explanation:
-    """Explain each unmatched feature as done elsewhere, changed, moved, missing or new, without `implied` changes."""
+def explain(pairing: Pairing, room: MatchTolerance, implied: Sequence[StateChange] = ()) -> Explanation:
+    """Explain each unmatched feature as done elsewhere, changed, moved, missing or new.
+
+    Changes in `implied` are left out.
+    """
     elsewhere, missing, extra = _moved_past_barrier(pairing, room)
     counted = max(len(missing) - _MOST_EXPLAINED, 0)
-    pairs, gone, new = _changed_features(missing[:_MOST_EXPLAINED], extra, room, set(implied))
+    pairs, gone, new = _changed_features(missing[:_MOST_EXPLAINED], extra, room, implied)
     found = [*elsewhere, *_grouped_changes(pairs, gone, new)]
     sides = pairing.before, pairing.after
     stretches = [list(_stretches(rest)) for rest in (gone, new)]
@@ -74,15 +79,13 @@ def explain(pairing: Pairing, room: MatchTolerance, implied: Sequence[ImpliedCha
         # New features may be counterparts of features that were counted but not explained.
         stretches[1] = []
     found += _moved(stretches[0], stretches[1], sides, room)
-    for words, verb, rest, side in (
-        ("missing", "gone", stretches[0], sides[0]),
-        ("extra", "new", stretches[1], sides[1]),
-    ):
-        found += (_group_difference(words, verb, group, side) for group in _grouped(rest, _adjacent))
+    for change, rest, side in (("missing", stretches[0], sides[0]), ("extra", stretches[1], sides[1])):
+        found += (_group_difference(change, group, side) for group in _grouped(rest, _adjacent))
     if not found and (missing or extra) and not implied:
         # Without an explanation, the programs still differ.
         one, other = (side[0].line if side else 0 for side in (missing, extra))
-        found.append(Difference("not compared", one, other, "too many moves lie at one position"))
+        message = Message("too many moves lie at one position")
+        found.append(Difference(Message("not compared"), one, other, message))
     found.sort(key=lambda one: one.original or one.new)
     return Explanation(found, len(found) + counted, {change for one in pairs for change in one.rest})
 
@@ -96,12 +99,20 @@ def _moved_past_barrier(
         return [], missing, extra
     nowhere = [[f._replace(group=0) for f in side] for side in (missing, extra)]
     pairs, missing, extra = match_one_by_one(nowhere[0], nowhere[1], room)
-    text = "done before or after another barrier (pause, tool change, work offset …)"
     found = []
     for group in _grouped(pairs, lambda p, q: (q[0].number, q[1].number) == (p[0].number + 1, p[1].number + 1)):
         ones = [one for one, _ in group]
-        said = _feature_text(ones[0]) if len(ones) == 1 else f"{_count_text(ones)}, the first {_feature_text(ones[0])},"
-        found.append(_difference("moved", group, f"{said} {_verb_of(ones)} {text}"))
+        if len(ones) == 1:
+            message = Message(
+                "{} is done before or after another barrier (pause, tool change, work offset …)", _feature_text(ones[0])
+            )
+        else:
+            message = Message(
+                "{}, the first {}, are done before or after another barrier (pause, tool change, work offset …)",
+                _count_text(ones),
+                _feature_text(ones[0]),
+            )
+        found.append(_difference("moved", group, message))
     return found, missing, extra
 
 
@@ -118,7 +129,7 @@ def _grouped(items: Iterable[_Item], goes_on: Callable[[_Item, _Item], bool]) ->
 
 
 def _changed_features(
-    missing: list[Feature], extra: list[Feature], room: MatchTolerance, implied: set[ImpliedChange]
+    missing: list[Feature], extra: list[Feature], room: MatchTolerance, implied: Sequence[StateChange]
 ) -> tuple[list[_ChangedFeature], list[Feature], list[Feature]]:
     """Return the features that changed in place, the missing features and the new features."""
     cells = sorted_into_cells(extra, room.place, 2)
@@ -134,13 +145,9 @@ def _changed_features(
             ((one, feature_changes(feature, one[0], room)) for one in there), key=lambda one: len(one[1])
         )
         cells[key].remove(other)
-        own = [
-            change
-            for change in found
-            if implied.isdisjoint([(change.name, "was", change.was), (change.name, "now", change.now)])
-        ]
-        start, rest = ([c for c in own if (c.name == "start") == first] for first in (True, False))
-        pairs.append(_ChangedFeature(feature, other, start, rest))
+        changes = [change for change in found if not any(map(change.matches, implied))]
+        start = [change for change in changes if change.name == "start"]
+        pairs.append(_ChangedFeature(feature, other, start, [change for change in changes if change not in start]))
     return pairs, gone, sorted(feature for cell in cells.values() for feature in cell)
 
 
@@ -151,7 +158,7 @@ def _grouped_changes(pairs: list[_ChangedFeature], gone: list[Feature], new: lis
         {f.number: f.place[:3] for f in side}
         for side in ([*gone, *(pair.one for pair in differing)], [*new, *(pair.other for pair in differing)])
     ]
-    groups: dict[tuple[str, ...], list[_ChangedFeature]] = defaultdict(list)
+    groups: dict[tuple[FeatureChange, ...], list[_ChangedFeature]] = defaultdict(list)
     begun: list[_ChangedFeature] = []
     for pair in pairs:
         follows = any(
@@ -168,17 +175,19 @@ def _grouped_changes(pairs: list[_ChangedFeature], gone: list[Feature], new: lis
         ordered = sorted(numbers)
         if numbers != ordered and ordered[-1] - ordered[0] == len(run) - 1:
             ones = [pair.one for pair in run]
-            text = f"{_count_text(ones)}, the first to {position_text(*ones[0].place[:3])}, come in another order"
+            first = position_text(*ones[0].place[:3])
+            message = Message("{}, the first to {}, come in another order", _count_text(ones), first)
             others = sorted((pair.other for pair in run), key=lambda f: f.number)
-            yield _difference("reordered", [*zip(ones, others, strict=True)], text)
+            yield _difference("reordered", [*zip(ones, others, strict=True)], message)
         else:
             for pair in run:
-                groups[tuple(change.text for change in pair.start)].append(pair)
-    for texts, group in groups.items():
+                groups[tuple(pair.start)].append(pair)
+    for changes, group in groups.items():
         ones = [pair.one for pair in group]
         where = Message("at {}", position_text(*ones[0].place[:2]))
-        said = where if len(ones) == 1 else f"{_count_text(ones)}, the first {where}"
-        yield _difference("changed", [(p.one, p.other) for p in group], f"{said}: {'; '.join(texts)}")
+        what = where if len(ones) == 1 else Message("{}, the first {}", _count_text(ones), where)
+        message = Message("{}: {}", what, Message.joined("; ", (change.message for change in changes)))
+        yield _difference("changed", [(p.one, p.other) for p in group], message)
 
 
 def _stretches(features: list[Feature]) -> Iterator[Stretch]:
@@ -201,53 +210,62 @@ def _adjacent(one: Stretch, other: Stretch) -> bool:
     return other[0].number == one[-1].number + 1 and _tool_of(other[0]) == _tool_of(one[0])
 
 
-def _group_difference(words: str, verb: str, group: list[Stretch], side: Features) -> Difference:
+def _group_difference(change: str, group: list[Stretch], side: Features) -> Difference:
     """Return the difference for adjacent stretches that are all missing or all new."""
     features = [feature for stretch in group for feature in stretch]
     holes = [_hole(stretch, side) for stretch in group]
-    text = (
-        f"{_group_text(group, holes)} {'is' if len(group) == 1 and (holes[0] or len(features) == 1) else 'are'} {verb}"
-    )
+    text = _group_text(group, holes)
+    if len(group) == 1 and (holes[0] or len(features) == 1):
+        message = Message("{} is gone", text) if change == "missing" else Message("{} is new", text)
+    else:
+        message = Message("{} are gone", text) if change == "missing" else Message("{} are new", text)
     noun = "hole" if all(holes) else _noun_of(features)
-    lines = [(f.line, 0) if words == "missing" else (0, f.line) for f in features]
-    return Difference(f"{words} {noun}", *lines[0], text, _further_lines(lines))
+    lines = [(f.line, 0) if change == "missing" else (0, f.line) for f in features]
+    return Difference(_KINDS[change][noun], *lines[0], message, _further_lines(lines))
 
 
-def _group_text(group: list[Stretch], holes: list[str]) -> str:
-    tool = f"with tool {_tool_of(group[0][0])}"
+def _group_text(group: list[Stretch], holes: list[Message | None]) -> Message:
+    tool = _tool_of(group[0][0])
     if len(group) == 1:
-        return f"{_stretch_text(group[0], holes[0])} {tool}"
-    if not all(holes):
+        return Message("{} with tool {}", _stretch_text(group[0], holes[0]), tool)
+    described = [hole for hole in holes if hole]
+    if len(described) < len(holes):
         features = [feature for stretch in group for feature in stretch]
-        return f"{_count_text(features)}, the first at {position_text(*features[0].place[:3])}, {tool}"
+        first = position_text(*features[0].place[:3])
+        return Message("{}, the first at {}, with tool {}", _count_text(features), first, tool)
     if len(group) <= _MOST_NAMED:
-        places = [hole.partition(" at ")[2] for hole in holes]
-        return f"{len(group)} holes at {', '.join(places[:-1])} and {places[-1]} {tool}"
-    return f"{len(group)} holes, the first {holes[0]}, {tool}"
+        *places, last = (hole.values[-1] for hole in described)
+        return Message("{} holes at {} and {} with tool {}", len(group), Message.joined(", ", places), last, tool)
+    return Message("{} holes, the first {}, with tool {}", len(group), described[0], tool)
 
 
-def _stretch_text(stretch: Stretch, hole: str) -> str:
+def _stretch_text(stretch: Stretch, hole: Message | None) -> Message:
+    """Describe a stretch; the last value is its end, after its start if the stretch is no hole of several cuts."""
     first, last = stretch[0], stretch[-1]
     if hole and not _is_cycle(first) and len(stretch) > 1:
-        return f"{hole}, of {_count_text(stretch)},"
+        return Message("{}, of {},", hole, _count_text(stretch))
     if len(stretch) == 1:
-        return f"{name_of(first.exact[0])} at {position_text(*first.place[:3])}"
-    return f"{_count_text(stretch)} from {position_text(*first.place[3:6])} to {position_text(*last.place[:3])}"
+        return Message("{} at {}", name_of(first.exact[0]), position_text(*first.place[:3]))
+    start, end = position_text(*first.place[3:6]), position_text(*last.place[:3])
+    return Message("{} from {} to {}", _count_text(stretch), start, end)
 
 
-def _hole(stretch: Stretch, side: Features) -> str:
-    """Describe a hole: a cycle, or vertical cuts without adjoining cuts; "" for other work."""
+def _hole(stretch: Stretch, side: Features) -> Message | None:
+    """Describe a hole: a cycle, or vertical cuts without adjoining cuts; the last value is its place.
+
+    None for other work.
+    """
     first, last = stretch[0], stretch[-1]
     if _is_cycle(first):
-        return f"{name_of(first.exact[0])} at {position_text(*first.place[:3])}"
+        return Message("{} at {}", name_of(first.exact[0]), position_text(*first.place[:3]))
     bottom = min(f.place[2] for f in stretch)
     if not all(map(_is_upright, stretch)) or not bottom < first.place[5]:
-        return ""
+        return None
     n, before, after = len(side), first.number - 1, last.number + 1
     if before >= 0 and side.kind[before] < FIRST_CYCLE and _same_point(tuple(side.end[before]), first.place[3:6]):
-        return ""
+        return None
     if after < n and side.kind[after] < FIRST_CYCLE and _same_point(tuple(side.start[after]), last.place[:3]):
-        return ""
+        return None
     return Message("hole at {}", position_text(first.place[0], first.place[1], bottom))
 
 
@@ -269,18 +287,28 @@ def _moved(
     for shift, group in groups.items():
         one, other = group[0]
         holes = [_hole(s, side) for s, side in zip((one, other), sides, strict=True)]
-        before, after = (hole or _stretch_text(s, "") for s, hole in zip((one, other), holes, strict=True))
-        tool = f"with tool {_tool_of(one[0])}"
-        if len(group) == 1:
-            _, word, where = after.partition(" from " if " from " in after else " at ")
-            text = f"{before} {tool} {'is' if holes[0] else _verb_of(one)} now{word}{where}"
+        before, after = (hole or _stretch_text(s, None) for s, hole in zip((one, other), holes, strict=True))
+        tool, single = _tool_of(one[0]), holes[0] is not None or len(one) == 1
+        if len(group) > 1:
+            count = _count_text([f for s, _ in group for f in s])
+            moved = position_text(shift[0], shift[1])
+            message = Message("{} with tool {} are moved by {}, the first {}", count, tool, moved, before)
+        elif holes[1] is None and len(other) > 1:
+            message = Message(
+                "{} with tool {} is now from {} to {}" if single else "{} with tool {} are now from {} to {}",
+                before,
+                tool,
+                *after.values[1:],
+            )
         else:
-            features = [f for s, _ in group for f in s]
-            text = (
-                f"{_count_text(features)} {tool} are moved by {position_text(shift[0], shift[1])}, the first {before}"
+            message = Message(
+                "{} with tool {} is now at {}" if single else "{} with tool {} are now at {}",
+                before,
+                tool,
+                after.values[-1],
             )
         pairs = [pair for both in group for pair in zip(*both, strict=True)]
-        yield _difference("moved", pairs, text, "hole" if all(_hole(s, sides[0]) for s, _ in group) else "")
+        yield _difference("moved", pairs, message, "hole" if all(_hole(s, sides[0]) for s, _ in group) else "")
 
 
 def _differs_only_in_position(one: Stretch, other: Stretch, room: MatchTolerance) -> bool:
@@ -308,9 +336,24 @@ def _shifted(feature: Feature, x: float, y: float) -> tuple[float, ...]:
     return tuple(places)
 
 
-def _difference(words: str, pairs: list[tuple[Feature, Feature]], text: str, noun: str = "") -> Difference:
+#: Kinds of differences by change and noun.
+_KINDS = {
+    "missing": {"hole": Message("missing hole"), "dwell": Message("missing dwell"), "cut": Message("missing cut")},
+    "extra": {"hole": Message("extra hole"), "dwell": Message("extra dwell"), "cut": Message("extra cut")},
+    "moved": {"hole": Message("moved hole"), "dwell": Message("moved dwell"), "cut": Message("moved cut")},
+    "reordered": {
+        "hole": Message("reordered hole"),
+        "dwell": Message("reordered dwell"),
+        "cut": Message("reordered cut"),
+    },
+    "changed": {"hole": Message("changed hole"), "dwell": Message("changed dwell"), "cut": Message("changed cut")},
+}
+
+
+def _difference(change: str, pairs: list[tuple[Feature, Feature]], message: Message, noun: str = "") -> Difference:
     lines = [(one.line, other.line) for one, other in pairs]
-    return Difference(f"{words} {noun or _noun_of(one for one, _ in pairs)}", *lines[0], text, _further_lines(lines))
+    kind = _KINDS[change][noun or _noun_of(one for one, _ in pairs)]
+    return Difference(kind, *lines[0], message, _further_lines(lines))
 
 
 def _further_lines(lines: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
@@ -324,20 +367,16 @@ def _same_point(a: tuple[float, ...] | None, b: tuple[float, ...]) -> bool:
     return all(abs(p - q) <= _NEAR or (math.isnan(p) and math.isnan(q)) for p, q in zip(a, b, strict=True))
 
 
-def _feature_text(feature: Feature) -> str:
+def _feature_text(feature: Feature) -> Message:
     return Message(
         "{} at {} with tool {}", name_of(feature.exact[0]), position_text(*feature.place[:3]), _tool_of(feature)
     )
 
 
-def _count_text(features: list[Feature]) -> str:
+def _count_text(features: list[Feature]) -> Message:
     """Return the number of features in words: ``3 holes``, ``7 cuts and 1 dwell``."""
     nouns = Counter(_noun_of([feature]) for feature in features)
-    return " and ".join(f"{n} {noun}{'s' if n > 1 else ''}" for noun, n in nouns.most_common())
-
-
-def _verb_of(features: list[Feature]) -> str:
-    return "is" if len(features) == 1 else "are"
+    return Message.joined_by_and(count_of(n, noun) for noun, n in nouns.most_common())
 
 
 def _is_cycle(feature: Feature) -> bool:
@@ -351,5 +390,5 @@ def _tool_of(feature: Feature) -> int:
 def _noun_of(features: Iterable[Feature]) -> str:
     """Return the most frequent noun: hole, dwell or cut."""
     return Counter(
-        "hole" if _is_cycle(f) else "dwell" if name_of(f.exact[0]) == "dwell" else "cut" for f in features
+        "hole" if _is_cycle(f) else "dwell" if f.exact[0] == Kind.DWELL else "cut" for f in features
     ).most_common(1)[0][0]

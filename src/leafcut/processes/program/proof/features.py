@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from leafcut.gcode.block_description import normalized
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
+from leafcut.message import Message
 from leafcut.model.toolpath import SPEED_ALONE, DrillCycle, Kind, Toolpath, last_rows
 
 Selection = Indices | Mask | slice | int
@@ -35,11 +36,11 @@ HEIGHT = ("r_plane", "retract")
 
 #: Names of the kinds of cuts in messages.
 CUTS = {
-    Kind.RAPID: "rapid under radius compensation",
-    Kind.FEED: "cut",
-    Kind.ARC_CW: "clockwise arc",
-    Kind.ARC_CCW: "counter-clockwise arc",
-    Kind.DWELL: "dwell",
+    Kind.RAPID: Message("rapid under radius compensation"),
+    Kind.FEED: Message("cut"),
+    Kind.ARC_CW: Message("clockwise arc"),
+    Kind.ARC_CCW: Message("counter-clockwise arc"),
+    Kind.DWELL: Message("dwell"),
 }
 _ALL = slice(None)
 

@@ -45,15 +45,6 @@ class Feature(NamedTuple):
     height: tuple[float, ...]
 
 
-class FeatureChange(NamedTuple):
-    """A value that differs between two features: its name (see `features`, or "start"), both values, and a message."""
-
-    name: str
-    was: object
-    now: object
-    text: str
-
-
 class Pairing(NamedTuple):
     """Matched features of two programs.
 
@@ -212,14 +203,39 @@ def _shown_work_offset(tenths: int) -> str:
     return f"G{tenths / 10:g}"
 
 
-def _stated_changes(was: int, now: int) -> Iterator[FeatureChange]:
+class FeatureChange(NamedTuple):
+    """A difference between two features.
+
+    `name` is the name of a value in `EXACT`, with the value before and after, or a group of other values.
+    """
+
+    name: str
+    message: Message
+    was: int | None = None
+    now: int | None = None
+
+    def matches(self, change: StateChange) -> bool:
+        """Return whether this is the given change; None stands for any value."""
+        name, was, now = change
+        return self.name == name and was in (None, self.was) and now in (None, self.now)
+
+
+#: Name of a modal value, and its values before and after; None stands for any value.
+StateChange = tuple[str, int | None, int | None]
+
+
+def _stated_changes(was: int, now: int) -> Iterator[Message]:
     for bit, gone, new in (
-        (1, "units (G20, G21) no longer stated", "units (G20, G21) now stated"),
-        (2, "spindle no longer started after the tool change", "spindle now started after the tool change"),
+        (1, Message("units (G20, G21) no longer stated"), Message("units (G20, G21) now stated")),
+        (
+            2,
+            Message("spindle no longer started after the tool change"),
+            Message("spindle now started after the tool change"),
+        ),
         (
             4,
-            "length offset no longer taken after the tool change or the machine move",
-            "length offset now taken after the tool change or the machine move",
+            Message("length offset no longer taken after the tool change or the machine move"),
+            Message("length offset now taken after the tool change or the machine move"),
         ),
     ):
         if (was ^ now) & bit:
@@ -227,84 +243,85 @@ def _stated_changes(was: int, now: int) -> Iterator[FeatureChange]:
 
 
 #: Name and number format of the values that must be equal; kinds and arcs have their own messages.
-_EXACT_WORDS: dict[str, tuple[str, Callable[[int], object]]] = {
-    "plane": ("plane", lambda v: f"G{v}"),
-    "tool": ("tool", str),
-    "coolant": ("coolant", {0: "M9", 1: "M7", 2: "M8", 3: "M7 M8"}.get),
-    "length": ("length offset", lambda v: v % TAKEN),
-    "frame": ("work offset", _shown_work_offset),
-    "radius": ("radius compensation", lambda v: f"G{v}"),
-    "blending": ("blending", _shown_work_offset),
-    "feed_mode": ("feed mode", lambda v: f"G{v}"),
-    "spindle": ("direction of the spindle", {1: "M3", -1: "M4", 0: "M5"}.get),
-    "obeyed": ("number of the controller's settings before it, (o=…) or #<…>,", str),
+_EXACT_WORDS: dict[str, tuple[Message, Callable[[int], object]]] = {
+    "plane": (Message("plane"), lambda v: f"G{v}"),
+    "tool": (Message("tool"), str),
+    "coolant": (Message("coolant"), {0: "M9", 1: "M7", 2: "M8", 3: "M7 M8"}.get),
+    "length": (Message("length offset"), lambda v: v % TAKEN),
+    "frame": (Message("work offset"), _shown_work_offset),
+    "radius": (Message("radius compensation"), lambda v: f"G{v}"),
+    "blending": (Message("blending"), _shown_work_offset),
+    "feed_mode": (Message("feed mode"), lambda v: f"G{v}"),
+    "spindle": (Message("direction of the spindle"), {1: "M3", -1: "M4", 0: "M5"}.get),
+    "obeyed": (Message("number of the controller's settings before it, (o=…) or #<…>,"), str),
 }
 
 
 def change_of_state(name: str, was: int, now: int) -> FeatureChange:
-    """Return the change of one of the values in `EXACT`."""
+    """Describe the change of one of the values in `EXACT`."""
     what, shown = _EXACT_WORDS[name]
-    return FeatureChange(name, was, now, f"{what} {shown(was)} became {shown(now)}")
+    return FeatureChange(name, Message("{} {} became {}", what, shown(was), shown(now)), was, now)
 
 
 def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[FeatureChange]:
-    """Return the differences of feature `b` from `a` beyond the tolerances."""
+    """Return the differences of feature `b` from `a` beyond the tolerances; the list is empty if there are none."""
     near = room.place + 1e-9
     found: list[FeatureChange] = []
     if a.exact[0] != b.exact[0]:
-        kinds = name_of(a.exact[0]), name_of(b.exact[0])
-        found.append(FeatureChange("kind", *kinds, Message("{} became {}", *kinds)))
+        found.append(FeatureChange("kind", Message("{} became {}", name_of(a.exact[0]), name_of(b.exact[0]))))
     if a.exact != b.exact:
         for name in _EXACT_WORDS:
             was, now = a.exact[EXACT.index(name)], b.exact[EXACT.index(name)]
             if was != now:
                 found.append(change_of_state(name, was, now))
         stated = EXACT.index("stated")
-        found += _stated_changes(a.exact[stated], b.exact[stated])
+        found += (FeatureChange("stated", message) for message in _stated_changes(a.exact[stated], b.exact[stated]))
     amounts_a, amounts_b = dict(zip(AMOUNT, a.amount, strict=True)), dict(zip(AMOUNT, b.amount, strict=True))
-    feed, speed, turns = amounts_a["feed"], amounts_a["speed"], "power" if room.beam else "speed"
+    feed, speed, turns = amounts_a["feed"], amounts_a["speed"], Message("power") if room.beam else Message("speed")
     for word, one, other, allowed, factor in (
-        *((word, a.place[i], b.place[i], near, 1.0) for i, word in enumerate(PLACE[:3])),
-        ("peck", amounts_a["peck"], amounts_b["peck"], near, 1.0),
-        ("dwell", amounts_a["dwell"], amounts_b["dwell"], _DWELL + 1e-9, 1.0),
-        ("feed in mm/min", feed, amounts_b["feed"], max(_FEED_PART * abs(feed), _FEED), SECONDS_PER_MINUTE),
+        ("x", a.place[0], b.place[0], near, 1.0),
+        ("y", a.place[1], b.place[1], near, 1.0),
+        (Message("depth"), a.place[2], b.place[2], near, 1.0),
+        (Message("peck"), amounts_a["peck"], amounts_b["peck"], near, 1.0),
+        (Message("dwell"), amounts_a["dwell"], amounts_b["dwell"], _DWELL + 1e-9, 1.0),
+        (Message("feed in mm/min"), feed, amounts_b["feed"], max(_FEED_PART * abs(feed), _FEED), SECONDS_PER_MINUTE),
         (turns, speed, amounts_b["speed"], max(_SPEED_PART * abs(speed), _SPEED), 1.0),
         ("D", amounts_a["register"], amounts_b["register"], 1e-9, 1.0),
-        ("blending tolerance", amounts_a["tolerance"], amounts_b["tolerance"], near, 1.0),
-        ("tolerance of short moves", amounts_a["joining"], amounts_b["joining"], near, 1.0),
+        (Message("blending tolerance"), amounts_a["tolerance"], amounts_b["tolerance"], near, 1.0),
+        (Message("tolerance of short moves"), amounts_a["joining"], amounts_b["joining"], near, 1.0),
     ):
         if abs(one - other) > allowed or math.isnan(one) != math.isnan(other):
-            text = Message("{} {} became {}", word, _value_text(one * factor), _value_text(other * factor))
-            found.append(FeatureChange(word, one, other, text))
+            values = _value_text(one * factor), _value_text(other * factor)
+            found.append(FeatureChange("amount", Message("{} {} became {}", word, *values)))
     found += _path_changes(a, b, near)
-    for word, one, other in zip(("R plane", "retract"), a.height, b.height, strict=True):
+    for word, one, other in zip((Message("R plane"), Message("retract")), a.height, b.height, strict=True):
         if not other >= one - near and not (math.isnan(one) and math.isnan(other)):
             found.append(
-                FeatureChange(word, one, other, Message("{} {} sank to {}", word, _value_text(one), _value_text(other)))
+                FeatureChange("height", Message("{} {} sank to {}", word, _value_text(one), _value_text(other)))
             )
-    low, high = a.height[0], b.height[0]
-    if high > low + near:
-        found.append(
-            FeatureChange("R plane", low, high, Message("R plane {} rose to {}", _value_text(low), _value_text(high)))
-        )
+    if b.height[0] > a.height[0] + near:
+        message = Message("R plane {} rose to {}", _value_text(a.height[0]), _value_text(b.height[0]))
+        found.append(FeatureChange("height", message))
     return found
 
 
 def _path_changes(a: Feature, b: Feature, near: float) -> Iterator[FeatureChange]:
-    """Yield the changes of arc and start point; a centre that moves together with the start is not reported."""
+    """Return the changes of arc and start point. A centre that moves together with the start is not reported
+    separately.
+    """
     if a.exact[2] != b.exact[2]:
-        yield FeatureChange("turns", a.exact[2], b.exact[2], f"turns of the arc {a.exact[2]} became {b.exact[2]}")
+        yield FeatureChange("arc", Message("turns of the arc {} became {}", a.exact[2], b.exact[2]))
     begun = not _is_near(a.place[3:6], b.place[3:6], near)
     one, other = (tuple(q - p for p, q in zip(f.place[3:6], f.place[6:], strict=True)) for f in (a, b))
     if not _is_near(a.place[6:], b.place[6:], near) and not (begun and _is_near(one, other, near)):
-        text = f"centre of the arc {position_text(*a.place[6:])} became {position_text(*b.place[6:])}"
-        yield FeatureChange("centre", a.place[6:], b.place[6:], text)
+        places = position_text(*a.place[6:]), position_text(*b.place[6:])
+        yield FeatureChange("arc", Message("centre of the arc {} became {}", *places))
     if not _is_near(a.place[3:5], b.place[3:5], near):
-        text = f"start {position_text(*a.place[3:6])} became {position_text(*b.place[3:6])}"
-        yield FeatureChange("start", a.place[3:6], b.place[3:6], text)
+        places = position_text(*a.place[3:6]), position_text(*b.place[3:6])
+        yield FeatureChange("start", Message("start {} became {}", *places))
     elif begun:
-        text = f"start Z{_value_text(a.place[5])} became Z{_value_text(b.place[5])}"
-        yield FeatureChange("start", a.place[3:6], b.place[3:6], text)
+        heights = _value_text(a.place[5]), _value_text(b.place[5])
+        yield FeatureChange("start", Message("start Z{} became Z{}", *heights))
 
 
 def _value_text(value: float) -> str:

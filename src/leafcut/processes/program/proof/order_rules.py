@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.geometry.index import NearLines, unique_pairs
+from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.features import FIRST_CYCLE, Features
@@ -221,13 +222,13 @@ def passes_side_by_side(
 
 def passes_beside(
     visits: Visits, near: NearLines, owner: Indices, doubt: OrderThresholds, width: float, wanted: PairFilter
-) -> Iterator[tuple[str, Indices]]:
+) -> Iterator[tuple[Message, Indices]]:
     """Yield pairs of nearby passes, int64[k, 2], each with a description of their relation; a pair may occur several
     times.
     """
     for said, rule in (
-        ("is at another level beside", passes_at_levels),
-        ("runs beside", passes_side_by_side),
+        (Message("is at another level beside"), passes_at_levels),
+        (Message("runs beside"), passes_side_by_side),
     ):
         for pairs in rule(visits, near, owner, doubt, width, wanted):
             yield said, pairs

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -285,22 +285,32 @@ def compare_rapids(
         ]
         reported.update((int(old_line[row]), int(new_line[row])) for row in rows if old_line[row] and new_line[row])
         count += len(rows)
-        alike: dict[str, list[int]] = {}
+        alike: dict[Message, list[int]] = {}
         for row in rows[:_MOST_GROUPED]:
             alike.setdefault(text(row)[0], []).append(row)
-        for said, same in list(alike.items())[:MOST_LISTED]:
+        for message, same in list(alike.items())[:MOST_LISTED]:
             lines = [(int(old_line[row]), int(new_line[row])) for row in same]
-            more = f" and {count_of(len(same) - 1, 'other place')}" if len(same) > 1 else ""
+            place = text(same[0])[1]
+            if len(same) > 1:
+                place = Message("{} and {}", place, count_of(len(same) - 1, "other place"))
+            filled = Message(message.template, place, *message.values[1:]) if message.values else message
             also = tuple(dict.fromkeys(pair for pair in lines if pair != lines[0]))
-            found.append(Difference(what, *lines[0], said.format(text(same[0])[1] + more), also))
+            found.append(Difference(what, *lines[0], filled, also))
         count -= min(len(rows), _MOST_GROUPED) - len(alike)
     return found, count
 
 
-#: A check of rapids: kind of difference; row → message with a placeholder, and the point to insert; lines in the
+#: A check of rapids: kind of difference; row → message with "" as its first value, and the place for it; lines in the
 #: original; lines in the new program; mask of the faulty rapids.
-RapidCheck = tuple[str, Callable[[int], tuple[str, str]], NDArray, NDArray, Mask]
+RapidCheck = tuple[Message, Callable[[int], tuple[Message, str]], NDArray, NDArray, Mask]
 Both = tuple[ProgramWork, RapidGaps, ProgramWork, RapidGaps]
+
+
+_LEAVES = partial(Message, "a rapid leaves {} at {}, {} before")
+_ARRIVES = partial(Message, "a rapid arrives at {} at {}, {} before")
+_GOES_DOWN = partial(Message, "a rapid goes down over {} at {}, {} before")
+_GOES_ACROSS_TO = partial(Message, "a rapid goes across to {} at {}, {} before")
+_GOES_ACROSS_FROM = partial(Message, "a rapid goes across from {} at {}, {} before")
 
 
 def _checks_by_feature(both: Both, new_of: Indices, turned: Indices, room: float, beam: bool) -> Iterator[RapidCheck]:
@@ -344,17 +354,20 @@ def _checks_of_features(
         return position_text(*places[row, :2])
 
     yield (
-        "torn apart",
-        lambda row: ("the cut to {} continued the cut before it without a rapid, and does not any more", at(row)),
+        Message("torn apart"),
+        lambda row: (
+            Message("the cut to {} continued the cut before it without a rapid, and does not any more", ""),
+            at(row),
+        ),
         *lines,
         follows & (rows | ~stayed),
     )
     goes_to = np.append(new_of, 0)[old + 1]
     yield from _heights_by_feature(both, allowed, lowest, old, now, previous, goes_to, room)
     if beam:
-        said = "a rapid next to {} is made with the beam on, it was off"
+        said = Message("a rapid next to {} is made with the beam on, it was off", "")
         for lit in _newly_lit(old_gaps, gaps, old, now, previous, allowed.first):
-            yield "beam on", lambda row: (said, at(row)), *lines, lit
+            yield Message("beam on"), lambda row: (said, at(row)), *lines, lit
 
 
 def _newly_lit(
@@ -386,9 +399,11 @@ def _heights_by_feature(
     retract = old_gaps.line[old_after], gaps.line[after]
     places, start = original.features.end[old], new.features.of("start z", now)
 
-    def message(word: str, before: Floats, after: Floats) -> Callable[[int], tuple[str, str]]:
+    def message(
+        of_heights: Callable[[str, str, str], Message], before: Floats, after: Floats
+    ) -> Callable[[int], tuple[Message, str]]:
         return lambda row: (
-            f"{word} {{}} at {_height_text(after[row])}, {_height_text(before[row])} before",
+            of_heights("", _height_text(after[row]), _height_text(before[row])),
             position_text(*places[row, :2]),
         )
 
@@ -400,32 +415,35 @@ def _heights_by_feature(
     low = gaps.across[after] & (leave < allowed.leave[old] - room)
     # A removed successor without a rapid in between is reported elsewhere too.
     low &= old_gaps.rows[old_after] | ~old_gaps.closed_by_feature[old_after] | (goes_to >= 0)
-    yield "lower retract", message("a rapid leaves", allowed.leave[old], leave), *retract, low
-    yield "lower approach", message("a rapid arrives at", allowed.arrive[old], arrive), *approach, low_there
+    yield Message("lower retract"), message(_LEAVES, allowed.leave[old], leave), *retract, low
+    yield Message("lower approach"), message(_ARRIVES, allowed.arrive[old], arrive), *approach, low_there
     # Without a sideways rapid both are at one point, so the descent after the predecessor counts too.
     together = ~across & gaps.opened_by_feature[before] & (previous >= 0)
     behind = old_gaps.gap_of[previous] + 1
     after_previous = np.where(together, _first_descents(old_gaps)[behind], np.inf)
-    for word, lines, limit, deep in (
-        ("a rapid goes down over", approach, np.fmin(allowed.down_there[old], after_previous), gaps.down_there[before]),
-        ("a rapid goes down over", retract, allowed.down_here[old], gaps.down_here[after]),
+    for lines, limit, deep in (
+        (approach, np.fmin(allowed.down_there[old], after_previous), gaps.down_there[before]),
+        (retract, allowed.down_here[old], gaps.down_here[after]),
     ):
-        yield "deeper rapid", message(word, limit, deep), *lines, deep < limit - room
+        yield Message("deeper rapid"), message(_GOES_DOWN, limit, deep), *lines, deep < limit - room
     for now_gap, old_gap, lines, first in ((before, old_before, approach, False), (after, old_after, retract, True)):
         found, was = _unknown_flags(gaps, now_gap, first), _unknown_flags(old_gaps, old_gap, first)
         yield (
-            "unknown height",
-            lambda row: ("a rapid next to {} crosses at an unknown height", position_text(*places[row, :2])),
+            Message("unknown height"),
+            lambda row: (
+                Message("a rapid next to {} crosses at an unknown height", ""),
+                position_text(*places[row, :2]),
+            ),
             *lines,
             _newly_unknown(found, was) & np.isfinite(places[:, 2]),
         )
     limit = np.where(np.isinf(lowest[old]), allowed.arrive[old], lowest[old])
     cross = np.where(across, gaps.cross[before], np.inf)
-    yield "lower retract", message("a rapid goes across to", limit, cross), *approach, cross < limit - room
+    yield Message("lower retract"), message(_GOES_ACROSS_TO, limit, cross), *approach, cross < limit - room
     # Also for rapids to a barrier.
     limit = np.where(np.isinf(lowest[old]), allowed.leave[old], lowest[old])
     cross = np.where(gaps.closed_by_feature[after], np.inf, gaps.cross[after])
-    yield "lower retract", message("a rapid goes across from", limit, cross), *retract, cross < limit - room
+    yield Message("lower retract"), message(_GOES_ACROSS_FROM, limit, cross), *retract, cross < limit - room
 
 
 def _unknown_flags(gaps: RapidGaps, gap: Indices | Ints, first: bool) -> NDArray[np.int8]:
@@ -457,7 +475,7 @@ def _lowest_crossing(work: ProgramWork, gaps: RapidGaps) -> Floats:
 
 
 def _height_text(height: float) -> str:
-    return f"Z{height:.3f}" if np.isfinite(height) else "an unknown height"
+    return f"Z{height:.3f}" if np.isfinite(height) else Message("an unknown height")
 
 
 def _checks_by_barrier(both: Both, mark_of: dict[float, Barrier], room: float) -> Iterator[RapidCheck]:
@@ -465,15 +483,15 @@ def _checks_by_barrier(both: Both, mark_of: dict[float, Barrier], room: float) -
     original, old_gaps, new, gaps = both
     begins = _newly_unknown(gaps.unknown_first[:1], old_gaps.unknown[:1]) & old_gaps.across[:1]
     yield (
-        "unknown height",
-        lambda _: ("the program starts with a sideways rapid at an unknown height", ""),
+        Message("unknown height"),
+        lambda _: (Message("the program starts with a sideways rapid at an unknown height"), ""),
         old_gaps.line[:1],
         gaps.line[:1],
         begins,
     )
     yield (
-        "deeper rapid",
-        lambda _: ("the program starts with a rapid to a lower height than before", ""),
+        Message("deeper rapid"),
+        lambda _: (Message("the program starts with a rapid to a lower height than before"), ""),
         old_gaps.line[:1],
         gaps.line[:1],
         old_gaps.rows[:1] & (gaps.down_here[:1] < _first_descents(old_gaps)[:1] - room),
@@ -494,41 +512,49 @@ def _checks_by_barrier(both: Both, mark_of: dict[float, Barrier], room: float) -
     apart = ~(np.abs(here - there) <= room) & ~(np.isnan(here) & np.isnan(there))
     known = np.array([a.kind not in PLACELESS for a, *_ in pairs])
 
-    def message(word: str) -> Callable[[int], tuple[str, str]]:
-        return _barrier_text(f"a rapid {word} '{{}}' is lower than before", pairs)
+    def barrier_text(message: Message) -> Callable[[int], tuple[Message, str]]:
+        return lambda row: (message, pairs[row][0].said)
 
+    to, from_ = (
+        Message("a rapid to '{}' is lower than before", ""),
+        Message("a rapid from '{}' is lower than before", ""),
+    )
+    down_to = Message("a rapid down to '{}' is lower than before", "")
+    down_from = Message("a rapid down from '{}' is lower than before", "")
     parked = known & old_gaps.across[old]
-    text = "the tool does not return to its original position for {}"
+    text = Message("the tool does not return to its original position for {}", "")
     yield (
-        "parked elsewhere",
-        lambda row: (text, f"'{pairs[row][0].said}': {position_text(*here[row])}"),
+        Message("parked elsewhere"),
+        lambda row: (text, Message("'{}': {}", pairs[row][0].said, position_text(*here[row]))),
         *lines,
         parked & apart[:, :2].any(axis=1),
     )
     low = old_gaps.across[old] & gaps.across[now] & (gaps.arrive[now] < old_gaps.arrive[old] - room)
-    yield "lower approach", message("to"), *lines, low
+    yield Message("lower approach"), barrier_text(to), *lines, low
     # Between two barriers, no feature limits the descent.
     between = ~gaps.opened_by_feature[now] & ~old_gaps.opened_by_feature[old]
     sunk = [
         np.minimum(np.minimum(side.down_here[gap], side.down_there[gap]), side.cross[gap])
         for side, gap in ((gaps, now), (old_gaps, old))
     ]
-    yield "deeper rapid", message("down to"), *lines, between & (sunk[0] < sunk[1] - room)
+    yield Message("deeper rapid"), barrier_text(down_to), *lines, between & (sunk[0] < sunk[1] - room)
     # Before and after a stop, the tool descends no lower than its height at the stop.
     stops = np.isfinite(here[:, 2])
     limit = np.fmin(old_gaps.down_there[old], here[:, 2])
-    yield "deeper rapid", message("down to"), *lines, stops & (gaps.down_there[now] < limit - room)
-    for word, here_now, here_old in (("to", now, old), ("from", now + 1, old + 1)):
-        text_unknown = f"a rapid {word} '{{}}' crosses at an unknown height"
+    yield Message("deeper rapid"), barrier_text(down_to), *lines, stops & (gaps.down_there[now] < limit - room)
+    for word, unknown, here_now, here_old in (
+        ("to", Message("a rapid to '{}' crosses at an unknown height", ""), now, old),
+        ("from", Message("a rapid from '{}' crosses at an unknown height", ""), now + 1, old + 1),
+    ):
         # Rapids farther from the barrier may belong to other work.
         found = gaps.unknown[here_now] if word == "to" else gaps.unknown_first[here_now]
         less = _newly_unknown(found, old_gaps.unknown[here_old]) & old_gaps.across[here_old]
-        yield "unknown height", _barrier_text(text_unknown, pairs), *lines, less
+        yield Message("unknown height"), barrier_text(unknown), *lines, less
     leave = _departure_heights(old_gaps)[old + 1]
     low = old_gaps.rows[old + 1] & gaps.across[now + 1] & (gaps.leave[now + 1] < leave - room)
-    yield "lower retract", message("from"), *lines, low
+    yield Message("lower retract"), barrier_text(from_), *lines, low
     limit = np.fmin(_first_descents(old_gaps)[old + 1], here[:, 2])
-    yield "deeper rapid", message("down from"), *lines, stops & (gaps.down_here[now + 1] < limit - room)
+    yield Message("deeper rapid"), barrier_text(down_from), *lines, stops & (gaps.down_here[now + 1] < limit - room)
 
 
 def _departure_heights(gaps: RapidGaps) -> Floats:
@@ -539,10 +565,6 @@ def _departure_heights(gaps: RapidGaps) -> Floats:
 def _first_descents(gaps: RapidGaps) -> Floats:
     """Return the lowest descent at the start of each gap, mm, or of the whole gap if it has no sideways rapid."""
     return np.where(gaps.across, gaps.down_here, gaps.down_there)
-
-
-def _barrier_text(text: str, pairs: list[tuple[Barrier, Barrier, int, int]]) -> Callable[[int], tuple[str, str]]:
-    return lambda row: (text, pairs[row][0].said)
 
 
 def _after_length_change(original: ProgramWork, new: ProgramWork, room: float) -> Iterator[Difference]:
@@ -560,7 +582,7 @@ def _after_length_change(original: ProgramWork, new: ProgramWork, room: float) -
                 height,
                 limit,
             )
-            yield Difference("deeper rapid", was, line, text)
+            yield Difference(Message("deeper rapid"), was, line, text)
 
 
 def _lowest_by_length(work: ProgramWork) -> dict[int, tuple[float, int]]:

@@ -41,21 +41,21 @@ class _Mode(NamedTuple):
 
 
 _MODES = (
-    _Mode("the distance mode (G90, G91)", "9[01]", _MOVES),
-    _Mode("the plane (G17)", "1[789]", _ROUND),
-    _Mode("radius compensation off (G40)", "4[012](?:[.]1)?", _MOVES),
-    _Mode("the feed mode (G94)", "9[345]", _CUTS),
-    _Mode("the arc distance mode (G91.1)", "9[01][.]1", _ARCS),
-    _Mode("the return of cycles (G98, G99)", "9[89]", _CYCLES),
-    _Mode("the length offset (G43, G49)", "4[349](?:[.][0-9])?", _MOVES),
-    _Mode("the work offset (G54)", "(?:5[4-9](?:[.][1-9])?|154|1[12][0-9])", _MOVES),
-    _Mode("constant surface speed off (G97)", "9[67]", _CUTS),
-    _Mode("rotation off (G69)", "6[89](?:[.][0-9])?", _MOVES, True),
-    _Mode("scaling off (G50)", "5[01]", _MOVES, True),
-    _Mode("mirroring off (G50.1)", "5[01][.]1", _MOVES, True),
-    _Mode("polar coordinates off (G15)", "1[56]", _MOVES, True),
-    _Mode("macro calls off (G67)", "6[67](?:[.]1)?", _MOVES, True),
-    _Mode("the shift of the origin (G92.1)", "92(?:[.][123])?", _MOVES, True),
+    _Mode(Message("the distance mode (G90, G91)"), "9[01]", _MOVES),
+    _Mode(Message("the plane (G17)"), "1[789]", _ROUND),
+    _Mode(Message("radius compensation off (G40)"), "4[012](?:[.]1)?", _MOVES),
+    _Mode(Message("the feed mode (G94)"), "9[345]", _CUTS),
+    _Mode(Message("the arc distance mode (G91.1)"), "9[01][.]1", _ARCS),
+    _Mode(Message("the return of cycles (G98, G99)"), "9[89]", _CYCLES),
+    _Mode(Message("the length offset (G43, G49)"), "4[349](?:[.][0-9])?", _MOVES),
+    _Mode(Message("the work offset (G54)"), "(?:5[4-9](?:[.][1-9])?|154|1[12][0-9])", _MOVES),
+    _Mode(Message("constant surface speed off (G97)"), "9[67]", _CUTS),
+    _Mode(Message("rotation off (G69)"), "6[89](?:[.][0-9])?", _MOVES, True),
+    _Mode(Message("scaling off (G50)"), "5[01]", _MOVES, True),
+    _Mode(Message("mirroring off (G50.1)"), "5[01][.]1", _MOVES, True),
+    _Mode(Message("polar coordinates off (G15)"), "1[56]", _MOVES, True),
+    _Mode(Message("macro calls off (G67)"), "6[67](?:[.]1)?", _MOVES, True),
+    _Mode(Message("the shift of the origin (G92.1)"), "92(?:[.][123])?", _MOVES, True),
 )
 #: A G word except G0 to G3; numbers may contain blanks.
 _OTHER = re.compile(r"[Gg](?![ \t]*0*[0-3](?![ \t]*[0-9.]))")
@@ -79,12 +79,12 @@ def find_lost_modes(
         was, now = (_first_use(*side, mode, pattern) for side in zip(programs, works, words, counted, strict=True))
         if (now.first and not was.first) or now.cuts > was.cuts:
             text = Message("{}: the original states it before line {} relies on it", mode.said, now.line or was.line)
-            yield Difference("not stated", was.line, now.line, text)
+            yield Difference(Message("not stated"), was.line, now.line, text)
         elif mode.rare and was.first and not now.first:
             text = Message(
                 "{}: the original does not state it before line {} relies on it, the new one does", mode.said, was.line
             )
-            yield Difference("newly stated", was.line, now.line, text)
+            yield Difference(Message("newly stated"), was.line, now.line, text)
 
 
 def _common_rows(

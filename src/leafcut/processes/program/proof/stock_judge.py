@@ -98,14 +98,11 @@ class StockJudge:
         for (tool, kind), found in met.items():
             before = self.met.get((tool, kind))
             if found.deepest > (before.deepest if before else 0.0) + TOLERANCE:
-                what = (
-                    Message("a rapid of T{} goes", tool)
-                    if kind == "rapid"
-                    else Message("the {} of T{} gets", kind, tool)
-                )
                 raise VerifyError(
                     "{} {:.2f} mm deep into the stock, first in line {} of the new program",
-                    what,
+                    Message("a rapid of T{} goes", tool)
+                    if kind == "rapid"
+                    else Message("the {} of T{} gets", kind, tool),
                     found.deepest,
                     found.line,
                 )
@@ -113,7 +110,7 @@ class StockJudge:
     def issues(self) -> Iterator[Issue]:
         """Yield the collisions of the original, one issue per tool and kind of collision."""
         for (tool, kind), found in self.met.items():
-            deep = f"up to {found.deepest:.2f} mm deep"
+            deep = Message("up to {:.2f} mm deep", found.deepest)
             if kind == "rapid":
                 message = Message("{} of T{} in the stock, {}", count_of(found.count, "rapid"), tool, deep)
             else:

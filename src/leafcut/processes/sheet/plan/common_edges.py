@@ -243,7 +243,7 @@ def has_order(pairs: Iterable[tuple[int, int]]) -> bool:
     return True
 
 
-def _refusal(one: str, other: str, length: float, rules: CutRules) -> str:
+def _refusal(one: str, other: str, length: float, rules: CutRules) -> Message:
     if rules.half > 0.0:
         return Message(
             "{} is one kerf away from {} over {:.4g} mm, more than half of its length, and would be cut "

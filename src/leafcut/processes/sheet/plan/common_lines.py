@@ -200,7 +200,7 @@ def _no_line_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
     return [Issue("L616", _no_common_lines(least_length(rules), rules), "", Severity.NOTE)]
 
 
-def _no_common_lines(least: float, rules: CutRules) -> str:
+def _no_common_lines(least: float, rules: CutRules) -> Message:
     if rules.half <= 0.0:
         return Message(
             "no common lines: without compensation, parts share only edges that coincide over {:.3g} mm or more", least

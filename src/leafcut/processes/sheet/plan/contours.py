@@ -23,9 +23,6 @@ from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.plan.cut_rules import NARROWEST_HOLE, CutRules
 from leafcut.processes.sheet.plan.leads import FLATNESS, NO_LEAD, lead_path, lead_shape, placed_leads
 
-#: Text about several contours: its template, whose first placeholder is their number, and the values of the other
-#: placeholders.
-_Several = tuple[str, ...]
 #: Tolerance for offset paths, mm.
 OFFSET_TOLERANCE = 0.01
 #: Tolerance for distances, mm.
@@ -158,10 +155,16 @@ class CutContour:
         """Return a name with the part and the position, for messages."""
         x, y = self.source.path.start
         if self.common:
-            return f"common line of part {self.source.part} from ({x:.4g}, {y:.4g})"
-        what = "mark" if self.kind == "mark" else "hole" if self.hole else "outline" if self.path.closed else "cut"
-        part = f"part {self.source.part}: " if self.source.part else ""
-        return f"{part}{what} at ({x:.4g}, {y:.4g})"
+            return Message("common line of part {} from ({:.4g}, {:.4g})", self.source.part, x, y)
+        if self.kind == "mark":
+            name = Message("mark at ({:.4g}, {:.4g})", x, y)
+        elif self.hole:
+            name = Message("hole at ({:.4g}, {:.4g})", x, y)
+        elif self.path.closed:
+            name = Message("outline at ({:.4g}, {:.4g})", x, y)
+        else:
+            name = Message("cut at ({:.4g}, {:.4g})", x, y)
+        return Message("part {}: {}", self.source.part, name) if self.source.part else name
 
     # -- places along the path ---------------------------------------------------------------------------------------
 
@@ -242,7 +245,7 @@ def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], l
     Holes too small for the kerf or the pierce are not cut, and neither are notches with mouths narrower than the kerf.
     """
     kept: list[CutContour] = []
-    remarks: list[tuple[_Several, Issue]] = []
+    remarks: list[tuple[Message, Issue]] = []
     chambers = [shapely.Polygon(c.path.flattened(FLATNESS)) for c in sheet.contours if c.chamber]
     for index, source in enumerate(sheet.contours):
         if source.kind == "sheet":
@@ -345,32 +348,32 @@ def _tangents(path: Polyline, index: int) -> tuple[Point, Point]:
 
 
 def _contour_issue(
-    code: str, one: str, several: _Several, place: str, missing: MissingWork | None = None
-) -> tuple[_Several, Issue]:
-    """Return a remark: the text for several contours, and the issue for one contour."""
+    code: str, one: Message, several: Message, place: Message, missing: MissingWork | None = None
+) -> tuple[Message, Issue]:
+    """Return a remark: the message for several contours, with "" as their number, and the issue for one contour."""
     return several, Issue(code, one, place, missing=missing)
 
 
-def _group_remarks(remarks: list[tuple[_Several, Issue]]) -> list[Issue]:
+def _group_remarks(remarks: list[tuple[Message, Issue]]) -> list[Issue]:
     """Return the issues of all remarks; identical remarks about several contours become one issue."""
-    groups: dict[tuple[str, _Several], list[Issue]] = {}
+    groups: dict[tuple[str, Message], list[Issue]] = {}
     for several, issue in remarks:
         groups.setdefault((issue.code, several), []).append(issue)
     return [own[0] if len(own) == 1 else _merged_issue(several, own) for (_, several), own in groups.items()]
 
 
-def _merged_issue(several: _Several, own: list[Issue]) -> Issue:
-    place = "; ".join(issue.place for issue in own[:3]) + (" …" if len(own) > 3 else "")
+def _merged_issue(several: Message, own: list[Issue]) -> Issue:
+    place = Message.joined("; ", (issue.place for issue in own[:3])) + (" …" if len(own) > 3 else "")
     works = [issue.missing for issue in own if issue.missing is not None]
     missing = None
     if works:
         where = tuple(point for work in works for point in work.where)
         missing = MissingWork(works[0].what, len(works), where, tuple(path for work in works for path in work.outlines))
-    template, *values = several
-    return Issue(own[0].code, Message(template, len(own), *values), place, missing=missing)
+    message = Message(several.template, len(own), *several.values[1:])
+    return Issue(own[0].code, message, place, missing=missing)
 
 
-def _too_narrow(index: int, source: Contour, rules: CutRules) -> tuple[_Several, Issue]:
+def _too_narrow(index: int, source: Contour, rules: CutRules) -> tuple[Message, Issue]:
     x, y = source.path.start
     low_x, low_y, high_x, high_y = source.path.extents
     size, kerf = f"{high_x - low_x:.4g} × {high_y - low_y:.4g} mm", f"{rules.kerf:.4g}"
@@ -381,7 +384,7 @@ def _too_narrow(index: int, source: Contour, rules: CutRules) -> tuple[_Several,
             source.part,
             kerf,
         )
-        several = ("{} holes are narrower than two kerfs of {} mm, with no room for a pierce: not cut", kerf)
+        several = Message("{} holes are narrower than two kerfs of {} mm, with no room for a pierce: not cut", "", kerf)
     else:
         words = Message(
             "a hole of {} in part {} has a neck narrower than the kerf of {} mm, or no room for a pierce: not cut",
@@ -389,17 +392,19 @@ def _too_narrow(index: int, source: Contour, rules: CutRules) -> tuple[_Several,
             source.part,
             kerf,
         )
-        several = ("{} holes have a neck narrower than the kerf of {} mm, or no room for a pierce: not cut", kerf)
+        several = Message(
+            "{} holes have a neck narrower than the kerf of {} mm, or no room for a pierce: not cut", "", kerf
+        )
     work = MissingWork("hole", 1, ((x, y),), (source.path,))
     return _contour_issue("L611", words, several, _contour_place(index, source, x, y), work)
 
 
-def _contour_place(index: int, source: Contour, x: float, y: float) -> str:
-    handle = f", entity {source.handle}" if source.handle else ""
-    return f"contour {index + 1} at ({x:.6g}, {y:.6g}){handle}"
+def _contour_place(index: int, source: Contour, x: float, y: float) -> Message:
+    place = Message("contour {} at ({:.6g}, {:.6g})", index + 1, x, y)
+    return Message("{}, entity {}", place, source.handle) if source.handle else place
 
 
-def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[_Several, Issue]]:
+def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[Message, Issue]]:
     """Return the remarks about uncut notches of an outline, except the areas `chambers`, which are cut as holes."""
     source, rules = contour.source, contour.rules
     drawn = shapely.Polygon(source.path.flattened(FLATNESS))
@@ -421,8 +426,9 @@ def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[_Seve
         kerf,
         left.area,
     )
-    several = (
+    several = Message(
         "{} parts have notches with a mouth narrower than the kerf of {} mm, which stay uncut in whole or in part",
+        "",
         kerf,
     )
     x, y = outlines[0].start
@@ -430,11 +436,11 @@ def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[_Seve
     return [_contour_issue("L612", words, several, _contour_place(contour.index, source, x, y), work)]
 
 
-def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[_Several, Issue]]:
+def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[Message, Issue]]:
     """Return the remarks about areas of a contour that the kerf cannot reach, and about very small holes."""
     source, rules = contour.source, contour.rules
-    found: list[tuple[_Several, Issue]] = []
-    several: _Several
+    found: list[tuple[Message, Issue]] = []
+    several: Message
     if contour.pinched:
         found += _notch_remarks(contour, chambers)
     elif contour.has_leads and rules.half > 0.0:
@@ -442,9 +448,9 @@ def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[_Se
         away = shapely.distance(shapely.points(points), contour.line)
         worst = int(np.argmax(away))
         if away[worst] > rules.half + rules.kerf:
-            left = f"{away[worst] - rules.half:.2g} mm remain uncut"
-            words = Message("part {} has a gap narrower than the kerf: {}", source.part, left)
-            several = ("{} contours have a gap narrower than the kerf, which remains uncut",)
+            left = away[worst] - rules.half
+            words = Message("part {} has a gap narrower than the kerf: {:.2g} mm remain uncut", source.part, left)
+            several = Message("{} contours have a gap narrower than the kerf, which remains uncut", "")
             px, py = points[worst].tolist()
             work = MissingWork("place", 1, ((px, py),))
             found.append(_contour_issue("L612", words, several, _contour_place(contour.index, source, px, py), work))
@@ -453,8 +459,9 @@ def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[_Se
         words = Message(
             "a hole of {:.3g} mm, below {:g} times the thickness, will be tapered", contour.diameter, NARROWEST_HOLE
         )
-        several = (
+        several = Message(
             "{} holes below {} mm, {} times the thickness, will be tapered",
+            "",
             f"{narrowest:g}",
             f"{NARROWEST_HOLE:g}",
         )

@@ -17,6 +17,7 @@ import shapely
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point
+from leafcut.message import Message
 from leafcut.model.cutting import Cut
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric, RoutingProblem
@@ -201,25 +202,40 @@ def check_kerfs(contours: list[CutContour], scrap: Scrap) -> None:
             owner, other = cut[k].source.part, scrap.part_numbers[part]
             if other != owner and (cut[k].path.closed or owner):
                 found.append(
-                    f"{cut[k].name()} is nearer to part {other} than the kerf of {scrap.rules.kerf:.4g} mm: cutting "
-                    "one would cut into the other; nest them farther apart, with that kerf "
-                    f"(leafcut nest --kerf {scrap.rules.kerf:g})"
+                    Message(
+                        "{} is nearer to part {} than the kerf of {:.4g} mm: cutting one would cut into the other; "
+                        "nest them farther apart, with that kerf (leafcut nest --kerf {:g})",
+                        cut[k].name(),
+                        other,
+                        scrap.rules.kerf,
+                        scrap.rules.kerf,
+                    )
                 )
     for k, zone in scrap.zones_near(lines).T.tolist():
         low_x, low_y, high_x, high_y = scrap.zones[zone].bounds
         found.append(
-            f"{cut[k].name()} runs into the keep-out zone {low_x:g} {low_y:g} {high_x:g} {high_y:g}; move the clamp "
-            "or the part"
+            Message(
+                "{} runs into the keep-out zone {:g} {:g} {:g} {:g}; move the clamp or the part",
+                cut[k].name(),
+                low_x,
+                low_y,
+                high_x,
+                high_y,
+            )
         )
     if scrap.sheet is not None:
         beyond = np.flatnonzero(~shapely.contains(scrap.sheet.buffer(ROUNDING), lines))
         found += [
-            f"{cut[k].name()} lies so near the edge of the sheet that the kerf of {scrap.rules.kerf:.4g} mm runs off "
-            "it; move the part in, or take a larger sheet"
+            Message(
+                "{} lies so near the edge of the sheet that the kerf of {:.4g} mm runs off it; "
+                "move the part in, or take a larger sheet",
+                cut[k].name(),
+                scrap.rules.kerf,
+            )
             for k in beyond.tolist()
         ]
     if found:
-        more = f" (and {len(found) - 1} more such places)" if len(found) > 1 else ""
+        more = Message(" (and {} more such places)", len(found) - 1) if len(found) > 1 else ""
         raise PlanError(f"{found[0]}{more}")
 
 
@@ -237,12 +253,15 @@ def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutR
             lesser.append(contour)
         if contour.lead_out.style != "none" and all(s.lead_out.style == "none" for s in own):
             without.append(contour)
-    for group, what in (
-        (lesser, f"no room for a lead-in of {wanted.length:g} mm ({wanted.style}): reduced"),
-        (without, f"no room for a lead-out of {rules.lead_out.length:g} mm: left out"),
+    for group, message in (
+        (
+            lesser,
+            Message("{} × no room for a lead-in of {:g} mm ({}): reduced", len(lesser), wanted.length, wanted.style),
+        ),
+        (without, Message("{} × no room for a lead-out of {:g} mm: left out", len(without), rules.lead_out.length)),
     ):
         if group:
-            yield Issue("L613", f"{len(group)} × {what}", names_of(group), Severity.NOTE)
+            yield Issue("L613", message, names_of(group), Severity.NOTE)
 
 
 def process_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tuple[int, int]]:

@@ -53,25 +53,31 @@ class HeadRoutes:
         if not (self.crossing or self.close or self.corners):
             return None
         detours = Message("{} of {} travel moves go around detached parts", len(self.corners), self.moves)
-        unknown = "; the nozzle diameter is unknown (nozzle_diameter in the machine's profile), so only the head's "
-        unknown = "" if self.radius > 0.0 else f"{unknown}centre is checked"
+        unknown = (
+            Message(
+                "; the nozzle diameter is unknown (nozzle_diameter in the machine's profile), so only the head's "
+                "centre is checked"
+            )
+            if self.radius <= 0.0
+            else ""
+        )
         if not (self.crossing or self.close):
             words = Message("the head stays down between cuts: {}, none crosses such a part{}", detours, unknown)
             return Issue("L623", words, "", Severity.NOTE)
         first = min((*self.crossing, *self.close))
         x, y = cuts[min(first, len(cuts) - 1)].path.start
         crossing, close = len(self.crossing), len(self.close)
-        over: list[str] = (
-            [Message("{} of {} travel moves cross detached parts", crossing, self.moves)] if crossing else []
-        )
+        over = [Message("{} of {} travel moves cross detached parts", crossing, self.moves)] if crossing else []
         if close:
-            more = count_of(close, "more travel move") if crossing else f"{close} of {self.moves} travel moves"
-            over.append(f"a nozzle of {2.0 * self.radius:g} mm passes over detached parts on {more}")
+            more = (
+                count_of(close, "more travel move") if crossing else Message("{} of {} travel moves", close, self.moves)
+            )
+            over.append(Message("a nozzle of {:g} mm passes over detached parts on {}", 2.0 * self.radius, more))
         words = Message(
             "the head stays down between cuts, and {}; detached parts may tip up "
             "({}){}: "
             "hold them with --micro-joints, or watch them",
-            " and ".join(over),
+            Message.joined_by_and(over),
             detours,
             unknown,
         )

@@ -69,7 +69,7 @@ def with_slot_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
         return sheet, []
     wider = [place for width, place in widths if abs(width - kerf) > ROUNDING]
     places = ", ".join(f"({x:.6g}, {y:.6g})" for x, y in wider[:3]) + (" …" if len(wider) > 3 else "")
-    many = "a slot is" if len(wider) == 1 else f"{len(wider)} slots are"
+    many = Message("a slot is") if len(wider) == 1 else Message("{} slots are", len(wider))
     words = Message(
         "{} narrower than two kerfs and cut once along the centreline: {:.4g} mm wide, not as wide as drawn", many, kerf
     )
@@ -218,7 +218,7 @@ def _uncut_issue(one: Contour, hole: Any, pieces: list[Polyline], rules: CutRule
         if rest.area > SMALL and (shapely.dwithin(burnt, rest, ROUNDING).sum() > 1 or rest.intersects(unused))
     ]
     x, y = one.path.start
-    number = "1 of its pieces is" if len(pieces) == 1 else f"{len(pieces)} of its pieces are"
+    number = Message("1 of its pieces is") if len(pieces) == 1 else Message("{} of its pieces are", len(pieces))
     words = Message(
         "a hole of part {} has a neck narrower than the kerf of {:.4g} mm: {} cut, and {:.3g} mm² stay uncut",
         one.part,

@@ -78,8 +78,9 @@ def find_starts(contours: list[CutContour], scrap: Scrap) -> list[CutStart]:
     return found
 
 
-def _refusal(stuck: list[CutContour], contours: list[CutContour], rules: CutRules) -> str:
-    names = "; ".join(c.name() for c in stuck[:3]) + (Message(" and {} more", len(stuck) - 3) if len(stuck) > 3 else "")
+def _refusal(stuck: list[CutContour], contours: list[CutContour], rules: CutRules) -> Message:
+    names = Message.joined("; ", (c.name() for c in stuck[:3]))
+    names = Message("{} and {} more", names, len(stuck) - 3) if len(stuck) > 3 else names
     if rules.edge_start:
         return Message(
             "the sheet is above the pierce capacity: cuts start at its edge, and no cut from there reaches "

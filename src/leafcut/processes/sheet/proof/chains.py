@@ -59,7 +59,7 @@ def check_chains(laid: MatchedRuns) -> list[Difference]:
                 if other != number:
                     x, y = shapely.get_coordinates(shapely.shortest_line(lines[other], bridge))[0]
                     text = Message("a bridge and another cut cross at {}: the arc would go out", position_text(x, y))
-                    found.append(sheet_difference("chain", text, laid.runs[max(number, other)].line))
+                    found.append(sheet_difference(Message("chain"), text, laid.runs[max(number, other)].line))
     return found
 
 
@@ -71,14 +71,16 @@ def _order_faults(run: TorchRun, steps: Sequence[RunMatch], planned: Sequence[in
     if got != tuple(planned):
         words = [" and ".join(str(k + 1) for k in numbers) or "none" for numbers in (got, planned)]
         return [
-            sheet_difference("chain", Message("a run cuts contours {} instead of {}", words[0], words[1]), run.line)
+            sheet_difference(
+                Message("chain"), Message("a run cuts contours {} instead of {}", words[0], words[1]), run.line
+            )
         ]
     for before, after in itertools.pairwise(steps):
         if before.last > after.first + OVERLAP:
             one, other = before.target.index + 1, after.target.index + 1
             return [
                 sheet_difference(
-                    "chain", Message("contour {} starts before contour {} is finished", other, one), run.line
+                    Message("chain"), Message("contour {} starts before contour {} is finished", other, one), run.line
                 )
             ]
     return []
@@ -105,7 +107,7 @@ def _own_kerf_faults(run: TorchRun, at: float, bridge: Any, kerf: float) -> list
         return []
     point = points[int(np.argmin(clear))]
     text = Message("a bridge runs into its own kerf at {}: the arc would go out", position_text(point.x, point.y))
-    return [sheet_difference("chain", text, run.line)]
+    return [sheet_difference(Message("chain"), text, run.line)]
 
 
 def _detached_scrap_faults(run: TorchRun, done: Sequence[RunMatch], bridge: Any) -> list[Difference]:
@@ -114,5 +116,5 @@ def _detached_scrap_faults(run: TorchRun, done: Sequence[RunMatch], bridge: Any)
     for f in done:
         if f.target.shape is not None and f.target.shape.contains(middle):
             text = Message("a bridge crosses scrap or a part that contour {} has detached", f.target.index + 1)
-            return [sheet_difference("chain", text, run.line)]
+            return [sheet_difference(Message("chain"), text, run.line)]
     return []

@@ -43,7 +43,7 @@ def check_common_lines(laid: MatchedRuns) -> list[Difference]:
             if other != k and both.length > max(CROSSING_KERFS * laid.kerf, CROSSING) + 2.0 * TOLERANCE:
                 x, y = shapely.get_coordinates(both)[0]
                 text = Message("an edge of two parts is cut twice at {}", position_text(x, y))
-                found.append(sheet_difference("cut twice", text, runs[max(k, other)].line))
+                found.append(sheet_difference(Message("cut twice"), text, runs[max(k, other)].line))
     for group in sorted({cuts[k].group for k in common}):
         found += _group_faults(laid, group, [k for k in common if cuts[k].group == group])
     if method_of(laid.plan.data.process) in NEED_METAL:
@@ -57,7 +57,7 @@ def _group_faults(laid: MatchedRuns, group: int, own: Sequence[int]) -> Iterator
     around = [k for k, cut in enumerate(cuts[: len(runs)]) if cut.group == group and not cut.common]
     if len(around) != 1:
         text = Message("{} cuts go around parts with common lines instead of one", len(around))
-        yield sheet_difference("out of order", text, runs[own[0]].line)
+        yield sheet_difference(Message("out of order"), text, runs[own[0]].line)
         return
     last = around[0]
     swept = shapely.get_parts(lines[last].buffer(0.5 * kerf, quad_segs=32))
@@ -65,14 +65,14 @@ def _group_faults(laid: MatchedRuns, group: int, own: Sequence[int]) -> Iterator
     for k in own:
         if k > last:
             text = Message("a common line is cut after the cut around its parts, which detaches them")
-            yield sheet_difference("out of order", text, runs[k].line)
+            yield sheet_difference(Message("out of order"), text, runs[k].line)
         if lines[k].intersection(body).length < cuts[k].common - TOLERANCE:
             text = Message("the common line that starts at {} is not within its parts", position_text(*runs[k].start))
-            yield sheet_difference("out of order", text, runs[k].line)
+            yield sheet_difference(Message("out of order"), text, runs[k].line)
     asked = cuts[last].choice.direction
     if asked in ("clockwise", "counter-clockwise") and _clockwise(runs[last]) != (asked == "clockwise"):
         text = Message("the cut around parts with common lines is not {}", asked)
-        yield sheet_difference("direction", text, runs[last].line)
+        yield sheet_difference(Message("direction"), text, runs[last].line)
 
 
 def _clockwise(run: TorchRun) -> bool:
@@ -88,4 +88,4 @@ def _crossing_faults(laid: MatchedRuns, common: Sequence[int]) -> Iterator[Diffe
         if not met.is_empty and shapely.distance(met, end) > AT_END:
             x, y = shapely.get_coordinates(met)[0]
             text = Message("a common line crosses an earlier one at {}", position_text(x, y))
-            yield sheet_difference("crosses a kerf", text, laid.runs[late].line)
+            yield sheet_difference(Message("crosses a kerf"), text, laid.runs[late].line)

@@ -49,9 +49,17 @@ class _State(NamedTuple):
 
 #: Descriptions of the fields of `_State`.
 _NAMES = (
-    "torch (0 dark, 1 cuts, 2 marks)", "power", "height control", "side of the kerf", "kerf", "path control",
-    "tolerance of corners", "number of pierces", "dwell before it is lit", "dwell after it is lit",
-)  # fmt: skip
+    Message("torch (0 dark, 1 cuts, 2 marks)"),
+    Message("power"),
+    Message("height control"),
+    Message("side of the kerf"),
+    Message("kerf"),
+    Message("path control"),
+    Message("tolerance of corners"),
+    Message("number of pierces"),
+    Message("dwell before it is lit"),
+    Message("dwell after it is lit"),
+)
 
 
 def check_cut_motion(planned: Toolpath, written: Toolpath, dialect: Dialect, units: str) -> list[Difference]:
@@ -72,7 +80,9 @@ def check_cut_motion(planned: Toolpath, written: Toolpath, dialect: Dialect, uni
         return differences
     if len(states) != len(found):
         return [
-            Difference("motion", 0, 0, Message("{} planned, {} written", count_of(len(states), "move"), len(found)))
+            Difference(
+                Message("motion"), 0, 0, Message("{} planned, {} written", count_of(len(states), "move"), len(found))
+            )
         ]
     room = np.array(
         _State(0.0, SPEED_ROUNDING, 0.0, 0.0, tolerance, 0.0, tolerance, 0.0, DWELL_ROUNDING, DWELL_ROUNDING)
@@ -98,7 +108,7 @@ def _difference(
         states[row, column],
         found[row, column],
     )
-    return Difference("torch", 0, int(read.line[row]), text)
+    return Difference(Message("torch"), 0, int(read.line[row]), text)
 
 
 class _TorchTracker:

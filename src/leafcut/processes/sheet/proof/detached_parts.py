@@ -36,7 +36,7 @@ def check_detached_parts(laid: MatchedRuns, path: Toolpath, dialect: Dialect, no
         line, where = found[0]
         count = count_of(len(found), "travel move")
         text = Message("{} over detached parts, {} reported; the first to {}", count, reported, position_text(*where))
-        return [Difference("travel over a detached part", 0, line, text)]
+        return [Difference(Message("travel over a detached part"), 0, line, text)]
     near = crossings(laid, path, 0.5 * nozzle) if nozzle > 0.0 else []
     if len(near) > reported + close:
         line, where = near[0]
@@ -47,7 +47,7 @@ def check_detached_parts(laid: MatchedRuns, path: Toolpath, dialect: Dialect, no
             reported + close,
             position_text(*where),
         )
-        return [Difference("travel over a detached part", 0, line, text)]
+        return [Difference(Message("travel over a detached part"), 0, line, text)]
     return []
 
 

@@ -11,6 +11,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.gcode.dialects import Dialect
+from leafcut.message import Message
 from leafcut.model.cutting import CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.machine import Probe
@@ -143,6 +144,6 @@ def _marking_runs(runs: list[TorchRun], dialect: Dialect, power: float | None) -
     ]
 
 
-def sheet_difference(what: str, text: str, line: int) -> Difference:
+def sheet_difference(what: Message, text: Message, line: int) -> Difference:
     """Return a difference of the kind `what` with a text and a program line."""
     return Difference(what, 0, line, text)

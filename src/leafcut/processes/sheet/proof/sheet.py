@@ -71,11 +71,12 @@ def uncut_contours(laid: MatchedRuns) -> list[Difference]:
         if target.may_stay and not claims:
             continue
         gaps = _uncut_stretches(laid, target, [laid.lines[c.run] for c in claims])
-        what = "marked" if target.marks else "cut"
         if sum(g.length for g in gaps) > MOST * target.centreline.length:
             found.append(
                 sheet_difference(
-                    Message("not {}", what), Message("{} is not {}", target.name, what), _line_of(laid.runs, claims)
+                    Message("not marked") if target.marks else Message("not cut"),
+                    Message("{} is not marked" if target.marks else "{} is not cut", target.name),
+                    _line_of(laid.runs, claims),
                 )
             )
             continue
@@ -85,13 +86,14 @@ def uncut_contours(laid: MatchedRuns) -> list[Difference]:
         if bare:
             x, y = bare[0].interpolate(0.5, normalized=True).coords[0]
             text = Message(
-                "{} is not {} all the way: {:.3f} mm are left at {}",
+                "{} is not marked all the way: {:.3f} mm are left at {}"
+                if target.marks
+                else "{} is not cut all the way: {:.3f} mm are left at {}",
                 target.name,
-                what,
                 bare[0].length,
                 position_text(x, y),
             )
-            found.append(sheet_difference("not all the way", text, _line_of(laid.runs, claims)))
+            found.append(sheet_difference(Message("not all the way"), text, _line_of(laid.runs, claims)))
     return found
 
 
@@ -132,7 +134,7 @@ def repeated_cuts(laid: MatchedRuns) -> list[Difference]:
         if len(whole) > 1 or any(c.followed > TWICE * target.centreline.length for c in whole):
             lines = ", ".join(str(laid.runs[c.run].line) for c in whole)
             text = Message("{} is cut more than once, from line {}", target.name, lines)
-            found.append(sheet_difference("cut twice", text, laid.runs[whole[-1].run].line))
+            found.append(sheet_difference(Message("cut twice"), text, laid.runs[whole[-1].run].line))
     used = {c.run for c in laid.claims}
     for number, run in enumerate(laid.runs):
         if number not in used:
@@ -140,7 +142,7 @@ def repeated_cuts(laid: MatchedRuns) -> list[Difference]:
             text = Message("the cut from {} is not in the drawing", start)
             if laid.marks[number]:
                 text = Message("the mark from {} is not in the drawing", start)
-            found.append(sheet_difference("cuts nothing", text, run.line))
+            found.append(sheet_difference(Message("cuts nothing"), text, run.line))
     return found
 
 
@@ -161,7 +163,7 @@ def find_gouges(laid: MatchedRuns) -> list[Difference]:
             text = Message(
                 "the kerf goes {:.3f} mm or more into part {}, at {}", depth, laid.numbers[part], position_text(x, y)
             )
-            found.append(sheet_difference("cuts into a part", text, laid.line_at(number, x, y)))
+            found.append(sheet_difference(Message("cuts into a part"), text, laid.line_at(number, x, y)))
     return found
 
 
@@ -173,7 +175,7 @@ def find_strays(laid: MatchedRuns) -> list[Difference]:
         for number in np.flatnonzero(shapely.dwithin(laid.lines, zone, max(half - TOLERANCE, 0.0))).tolist():
             x, y = shapely.get_coordinates(shapely.shortest_line(zone, laid.lines[number]))[1]
             text = Message("the kerf runs into a keep-out zone at {}", position_text(x, y))
-            found.append(sheet_difference("in a keep-out zone", text, laid.line_at(number, x, y)))
+            found.append(sheet_difference(Message("in a keep-out zone"), text, laid.line_at(number, x, y)))
     sheet = laid.sheet
     if sheet is None:
         return found
@@ -184,7 +186,7 @@ def find_strays(laid: MatchedRuns) -> list[Difference]:
         if len(outside):
             x, y = outside[0]
             text = Message("the torch burns off the sheet, at {}", position_text(x, y))
-            found.append(sheet_difference("off the sheet", text, laid.line_at(number, x, y)))
+            found.append(sheet_difference(Message("off the sheet"), text, laid.line_at(number, x, y)))
     return found
 
 

@@ -22,10 +22,10 @@ def plan_faults(laid: MatchedRuns) -> list[Difference]:
         text = Message(
             "the torch is switched on for {}, but the plan has {}", count_of(len(laid.runs), "cut"), len(cuts)
         )
-        found.append(sheet_difference("number of cuts", text, 0))
+        found.append(sheet_difference(Message("number of cuts"), text, 0))
     planned = {i for cut in cuts for i in cut.contours}
     return found + [
-        sheet_difference("not planned", Message("{} is in no cut of the plan", target.name), 0)
+        sheet_difference(Message("not planned"), Message("{} is in no cut of the plan", target.name), 0)
         for target in laid.targets
         if target.index not in planned and not target.may_stay
     ]
@@ -50,7 +50,7 @@ def order_faults(laid: MatchedRuns) -> list[Difference]:
             late = _run_after(laid, inner, around) if inner.index != around.index else None
             if late is not None:
                 text = Message("{} comes after {}, which detaches it", inner.name, around.name)
-                found.append(sheet_difference("out of order", text, laid.runs[late].line))
+                found.append(sheet_difference(Message("out of order"), text, laid.runs[late].line))
     return found
 
 
@@ -95,7 +95,7 @@ def pierce_faults(laid: MatchedRuns) -> list[Difference]:
                 text = Message(
                     "the torch is lit at {}, in the kerf of an earlier cut", position_text(*laid.runs[later].start)
                 )
-                found.append(sheet_difference("pierces in the air", text, laid.runs[later].line))
+                found.append(sheet_difference(Message("pierces in the air"), text, laid.runs[later].line))
     found += _unpierced_cuts(laid)
     for claim in laid.claims:
         if claim.target.shape is None or not laid.detaches(claim):
@@ -107,7 +107,7 @@ def pierce_faults(laid: MatchedRuns) -> list[Difference]:
                     position_text(*laid.runs[later].start),
                     claim.target.name,
                 )
-                found.append(sheet_difference("pierces in the air", text, laid.runs[later].line))
+                found.append(sheet_difference(Message("pierces in the air"), text, laid.runs[later].line))
     return found
 
 
@@ -121,7 +121,7 @@ def _unpierced_cuts(laid: MatchedRuns) -> list[Difference]:
             text = Message(
                 "the torch is lit at {} without a pierce, and not beside the sheet", position_text(*run.start)
             )
-            found.append(sheet_difference("not pierced", text, run.line))
+            found.append(sheet_difference(Message("not pierced"), text, run.line))
     return found
 
 
@@ -136,7 +136,11 @@ def direction_faults(laid: MatchedRuns) -> list[Difference]:
         if asked not in ("clockwise", "counter-clockwise"):
             continue
         if (asked == "clockwise") != claim.clockwise:
-            actual = "clockwise" if claim.clockwise else "counter-clockwise"
-            text = Message("{} is cut {}, not {}", claim.target.name, actual, asked)
-            found.append(sheet_difference("direction", text, laid.runs[claim.run].line))
+            text = Message(
+                "{} is cut clockwise, not counter-clockwise"
+                if claim.clockwise
+                else "{} is cut counter-clockwise, not clockwise",
+                claim.target.name,
+            )
+            found.append(sheet_difference(Message("direction"), text, laid.runs[claim.run].line))
     return found

@@ -56,13 +56,19 @@ class Target:
         return self.source.kind == "mark"
 
     @property
-    def name(self) -> str:
+    def name(self) -> Message:
         """Name for messages, with the kind and the position of the contour."""
         x, y = self.source.path.start
         closed = self.shape is not None
-        what = "mark" if self.marks else "cut" if not closed else "hole" if self.source.is_hole else "outline"
-        part = f" of part {self.source.part}" if self.source.part else ""
-        return f"contour {self.index + 1} ({what}{part}, at X{x:.3f} Y{y:.3f})"
+        if self.marks:
+            kind = Message("mark")
+        elif not closed:
+            kind = Message("cut")
+        else:
+            kind = Message("hole") if self.source.is_hole else Message("outline")
+        if self.source.part:
+            kind = Message("{} of part {}", kind, self.source.part)
+        return Message("contour {} ({}, at X{:.3f} Y{:.3f})", self.index + 1, kind, x, y)
 
 
 def targets_of(sheet: Sheet, half: float) -> list[Target]:
@@ -197,5 +203,5 @@ def _place_in(shape: Any) -> str:
     return position_text(x, y)
 
 
-def _divided_fault(text: str) -> Difference:
-    return Difference("divided hole", 0, 0, text)
+def _divided_fault(text: Message) -> Difference:
+    return Difference(Message("divided hole"), 0, 0, text)

@@ -77,13 +77,15 @@ def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
             wanted = number if row.ref else 0
             if tool != wanted:
                 text = Message("tool {} is selected where tool {} works", tool, wanted)
-                found.append(Difference("scribe", 0, row.line, text))
+                found.append(Difference(Message("scribe"), 0, row.line, text))
             elif not placed:
                 text = Message("tool {} is lit before it moves to its start with its own offset", tool)
-                found.append(Difference("scribe", 0, row.line, text))
+                found.append(Difference(Message("scribe"), 0, row.line, text))
         elif row.kind is Kind.END and tool:
             found.append(
-                Difference("scribe", 0, row.line, Message("the program ends with tool {} instead of the torch", tool))
+                Difference(
+                    Message("scribe"), 0, row.line, Message("the program ends with tool {} instead of the torch", tool)
+                )
             )
     return found
 
@@ -100,7 +102,7 @@ def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Pr
             fresh = number + 1 < len(path) and path[number + 1].kind is Kind.SHIFT
             found += _probe_faults(row, path[number + 1] if fresh else row, lit, probe)
         elif row.kind is Kind.SHIFT and path[number - 1].kind is not Kind.PROBE and not math.isnan(row.end[2]):
-            found.append(Difference("probe", 0, row.line, "Z0 is moved without a probe"))
+            found.append(Difference(Message("probe"), 0, row.line, Message("Z0 is moved without a probe")))
         elif row.kind is Kind.SPINDLE:
             lit = row.value != 0.0
             lit_after[row.line] = fresh
@@ -110,7 +112,7 @@ def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Pr
         return found
     pierces = [run.lightings[0].line for run, cut in zip(runs, plan.cuts, strict=False) if _pierces(run, cut)]
     return found + [
-        Difference("probe", 0, line, "the torch is lit without probing the sheet first")
+        Difference(Message("probe"), 0, line, Message("the torch is lit without probing the sheet first"))
         for line in pierces
         if not lit_after.get(line, False)
     ]
@@ -123,17 +125,19 @@ def _pierces(run: TorchRun, cut: Cut) -> bool:
 def _probe_faults(row: Motion, after: Motion, lit: bool, probe: Probe | None) -> list[Difference]:
     """Return the faults of a probe move, and of the height set by the row `after` it."""
     if probe is None:
-        return [Difference("probe", 0, row.line, "the torch probes, although no probing was requested")]
+        return [
+            Difference(Message("probe"), 0, row.line, Message("the torch probes, although no probing was requested"))
+        ]
     wrong = []
     if lit:
-        wrong.append("the torch is on during probing")
+        wrong.append(Message("the torch is on during probing"))
     if not abs(row.end[2] + probe.depth) <= _ROOM:
         wrong.append(Message("the probe goes down to Z{:.3f}, not to Z{:.3f}", row.end[2], -probe.depth))
     if not abs(row.value - probe.feed) <= max(FEED_PART * probe.feed, FEED_ROUNDING):
         wrong.append(Message("the probing feed is {:.6g} mm/min", row.value * SECONDS_PER_MINUTE))
     if after.kind is not Kind.SHIFT or not abs(after.end[2] + probe.switch_offset) <= _ROOM:
         wrong.append(Message("the trip height of the switch is not set to Z{:.3f}", -probe.switch_offset))
-    return [Difference("probe", 0, row.line, text) for text in wrong]
+    return [Difference(Message("probe"), 0, row.line, text) for text in wrong]
 
 
 def _rapid_faults(path: Toolpath, lowest: float | None) -> list[Difference]:
@@ -148,14 +152,18 @@ def _rapid_faults(path: Toolpath, lowest: float | None) -> list[Difference]:
             if lit:
                 where = position_text(*before[number][:2].tolist())
                 found.append(
-                    Difference("torch on in a rapid", 0, row.line, Message("a rapid from {} with the torch on", where))
+                    Difference(
+                        Message("torch on in a rapid"), 0, row.line, Message("a rapid from {} with the torch on", where)
+                    )
                 )
             if row.kind is Kind.MACHINE or not math.isnan(row.end[2]):
                 at_machine_height = row.kind is Kind.MACHINE
             if lowest is not None and not at_machine_height:
                 found += _height_faults(row, before[number], lowest)
         elif row.kind is Kind.END and lit:
-            found.append(Difference("torch on at the end", 0, row.line, "the program ends with the torch on"))
+            found.append(
+                Difference(Message("torch on at the end"), 0, row.line, Message("the program ends with the torch on"))
+            )
     return found
 
 
@@ -166,7 +174,7 @@ def _height_faults(row: Motion, before: np.ndarray, lowest: float) -> list[Diffe
         return []
     shown = Message("an unknown height") if math.isnan(height) else f"Z{height:.3f}"
     text = Message("a rapid across the sheet at {}, below Z{:.3f}, to {}", shown, lowest, position_text(*row.end[:2]))
-    return [Difference("rapid too low", 0, row.line, text)]
+    return [Difference(Message("rapid too low"), 0, row.line, text)]
 
 
 def _goes_across(row: Motion, before: np.ndarray) -> bool:
@@ -182,18 +190,18 @@ def _lighting_faults(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, wait
             text = Message(
                 "the torch is lit at Z{:.3f}, not at the pierce height, Z{:.3f}", first.height, data.pierce_height
             )
-            found.append(Difference("pierce height", 0, first.line, text))
+            found.append(Difference(Message("pierce height"), 0, first.line, text))
         if waits and first.waited < data.pierce_delay - DWELL_ROUNDING:
             text = Message(
                 "the torch waits {:g} s for the pierce; the chart asks for {:g} s", first.waited, data.pierce_delay
             )
-            found.append(Difference("pierce delay", 0, first.line, text))
+            found.append(Difference(Message("pierce delay"), 0, first.line, text))
     if heights:
         wrong = np.flatnonzero(run.burning & ~(np.abs(run.height - data.cut_height) <= _ROOM))
         if len(wrong):
             k = int(wrong[0])
             text = Message("the torch cuts at Z{:.3f}, not at the cut height, Z{:.3f}", run.height[k], data.cut_height)
-            found.append(Difference("cut height", 0, int(run.row_line[k]), text))
+            found.append(Difference(Message("cut height"), 0, int(run.row_line[k]), text))
     return found
 
 
@@ -215,7 +223,7 @@ def _feed_faults(run: TorchRun, cut: Cut) -> list[Difference]:
         position_text(*run.points[k + 1].tolist()),
         near[0][k] * SECONDS_PER_MINUTE,
     )
-    return [Difference("feed", 0, int(run.row_line[k]), text)]
+    return [Difference(Message("feed"), 0, int(run.row_line[k]), text)]
 
 
 def _material_faults(
@@ -227,7 +235,8 @@ def _material_faults(
     obeyed = controller_settings(lines, dialect)
     if torch is None or not torch.material_comment:
         return [
-            Difference("material", 0, one.line, Message("the controller would obey '{}'", one.text)) for one in obeyed
+            Difference(Message("material"), 0, one.line, Message("the controller would obey '{}'", one.text))
+            for one in obeyed
         ]
     selected = [
         (number, int(match.group(1)))
@@ -238,29 +247,41 @@ def _material_faults(
     first = int(lit[0]) if len(lit) else len(lines) + 1
     if material_number is not None:
         found = [
-            Difference("material", 0, one.line, Message("'{}' overrides material {}", one.text, material_number))
+            Difference(
+                Message("material"), 0, one.line, Message("'{}' overrides material {}", one.text, material_number)
+            )
             for one in obeyed
         ]
         found += [
-            Difference("material", 0, number, Message("material {} is selected, not {}", material, material_number))
+            Difference(
+                Message("material"), 0, number, Message("material {} is selected, not {}", material, material_number)
+            )
             for number, material in selected
             if material != material_number
         ]
         if not any(number < first for number, _ in selected):
             words = Message("material {} is not selected before the first cut", material_number)
-            found.append(Difference("material", 0, 0, words))
+            found.append(Difference(Message("material"), 0, 0, words))
         return found
     if selected:
         number, material = selected[0]
         return [
-            Difference("material", 0, number, Message("material {} is selected; the program states its own", material))
+            Difference(
+                Message("material"), 0, number, Message("material {} is selected; the program states its own", material)
+            )
         ]
     comment = _COMMENT.search(text)
     if comment is None:
-        return [Difference("material", 0, 0, "the program does not give the material to the controller, (o=0, …)")]
+        return [
+            Difference(
+                Message("material"), 0, 0, Message("the program does not give the material to the controller, (o=0, …)")
+            )
+        ]
     if len(obeyed) != 1 or obeyed[0].line > first:
         line = obeyed[-1].line if obeyed else 0
-        return [Difference("material", 0, line, "the material must be stated once, before the first cut")]
+        return [
+            Difference(Message("material"), 0, line, Message("the material must be stated once, before the first cut"))
+        ]
     line = text.count("\n", 0, comment.start()) + 1
     unit = MM_PER_INCH if _INCH.search(text) else 1.0
     figures = {name: float(value) for name, value in _FIGURE.findall(comment.group())}
@@ -276,10 +297,10 @@ def _material_faults(
     for name, (value, room) in wanted.items():
         if name not in figures:
             text = Message("{} is missing in the material's comment; it must be {:g}", name, value)
-            faults.append(Difference("material", 0, line, text))
+            faults.append(Difference(Message("material"), 0, line, text))
         elif abs(figures[name] - value) > room:
             text = Message("{}={} in the material's comment, not {:g}", name, figures[name], value)
-            faults.append(Difference("material", 0, line, text))
+            faults.append(Difference(Message("material"), 0, line, text))
     return faults
 
 

@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from typing import Any
 
+from leafcut.message import Message
 from leafcut.model.cutting import Consumption, ConsumptionRates, Cut, CutMeasures, CutPlan, CutTimes, PartTimes
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report.norms import consumption_as_json, norms_as_json, rates_as_json
@@ -17,7 +18,6 @@ from leafcut.report.wording import (
     length_words,
     plain_number,
     time_words,
-    translatable,
 )
 from leafcut.units import SECONDS_PER_MINUTE
 
@@ -184,18 +184,18 @@ def part_title(plan: CutPlan, part: int) -> str:
 def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]:
     """Return the name and amount of each consumed medium and wear part, with a dash if the chart has no data."""
     # Names in the chart are the same in each language.
-    gas: str = name_words(rates.gas) if rates.gas else translatable("gas")
-    second: str = name_words(rates.second_gas) if rates.second_gas else translatable("second gas")
+    gas: str = name_words(rates.gas) if rates.gas else Message("gas")
+    second: str = name_words(rates.second_gas) if rates.second_gas else Message("second gas")
     return [
         (gas, _amount(used.gas_l, "l")),
         *([(second, _amount(used.second_gas_l, "l"))] if rates.second_gas or used.second_gas_l is not None else []),
         (
-            translatable("electricity at the arc") if used.at_arc else translatable("electricity"),
+            Message("electricity at the arc") if used.at_arc else Message("electricity"),
             _amount(used.energy_kwh, "kWh"),
         ),
-        (translatable("abrasive"), _amount(used.abrasive_kg, "kg")),
-        (translatable("nozzles"), _amount(used.nozzles, "")),
-        (translatable("electrodes"), _amount(used.electrodes, "")),
+        (Message("abrasive"), _amount(used.abrasive_kg, "kg")),
+        (Message("nozzles"), _amount(used.nozzles, "")),
+        (Message("electrodes"), _amount(used.electrodes, "")),
     ]
 
 

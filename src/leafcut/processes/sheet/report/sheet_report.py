@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import compress
 from typing import TYPE_CHECKING, Any
 
+from leafcut.message import Message
 from leafcut.model.cutting import CutMeasures, CutPlan, CutTimes
 from leafcut.model.fact import Fact
 from leafcut.model.measure import Measure
@@ -34,7 +35,6 @@ from leafcut.report.wording import (
     percent_words,
     replace_unprintable,
     time_words,
-    translatable,
 )
 
 if TYPE_CHECKING:
@@ -85,38 +85,38 @@ class SheetReport(PathReport[SheetDetail]):
         times, answer = norm.sheet, cutting_as_json(self.outcome.detail)
         cutting, rapids, pierced = map(time_words, (times.cut_s, times.rapid_s, times.pierce_s))
         cut, between = length_words(times.cut_mm), length_words(times.rapid_mm)
-        path = translatable("perimeters + {between} between", between=between)
+        path = Message("perimeters + {} between", between)
         if times.common_mm > 0.0:
-            common, template = (
-                length_words(times.common_mm),
-                "perimeters − {common} of common edges + {between} between",
-            )
-            path = translatable(template, common=common, between=between)
-        on_sheet = translatable("{time} of cutting, {rapids} of rapids", time=cutting, rapids=rapids)
+            common = length_words(times.common_mm)
+            path = Message("perimeters − {} of common edges + {} between", common, between)
+        on_sheet = Message("{} of cutting, {} of rapids", cutting, rapids)
         facts = [
             Fact("cutting", answer),
             Fact(sentence="; ".join(words for _, words in _data_rows(plan)), name="cut with"),
-            Fact("cutting.sheet.total_s", times.total_s, "s", on_sheet, translatable("Time of a sheet")),
+            Fact("cutting.sheet.total_s", times.total_s, "s", on_sheet, Message("Time of a sheet")),
             Fact(
-                "cutting.sheet.pierces", times.pierces, "", translatable("{time} of piercing", time=pierced),
-                translatable("Pierces"),
+                "cutting.sheet.pierces", times.pierces, "", Message("{} of piercing", pierced),
+                Message("Pierces"),
             ),
             Fact("cutting.sheet.perimeter_mm", times.perimeter_mm, "mm",
-                 translatable("{length} cut, leads included", length=cut), translatable("Perimeter")),
-            Fact("cutting.sheet.length_mm", times.length_mm, "mm", path, translatable("Path length")),
+                 Message("{} cut, leads included", cut), Message("Perimeter")),
+            Fact("cutting.sheet.length_mm", times.length_mm, "mm", path, Message("Path length")),
         ]  # fmt: skip
         if norm.utilisation is not None:
-            parts = translatable("{area} m² of parts", area=f"{sum(p.area for p in norm.parts) / 1e6:.3g}")
+            parts = Message("{} m² of parts", f"{sum(p.area for p in norm.parts) / 1000000.0:.3g}")
             used = 100.0 * norm.utilisation
-            facts.append(Fact("cutting.utilisation_percent", used, "%", parts, translatable("Sheet used")))
+            facts.append(Fact("cutting.utilisation_percent", used, "%", parts, Message("Sheet used")))
         if norm.cost > 0.0:
-            earlier = translatable(f"{{cost}} in the {self.came_in}’s order", cost=money_words(first.cost))
-            facts.append(Fact("cutting.cost", norm.cost, "", earlier, translatable("Cost of a sheet")))
+            earlier = Message(
+                "{} in the plan’s order" if self.came_in == "plan" else "{} in the drawing’s order",
+                money_words(first.cost),
+            )
+            facts.append(Fact("cutting.cost", norm.cost, "", earlier, Message("Cost of a sheet")))
         if norm.quantity > 1:
             each, cost = cut_counts(plan)["parts"], money_words(norm.batch_cost)
-            template = f"{'cost {cost}; ' if norm.cost > 0.0 else ''}{{parts}} parts in all, {{each}} on each sheet"
-            words = translatable(template, cost=cost, parts=f"{norm.quantity * each:,}", each=f"{each:,}")
-            name = translatable("Batch of {number} sheets", number=f"{norm.quantity:,}")
+            words = Message("{:,} parts in all, {:,} on each sheet", norm.quantity * each, each)
+            words = Message("cost {}; {}", cost, words) if norm.cost > 0.0 else words
+            name = Message("Batch of {} sheets", f"{norm.quantity:,}")
             facts.append(Fact("cutting.batch.total_s", norm.batch.total_s, "s", words, name))
         uses = [f"{amount} {name}" for name, amount in amounts(norm.used, plan.data.rates) if amount != NO_VALUE]
         return [*facts, *([Fact(sentence=", ".join(uses), name="uses")] if uses else [])]
@@ -147,7 +147,7 @@ class SheetReport(PathReport[SheetDetail]):
         """Return the tables of times by order, of parts, and of cycle times and consumption."""
         from leafcut.report.views import stacked_bars
 
-        kinds = {"feed": translatable("cutting"), "dwell": translatable("piercing"), "rapid": translatable("rapids")}
+        kinds = {"feed": Message("cutting"), "dwell": Message("piercing"), "rapid": Message("rapids")}
         rows = [
             (name, {"feed": t.cut_s, "dwell": t.pierce_s, "rapid": t.rapid_s}, time_words(t.total_s))
             for name, t in self._times()
@@ -284,7 +284,7 @@ def parts_table(plan: CutPlan) -> PageRow:
     rows = [
         {
             "part": p.part,
-            "number": replace_unprintable(f"{p.part} {p.name}".rstrip()) if p.part else translatable("in no part"),
+            "number": replace_unprintable(f"{p.part} {p.name}".rstrip()) if p.part else Message("in no part"),
             "contours": _contours_words(plan, p.part),
             "area": f"{p.area / 100.0:,.4g}" if p.area else NO_VALUE,
             **_cells(p.times, p.cost, places),
@@ -297,10 +297,10 @@ def parts_table(plan: CutPlan) -> PageRow:
     if rest >= _LEAST_REST:
         ends = CutTimes(rapid_s=rest)
         only = {"perimeter": "", "pierces": "", "cutting": "", "piercing": "", "cost": "", "total": time_words(rest)}
-        feet.append({"name": translatable("beginning and end"), **_cells(ends, 0.0, places), **only})
-    feet.append({"name": translatable("Sheet"), **_cells(norm.sheet, norm.cost, places)})
+        feet.append({"name": Message("beginning and end"), **_cells(ends, 0.0, places), **only})
+    feet.append({"name": Message("Sheet"), **_cells(norm.sheet, norm.cost, places)})
     if norm.quantity > 1:
-        sheets = translatable("{number} sheets", number=f"{norm.quantity:,}")
+        sheets = Message("{} sheets", f"{norm.quantity:,}")
         feet.append({"name": sheets, **_cells(norm.batch, norm.batch_cost, places)})
     left_out = len(norm.parts) - len(rows)
     return {"rows": rows, "feet": feet, "cost": with_cost, "left_out": left_out, "long": len(rows) > _LONG_TABLE}
@@ -341,9 +341,9 @@ def norms_table(plan: CutPlan) -> PageRow:
     norm, rates = plan.measures, plan.data.rates
     found = norm_rows(norm)
     rows = found[:MOST_PART_ROWS]
-    feet = [(translatable("Sheet"), sheet_row(norm))]
+    feet = [(Message("Sheet"), sheet_row(norm))]
     if norm.quantity > 1:
-        feet.append((translatable("{number} sheets", number=f"{norm.quantity:,}"), batch_row(norm)))
+        feet.append((Message("{} sheets", f"{norm.quantity:,}"), batch_row(norm)))
     of_sheet = amounts(norm.used, rates)
     known = [amount != NO_VALUE for _, amount in of_sheet]
 
