@@ -88,8 +88,8 @@ def cut(
 ) -> Removed:
     """Cut material with the moves of a program, in order, and update the field.
 
-    A rapid also cuts material, but with a tool radius reduced by one cell (`RAPID_INSET`). The result does not depend on
-    the number of threads.
+    A rapid also cuts material, but with a tool radius reduced by one cell (`RAPID_INSET`). The result does not depend
+    on the number of threads.
 
     Parameters
     ----------

@@ -107,10 +107,10 @@ def check_dialect_options(settings: Settings, dialect: Dialect) -> None:
 def check_tool_changes(machine: Machine, dialect: Dialect) -> None:
     """Refuse a machine profile with a tool change feature that the controller does not support."""
     for supported, reason in (
-        (machine.tool_changer, "its tools are changed by hand"),
-        (dialect.tool_change == "M6", f"{dialect.name} has no M6"),
-        (dialect.language != "klartext", f"{dialect.name} programs cannot preselect a tool"),
-        (dialect.length_offset != "D", f"a T word of {dialect.name} also activates the tool length"),
+        (machine.tool_changer, Message("its tools are changed by hand")),
+        (dialect.tool_change == "M6", Message("{} has no M6", dialect.name)),
+        (dialect.language != "klartext", Message("{} programs cannot preselect a tool", dialect.name)),
+        (dialect.length_offset != "D", Message("a T word of {} also activates the tool length", dialect.name)),
     ):
         if machine.preselect_tool and not supported:
             raise OptionError(

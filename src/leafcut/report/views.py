@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from leafcut.message import Message
 from leafcut.model.issue import CODES, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.report import chart

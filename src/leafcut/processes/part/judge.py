@@ -62,23 +62,30 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
         return int(moves.path.line[row])
 
     differences = [
-        Difference("tool", 0, at(row), Message("the cut uses tool {}, not tool {}", tool, request.tool))
+        Difference(Message("tool"), 0, at(row), Message("the cut uses tool {}, not tool {}", tool, request.tool))
         for row, tool in zip(rows.tolist(), moves.tool[cutting].tolist(), strict=True)
         if tool != request.tool
     ]
     differences += [
-        Difference("gouge", 0, at(int(rows[k])), Message("the cut ends inside the part, at {}", _place(ends[k])))
+        Difference(
+            Message("gouge"), 0, at(int(rows[k])), Message("the cut ends inside the part, at {}", _place(ends[k]))
+        )
         for k in np.flatnonzero(shapely.dwithin(lines, material, request.radius - TOLERANCE)).tolist()
     ]
     differences += [
         Difference(
-            "depth", 0, at(int(rows[k])), Message("the cut is below Z{:g}, at {}", request.bottom, _place(ends[k]))
+            Message("depth"),
+            0,
+            at(int(rows[k])),
+            Message("the cut is below Z{:g}, at {}", request.bottom, _place(ends[k])),
         )
         for k in np.flatnonzero(ends[:, [2, 5]].min(axis=1) < request.bottom - _HEIGHT).tolist()
     ]
     owner = _owners(lines, rings)
     differences += [
-        Difference("cut not drawn", 0, at(int(rows[k])), Message("a cut at {} follows no edge", _place(ends[k])))
+        Difference(
+            Message("cut not drawn"), 0, at(int(rows[k])), Message("a cut at {} follows no edge", _place(ends[k]))
+        )
         for k in np.flatnonzero(owner < 0).tolist()
     ]
     for number, (edge, own_rings) in enumerate(zip(request.edges, rings, strict=True)):
@@ -137,14 +144,14 @@ def _check_ring(
         words = Message(
             "{} has {} places that are not cut through, and {} tabs were requested", edge.name, len(left), wanted
         )
-        differences.append(Difference("tabs", 0, 0, words))
+        differences.append(Difference(Message("tabs"), 0, 0, words))
     if wanted is None and left and not (edge.inside and len(left) == tabs.count):
         words = Message("{} is not cut through at {}", edge.name, position_text(*left[0].coords[0][:2]))
-        differences.append(Difference("not cut", 0, 0, words))
+        differences.append(Difference(Message("not cut"), 0, 0, words))
     widths = [piece.length + 2.0 * _STRIP - diameter for piece in left]
     differences += [
         Difference(
-            "tabs",
+            Message("tabs"),
             0,
             0,
             Message("a tab of {} at {} is {:.3g} mm wide", edge.name, position_text(*piece.coords[0][:2]), width),
@@ -157,7 +164,7 @@ def _check_ring(
     if not above.is_empty and above.length > TOLERANCE:
         at = shapely.get_parts(above)[0].coords[0]
         words = Message("material above the tabs of {} is not cut at {}", edge.name, position_text(*at[:2]))
-        differences.append(Difference("not cut", 0, 0, words))
+        differences.append(Difference(Message("not cut"), 0, 0, words))
     return differences
 
 
@@ -175,7 +182,7 @@ def _check_order(request: PartRequest, owner: NDArray[np.int64], rows: NDArray[n
     span = {number: rows[owner == number] for number in np.unique(owner[owner >= 0]).tolist()}
     return [
         Difference(
-            "order",
+            Message("order"),
             0,
             at(int(own[-1])),
             Message("{} is milled after {}", request.edges[number].name, request.edges[around].name),
@@ -201,21 +208,23 @@ def _check_holes(
         near = int(np.argmin(np.where([hole.tool == tool for hole in request.holes], away, np.inf)))
         if level or away[near] > TOLERANCE or request.holes[near].tool != tool:
             words = Message("T{} drills at {}, where the drawing has no hole for it", tool, _place(end))
-            differences.append(Difference("hole not drawn", 0, at(row), words))
+            differences.append(Difference(Message("hole not drawn"), 0, at(row), words))
             continue
         visits[near] += near != last
         last = near
         lowest[near] = min(lowest[near], float(end[5]))
         if len(cuts) and row > cuts[0]:
             words = Message("the hole at {} is drilled after an edge is milled", _place(end))
-            differences.append(Difference("order", 0, at(row), words))
+            differences.append(Difference(Message("order"), 0, at(row), words))
     for hole, count, low in zip(request.holes, visits, lowest, strict=True):
         where = position_text(hole.x, hole.y)
         if count != 1:
-            differences.append(Difference("hole", 0, 0, Message("the hole at {} is drilled {} times", where, count)))
+            differences.append(
+                Difference(Message("hole"), 0, 0, Message("the hole at {} is drilled {} times", where, count))
+            )
         elif abs(low - hole.tip) > _HEIGHT:
             words = Message("the hole at {} is drilled to Z{:g}, not to Z{:g}", where, low, hole.tip)
-            differences.append(Difference("depth", 0, 0, words))
+            differences.append(Difference(Message("depth"), 0, 0, words))
     return differences
 
 

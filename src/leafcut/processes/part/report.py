@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from leafcut.message import Message
 from leafcut.model.fact import Fact
 from leafcut.model.shown_stock import ShownStock
 from leafcut.processes.part.model import PartDetail
 from leafcut.report.drawing import Scene
 from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import coordinate_words, height_facts, time_facts, tool_facts
-from leafcut.report.wording import count, translatable
+from leafcut.report.wording import count
 from leafcut.units import to_fixed
 
 
@@ -34,14 +35,11 @@ class PartReport(PathReport[PartDetail]):
         """Return the tool, the depth, the heights, and the time."""
         detail = self.outcome.detail
         lowest = float(self.outcome.path_after.extents[0][2])
-        words = translatable(
-            "Z0 is the top; the lowest point is Z{z}, {below} mm below the plate",
-            z=to_fixed(lowest, 2),
-            below=to_fixed(-detail.thickness - lowest, 2),
-        )
+        below = to_fixed(-detail.thickness - lowest, 2)
+        words = Message("Z0 is the top; the lowest point is Z{}, {} mm below the plate", to_fixed(lowest, 2), below)
         return [
             *tool_facts(self.outcome.operations),
-            Fact(sentence=words, name=translatable("Depth")),
+            Fact(sentence=words, name=Message("Depth")),
             *height_facts(detail.clearance, f"Z{coordinate_words(detail.retract)}"),
             *time_facts(self.outcome),
         ]

@@ -62,7 +62,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     asked, thickness = settings.job, settings.job.thickness
     if thickness is None:
         raise OptionError("a part needs the thickness of its plate; give --thickness")
-    part = place_part(read_contours(source, settings.read, job.start_step("reading")), settings.read)
+    part = place_part(read_contours(source, settings.read, job.start_step(Message("reading"))), settings.read)
     sheet = prepare_sheet(part, settings.sheet, settings.read.concentric)
     sheet = without_excluded_holes(sheet, settings.read)
     bottom = -thickness - asked.break_through
@@ -150,7 +150,7 @@ def _stages(
         title = f"{name}: {group.tool.label}"
         problem = RoutingProblem.of_points(group.places.round(6), metric, start=None if number else start, name=title)
         given = np.arange(len(group.places), dtype=np.int32)
-        stages.append(Stage(problem, number > 0, given, f"ordering {group.tool.label}"))
+        stages.append(Stage(problem, number > 0, given, Message("ordering {}", group.tool.label)))
     places = np.array([work.cuts[cut].path.point_at(s) for cut, s in work.nodes], dtype=np.float64)
     cluster = np.array([cut for cut, _ in work.nodes], dtype=np.int32)
     pairs = [
@@ -173,7 +173,7 @@ def _stages(
     # The order of the drawing, with the edges inside an edge before it.
     drawn = sorted(range(len(work.cuts)), key=lambda cut: -len(edges[work.cuts[cut].edge].within))
     first = np.searchsorted(cluster, drawn).astype(np.int32)
-    return (*stages, Stage(problem, bool(stages), first, "ordering the edges"))
+    return (*stages, Stage(problem, bool(stages), first, Message("ordering the edges")))
 
 
 def _split_holes(

@@ -7,7 +7,7 @@ import tempfile
 from importlib.resources import files
 from pathlib import Path
 
-from leafcut.errors import DataError, LeafcutError, OptionError
+from leafcut.errors import DataError, OptionError
 from leafcut.message import map_text
 from leafcut.studio.folder import Folder
 

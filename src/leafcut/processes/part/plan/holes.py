@@ -78,7 +78,7 @@ def hole_groups(
 
 def _check_speeds(tool: Tool, machine: Machine) -> None:
     if not (tool.spindle_rpm > 0 and tool.feed > 0):
-        missing = "feed" if tool.spindle_rpm > 0 else "spindle_speed"
+        missing = Message("feed") if tool.spindle_rpm > 0 else "spindle_speed"
         raise PlanError("{} has no {}; give it in the tool library", tool.label, missing)
     slow, fast = machine.spindle_min_rpm, machine.spindle_max_rpm
     if not slow <= tool.spindle_rpm <= fast or tool.feed > machine.max_feed * (1 + 1e-9):

@@ -136,7 +136,9 @@ def _closed(path: Polyline) -> Points:
 
 def _name(contour: Contour) -> str:
     x, y = contour.path.start
-    return Message("{} at ({:.4g}, {:.4g})", "opening" if contour.is_hole else "outline", x, y)
+    if contour.is_hole:
+        return Message("opening at ({:.4g}, {:.4g})", x, y)
+    return Message("outline at ({:.4g}, {:.4g})", x, y)
 
 
 def _missing(what: str, paths: Sequence[Polyline]) -> MissingWork:

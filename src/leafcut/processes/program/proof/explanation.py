@@ -169,7 +169,7 @@ def _grouped_changes(pairs: list[_ChangedFeature], gone: list[Feature], new: lis
         if start and not pair.rest:
             begun.append(pair)
         elif pair.rest or start:
-            groups[*(change.text for change in (*pair.rest, *start)),].append(pair)
+            groups[*pair.rest, *start].append(pair)
     for run in _grouped(begun, lambda p, q: q.one.number == p.one.number + 1):
         numbers = [pair.other.number for pair in run]
         ordered = sorted(numbers)

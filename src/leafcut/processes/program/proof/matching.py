@@ -239,7 +239,7 @@ def _stated_changes(was: int, now: int) -> Iterator[Message]:
         ),
     ):
         if (was ^ now) & bit:
-            yield FeatureChange("stated", was, now, gone if was & bit else new)
+            yield gone if was & bit else new
 
 
 #: Name and number format of the values that must be equal; kinds and arcs have their own messages.
