@@ -21,7 +21,7 @@ def test_the_library_to_begin_with_is_the_one_among_the_examples() -> None:
     assert library.shipped_text("tools", "example") == (EXAMPLES / "tools.toml").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("kind", library.KINDS)
+@pytest.mark.parametrize("kind", ["machines", "tools"])
 def test_all_that_is_shipped_can_be_copied_and_used(studio: Studio, kind: str) -> None:
     for name in library.shipped_names(kind):
         library.save_profile(studio.folder, kind, f"my-{name}", library.shipped_text(kind, name))
