@@ -196,6 +196,7 @@ RUNS = [
     f"optimize {PLATE} example:plate-27 --depth 3 --algorithm none --dry-run",
     "cut bracket.dxf --thickness 6 --preset fast --dry-run", f"reorder {CAM} --algorithm none --dry-run",
     "pocket pocket.dxf --depth 1 --tool-diameter 10 --strategy contour --dry-run",
+    "part bracket.dxf --thickness 3 --tool-diameter 3 --preset fast --dry-run",
     "nest bracket.dxf:1 --sheet 600x400 --nester rectangles --variants 1",
     f"optimize {PLATE} example:plate-27 --depth 3 -o out --preset fast", f"solve {MAP} --preset fast",
     f"reorder {CAM} --algorithm none --feeds --tool-diameter 6 --workpiece -500,-500,-20,500,500,0 --dry-run",

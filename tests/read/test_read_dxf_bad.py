@@ -197,7 +197,7 @@ def test_a_drawing_with_too_many_entities_is_refused_before_it_is_loaded(hand_dr
 def test_no_holes_says_what_was_found_instead(hand_drawn):
     line = "0\nLINE\n8\n0\n10\n0\n20\n0\n11\n1\n21\n1\n"
     assert refusal(hand_drawn(line * 4 + "0\nTEXT\n8\n0\n10\n0\n20\n0\n40\n1\n1\nhi\n")).endswith(
-        "no holes: 4 LINE; 1 TEXT"
+        "no holes: 4 LINE; 1 TEXT; use leafcut cut or leafcut part for contours, or leafcut pocket for pockets"
     )
     assert refusal(hand_drawn("")).endswith("no holes: the drawing is empty")
 

@@ -272,7 +272,7 @@ def _nothing_message(walk: BlockWalk[Shape], finds: HoleCollector, selection_iss
     if not parts:
         parts.append(Message("the drawing is empty"))
     elif any(kind in _LINES for kind in walk.others + finds.others):
-        parts.append(Message("use leafcut cut for contours, or leafcut pocket for pockets"))
+        parts.append(Message("use leafcut cut or leafcut part for contours, or leafcut pocket for pockets"))
     return Message("no holes: {}", Message.joined("; ", parts))
 
 
