@@ -371,7 +371,7 @@ class Interpreter:
         self._stop(words.m.get("stop"))
 
     def forget_all(self, cause: str) -> None:
-        """Add a row FOREIGN and mark position and modes as unknown."""
+        """Add a FOREIGN row, and mark the position and the modes as unknown."""
         state = self.state
         state.forget(cause)
         state.path.set_place(Kind.FOREIGN, (UNKNOWN, UNKNOWN, UNKNOWN), 1, state.line)

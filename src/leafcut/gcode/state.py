@@ -45,8 +45,8 @@ class InterpreterState(Modal):
     Attributes
     ----------
     keeps_unknown
-        Policy for unsupported blocks. True (programs of other CAMs): they are kept, and the state that they may change
-        is unknown afterwards. False (leafcut's own programs): they are errors.
+        Policy for unsupported blocks. True (programs of other CAM systems): they are kept, and the state that they may
+        change is unknown afterwards. False (leafcut's own programs): they are errors.
     motion
         As in `Modal`, but kept while a cycle is active.
     call

@@ -26,7 +26,7 @@ def _drop_farthest(points: NDArray, distances: NDArray, per_quadrant: int) -> No
 
 @part
 def _choose(points: NDArray, distances: NDArray, per_quadrant: int, k: int, chosen: NDArray) -> int:
-    """Choose k points: twins, the nearest per quadrant, then the nearest of the others; return the number of points.
+    """Choose k points, and return their number: coincident ones, the nearest in each quadrant, the nearest of the rest.
 
     Changes: points, chosen int32[≥k + 4·per_quadrant].
     """

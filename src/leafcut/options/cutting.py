@@ -130,7 +130,7 @@ class SpeedOptions(OptionGroup):
     tool_material: str = option(
         "text",
         ToolMaterial.HSS.value,
-        "cutting material of tools whose library does not state it",
+        "tool material of the tools for which the library states none",
         choices=tuple(ToolMaterial),
     )
     shop_rate: float | None = option(

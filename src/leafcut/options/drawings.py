@@ -61,7 +61,7 @@ class ReadOptions(OptionGroup):
     concentric: str = option(
         "text",
         "smallest",
-        "which of several concentric circles to drill, or to cut as a hole of a sheet",
+        "which of several concentric circles to drill, or to cut as a hole in a sheet",
         choices=("smallest", "largest", "all"),
         of_file=True,
     )
@@ -195,7 +195,7 @@ class PocketDrawingOptions(OptionGroup):
     pixel_size: float | None = option(
         "quantity",
         None,
-        "pixel size of the picture",
+        "size of a pixel of the picture, such as 0.1mm",
         unit="mm",
         minimum=1e-4,
         maximum=100,

@@ -174,8 +174,8 @@ class JobOptions(OptionGroup):
         "text",
         "mild_steel",
         "material: for sheets, a name in the cut chart; for `leafcut tools speeds` and for feeds of a program, a name "
-        "in `leafcut list materials` or a TOML file. For pockets, it sets the speed of an end mill without data. It "
-        "also selects the presets of a Fusion tool library",
+        "in `leafcut list materials` or a TOML file. For pockets, it sets the speed of an end mill that has no cutting "
+        "data. It also selects the presets of a Fusion tool library",
         may_be_path=".toml",
         of_file=True,
     )

@@ -60,7 +60,7 @@ class _ReadOptions3(TypedDict, total=False):
 class _ReadOptions4(TypedDict, total=False):
     # Of optimize, drill, cut, part, nest, solve, tool_speeds.
     concentric: Literal["smallest", "largest", "all", None]
-    """Which of several concentric circles to drill, or to cut as a hole of a sheet (default: smallest)."""
+    """Which of several concentric circles to drill, or to cut as a hole in a sheet (default: smallest)."""
 
 
 class _ReadOptions5(TypedDict, total=False):
@@ -162,8 +162,8 @@ class _JobOptions3(TypedDict, total=False):
     """
     material: str | None
     """Material: for sheets, a name in the cut chart; for `leafcut tools speeds` and for feeds of a program, a name
-    in `leafcut list materials` or a TOML file. For pockets, it sets the speed of an end mill without data. It
-    also selects the presets of a Fusion tool library (default: mild_steel).
+    in `leafcut list materials` or a TOML file. For pockets, it sets the speed of an end mill that has no
+    cutting data. It also selects the presets of a Fusion tool library (default: mild_steel).
     """
 
 
@@ -439,7 +439,7 @@ class _PocketDrawingOptions1(TypedDict, total=False):
     island_layers: str | Sequence[str] | None
     """Layers with island outlines; * and ? are wildcards (default: ISLAND* if present)."""
     pixel_size: Quantity | None
-    """Pixel size of the picture (mm; default: required for pictures)."""
+    """Size of a pixel of the picture, such as 0.1mm (mm; default: required for pictures)."""
     threshold: float | str | None
     """Brightness threshold: mill pixels darker than this (default: Otsu's method)."""
     speckle: Quantity | None
@@ -635,7 +635,7 @@ class _FeedOptions1(TypedDict, total=False):
 class _SpeedOptions1(TypedDict, total=False):
     # Of tool_speeds.
     tool_material: Literal["hss", "carbide", None]
-    """Cutting material of tools whose library does not state it (default: hss)."""
+    """Tool material of the tools for which the library states none (default: hss)."""
 
 
 class _SpeedOptions2(TypedDict, total=False):

@@ -236,7 +236,7 @@ class Process(Work, Protocol):
         Raises
         ------
         PlanError
-            The order does not do each task once.
+            The order does not contain each task exactly once.
         """
         ...
 

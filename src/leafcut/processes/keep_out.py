@@ -1,4 +1,4 @@
-"""Keep-out zones for a foreign program: heights, tool radii, and collisions of the original program."""
+"""Keep-out zones for a program of another CAM system: heights, tool radii, and collisions of the original program."""
 
 from __future__ import annotations
 

@@ -152,5 +152,5 @@ def _runs(path: str, section: DataSection) -> list[tuple[int, list[int]]]:
     runs = [(int(lines[a + 1]), integers[a + 1 : b].tolist()) for a, b in pairwise(ends)]
     empty = next((line for line, run in runs if not run), None)
     if empty is not None:
-        raise ReadError(path, "a line is empty before its -1", empty)
+        raise ReadError(path, "a set has no nodes before its -1", empty)
     return runs

@@ -103,7 +103,7 @@ class TomlTable:
         if isinstance(value, str):
             value = [value] * size
         if not isinstance(value, list) or len(value) != size:
-            raise self.problem(key, "is {}, but must be {} texts, one for each axis", _shown(value), size)
+            raise self.problem(key, "is {}, but must be {} strings, one for each axis", _shown(value), size)
         return tuple(self._quantity(key, unit, item) for item in value)
 
     def typed(self, key: str, axis: int = 0) -> str:

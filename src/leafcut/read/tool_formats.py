@@ -321,7 +321,7 @@ def _json(path: Path, data: bytes) -> Any:
     try:
         return parse_json(data.decode("utf-8-sig"))
     except (ValueError, RecursionError) as problem:
-        raise DataError("{}: is not JSON ({})", path, printable(str(problem), 60)) from None
+        raise DataError("{}: not valid JSON ({})", path, printable(str(problem), 60)) from None
 
 
 def _unzip_json(path: Path, data: bytes) -> bytes:

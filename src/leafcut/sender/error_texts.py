@@ -128,7 +128,7 @@ _ERRORS_OF = {
         69: Message("a file cannot be deleted"),
         70: Message("a file cannot be renamed"),
         80: Message("the value of a setting is out of range"),
-        81: Message("the value of a setting cannot be used"),
+        81: Message("a setting has an invalid value"),
         82: Message("a file cannot be created"),
         83: Message("the file system cannot be formatted"),
         90: Message("a message could not be sent"),

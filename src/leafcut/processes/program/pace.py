@@ -114,7 +114,7 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     loads = steps.loads(program, Message("cutting the stock"))
     if steps.stock.known and not loads.removed.cuts.any():
         raise OptionError(
-            "--workpiece: {} never touches this stock, so that all its cuts would be in the air; give the "
+            "--workpiece: {} never touches this stock, so every cut would be in the air; give the "
             "block in the program's coordinates",
             source,
         )

@@ -18,7 +18,7 @@ GOING = (JobState.WAITING.value, JobState.RUNNING.value)
 
 @dataclass(frozen=True)
 class SheetOfNest:
-    """A sheet of a variant of a nest, both numbered from 1. `count` identical sheets are cut."""
+    """A sheet of a variant of a nest, each numbered from 1. `count` identical copies of the sheet are cut."""
 
     job: str
     variant: int

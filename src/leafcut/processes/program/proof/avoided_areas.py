@@ -82,7 +82,7 @@ def avoided_areas(original: Program, new: Program, safe_z: float = 0.0) -> Avoid
 def _moves_of(program: Program, number: dict[object, int], level: bool, safe_z: float) -> _Moves:
     """Return the moves of a program; moves under different work offsets are shifted apart.
 
-    A move with an unknown start is reduced to its end. With `level`, no program states Z, and all moves are at Z0.
+    A move with an unknown start becomes a point at its end. `level`: no program states Z, so all moves are at Z0.
     """
     path = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
     if level:

@@ -437,7 +437,7 @@ def _barrier_noun(mark: Barrier) -> Message:
 
 
 def _state_changes(one: Barrier, other: Barrier) -> list[FeatureChange]:
-    """Return the changes of the machine state at two barriers that are otherwise equal, or an empty list."""
+    """Return the differences in machine state between two barriers that are otherwise equal, or an empty list."""
     if one.kind != other.kind or one.kind in (SKIPPED, OBEYED, MESSAGE):
         return []
     names = ("spindle", "coolant") if one.kind == Kind.DWELL else ("spindle", "coolant", "radius")

@@ -365,7 +365,7 @@ def _checks_of_features(
     goes_to = np.append(new_of, 0)[old + 1]
     yield from _heights_by_feature(both, allowed, lowest, old, now, previous, goes_to, room)
     if beam:
-        said = Message("a rapid next to {} is made with the beam on, it was off", "")
+        said = Message("a rapid next to {} is made with the beam on; in the original it was off", "")
         for lit in _newly_lit(old_gaps, gaps, old, now, previous, allowed.first):
             yield Message("beam on"), lambda row: (said, at(row)), *lines, lit
 

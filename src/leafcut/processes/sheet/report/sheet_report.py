@@ -65,7 +65,7 @@ class SheetReport(PathReport[SheetDetail]):
             self.came_in = "plan"
 
     def stated(self) -> tuple[Measure, Measure | None, Measure]:
-        """Return the measures of the three orders, with the lengths of the cuts and of the travel between them."""
+        """Return the measures of the original, nearest-neighbour and written order, with lengths of cuts and travel."""
         outcome, (before, nearest, after) = self.outcome, self.outcome.detail.norms
         near = (
             outcome.nearest
