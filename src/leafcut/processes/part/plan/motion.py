@@ -118,9 +118,8 @@ def _cut_outline(
     level = heights.tab_top if cut.tabs else heights.bottom
     builder.feed(z=ABOVE, feed=feed)
     drop = ABOVE - level
-    turns = max(
-        math.ceil(-level / heights.step - 1e-9), math.ceil(drop / (length * math.tan(data.entry_angle)) - 1e-9), 1
-    )
+    # From the second turn on, the tool cuts as deep as it has descended in a turn.
+    turns = math.ceil(drop / min(heights.step, length * math.tan(data.entry_angle)) - 1e-9)
     slope = math.atan2(drop / turns, length)
     for turn in range(turns):
         high, low = (ABOVE - drop * (turn + k) / turns for k in (0, 1))
