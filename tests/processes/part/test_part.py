@@ -121,6 +121,15 @@ feed = "600 mm/min"
 """
 
 
+TWO_MM_DRILL = """
+[[tool]]
+number = 5
+diameter = "2 mm"
+spindle_speed = "4000 rpm"
+feed = "200 mm/min"
+"""
+
+
 @pytest.mark.parametrize("peck", ["", 'peck = "1 mm"'])
 def test_a_hole_is_drilled_where_the_library_has_its_drill_and_milled_otherwise(peck: str, tmp_path: Path) -> None:
     (tmp_path / "tools.toml").write_text(TOOLS.format(peck=peck))
@@ -134,6 +143,37 @@ def test_a_hole_is_drilled_where_the_library_has_its_drill_and_milled_otherwise(
     # The point of a drill of 118° with a diameter of 3 mm is 0.901 mm long; the full diameter ends 0.5 mm below.
     assert {cycle.bottom for cycle in outcome.written.cycles} == {-4.401}
     assert {cycle.peck for cycle in outcome.written.cycles} == ({1.0} if peck else {0.0})
+
+
+def test_holes_of_two_drills_belong_to_the_drill_of_their_diameter(tmp_path: Path) -> None:
+    (tmp_path / "tools.toml").write_text(TOOLS.format(peck="") + TWO_MM_DRILL)
+    holes = [(x, 20.0, radius) for x, radius in ((10.0, 1.5), (20.0, 1.0), (30.0, 1.5), (40.0, 1.0))]
+    source = drawing(tmp_path, OUTLINE, circles=tuple(holes))
+    outcome = leafcut.part(source, thickness=THICKNESS, tools=tmp_path / "tools.toml", preset="fast", threads=1)
+    for operation in outcome.operations:
+        drawn = [outcome.part.holes[number].diameter for number in operation.holes]
+        assert drawn == [operation.tool.diameter] * (2 if operation.tool.number in (4, 5) else 0)
+
+
+@pytest.mark.hazard
+def test_a_hole_around_another_part_is_milled(tmp_path: Path) -> None:
+    (tmp_path / "tools.toml").write_text(TOOLS.format(peck="").replace("3 mm", "20 mm"))
+    inner = [(x + 40.0, y + 30.0) for x, y in ((-3, -3), (3, -3), (3, 3), (-3, 3))]
+    source = drawing(tmp_path, OUTLINE, inner, circles=((40.0, 30.0, 10.0),))
+    outcome = leafcut.part(source, thickness=THICKNESS, tools=tmp_path / "tools.toml", tabs=0, preset="fast", threads=1)
+    assert (outcome.detail.holes, outcome.detail.openings, outcome.detail.outlines) == (0, 1, 2)
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("step", [0.5, 1.0, 1.5])
+def test_no_turn_around_an_edge_cuts_deeper_than_the_step_down(step: float, tmp_path: Path) -> None:
+    source = drawing(tmp_path, OUTLINE, circles=(HOLE,))
+    outcome = leafcut.part(source, tabs=0, step_down=step, entry_angle=0.5, **FAST)
+    cut = outcome.path_after.end[outcome.path_after.kind == 1]
+    for x, y in np.unique(cut[:, :2].round(3), axis=0):
+        here = np.abs(cut[:, :2] - (x, y)).max(axis=1) < 1e-3
+        depths = [0.0, *np.minimum(cut[here, 2], 0.0)]
+        assert max(-np.diff(depths)) <= step + 1e-6
 
 
 @pytest.mark.hazard

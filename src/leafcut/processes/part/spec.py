@@ -101,7 +101,9 @@ def plan_part(job: Job, source: Source) -> Plan:
     work = PartWork(tuple(cuts), tuple(groups), nodes, data, heights, climb)
     return Plan(
         job=job,
-        part=replace(part, holes=tuple(Hole(x, y, tool.diameter) for x, y, tool in drilled)),
+        part=replace(
+            part, holes=tuple(Hole(x, y, group.tool.diameter) for group in groups for x, y in group.places.tolist())
+        ),
         dialect=words_of,
         work=work,
         spec=PartRequest(
@@ -179,20 +181,22 @@ def _stages(
 def _split_holes(
     edges: Sequence[Edge], library: ToolLibrary | None, tolerance: float, depth: float
 ) -> tuple[list[Edge], list[tuple[float, float, Tool]]]:
-    """Return the edges to mill, and the holes (centre and drill) that a drill of the library makes."""
+    """Return the edges to mill, and the holes (centre and drill) that a drill of the library makes.
+
+    An opening with an edge inside is milled, because a drill would destroy what is inside.
+    """
     from leafcut.processes.contours import round_diameter
 
+    around = {number for edge in edges for number in edge.within}
     drilled: dict[int, tuple[float, float, Tool]] = {}
     for number, edge in enumerate(edges):
-        diameter = round_diameter(edge.path) if edge.inside else None
+        diameter = round_diameter(edge.path) if edge.inside and number not in around else None
         drill = None if diameter is None else fitting_drill(library, diameter, tolerance, depth)
         if drill is not None:
             x0, y0, x1, y1 = edge.path.extents
             drilled[number] = (0.5 * (x0 + x1), 0.5 * (y0 + y1), drill)
     place = {number: k for k, number in enumerate(k for k in range(len(edges)) if k not in drilled)}
-    milled = [
-        replace(edges[k], within=tuple(place[around] for around in edges[k].within if around in place)) for k in place
-    ]
+    milled = [replace(edges[k], within=tuple(place[outer] for outer in edges[k].within)) for k in place]
     return milled, list(drilled.values())
 
 
