@@ -241,7 +241,25 @@ def test_a_page_shows_the_command_line_of_its_choices(studio: Studio) -> None:
     assert view.command_line() == "leafcut verify plate.dxf new.nc --machine haas-vf2"
     view.table.put("machine", "")
     view.table.put("seed", "x")
-    assert view.errors == {"seed": "'x' is not a whole number"}
+    assert view.errors == {"seed": "--seed: 'x' is not a whole number"}
+
+
+@pytest.mark.parametrize(
+    "name, value, said",
+    [
+        ("kerf", "-3", "-3 mm está por debajo del mínimo de 0 mm; escríbalo sin el signo menos, 3 mm"),
+        ("tabs", "1000", "1000 está por encima del máximo de 100"),
+        ("seed", "x", "'x' no es un número entero"),
+    ],
+)
+def test_an_error_beside_a_field_is_in_the_language_of_the_page_without_the_flag(
+    name: str, value: str, said: str, studio: Studio
+) -> None:
+    view = View(studio, words("es"))
+    view.table.put(name, value)
+    assert view.field_errors() == {name: said}
+    # Elsewhere, the message names the field.
+    assert words("es").plain(view.errors[name]).endswith(f": {said}")
 
 
 def test_what_was_put_for_one_input_does_not_hold_for_the_next(studio: Studio) -> None:

@@ -149,7 +149,7 @@ def test_machines_that_cannot_do_the_work_are_not_offered(studio: Studio) -> Non
 def test_a_machine_that_was_chosen_for_other_work_says_why_not(studio: Studio) -> None:
     view = View(studio, EN, work="drill")
     view.table.put("machine", "laser-table")
-    assert view.invalid_values["machine"] == "laser-table works with a laser; choose a machine with a spindle"
+    assert view.field_errors()["machine"] == "laser-table works with a laser; choose a machine with a spindle"
     field = next(f for group in view.form() for f in group["fields"] if f["name"] == "machine")
     assert ["laser-table", "laser-table"] in field["choices"]
     view.work = "cut"

@@ -230,7 +230,9 @@ def convert_value(name: str, spec: OptionSpec, value: Any) -> Any:
     try:
         result = _CONVERTERS[spec.kind](spec, value)
     except (OptionError, TypeError, ValueError, OverflowError) as problem:
-        kind = " or one of ".join(filter(None, (_KIND_WORDS[spec.kind], ", ".join(spec.words))))
+        kind = _KIND_WORDS[spec.kind]
+        if spec.words:
+            kind = Message("{} or one of {}", kind, ", ".join(spec.words))
         detail = str(problem) if isinstance(problem, OptionError) else Message("'{}' is not {}", value, kind)
         raise OptionError("{}: {}", flag, detail) from None
     if spec.choices:
@@ -367,17 +369,17 @@ _CONVERTERS: dict[str, Any] = {
     "path": lambda _, value: Path(value),
 }
 _KIND_WORDS = {
-    "quantity": "a number with a unit",
-    "number": "a number",
-    "share": "a fraction such as 0.6 or 60%",
-    "whole": "a whole number",
-    "flag": "true or false",
-    "text": "a text",
-    "names": "a list of names",
-    "point": "a point",
-    "place": "a place such as lower-left, or a point",
-    "percent": "a percentage",
-    "path": "a path",
+    "quantity": Message("a number with a unit"),
+    "number": Message("a number"),
+    "share": Message("a fraction such as 0.6 or 60%"),
+    "whole": Message("a whole number"),
+    "flag": Message("true or false"),
+    "text": Message("a text"),
+    "names": Message("a list of names"),
+    "point": Message("a point"),
+    "place": Message("a place such as lower-left, or a point"),
+    "percent": Message("a percentage"),
+    "path": Message("a path"),
 }
 
 

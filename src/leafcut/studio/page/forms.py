@@ -213,7 +213,10 @@ def _short(text: str, limit: int) -> str:
 
 
 def problem_with(name: str, value: Any) -> str:
-    """Return the error in a typed value, or an empty text. Files and machines are checked only when they are used."""
+    """Return the error in a typed value, which starts with its flag, or an empty text.
+
+    Files and machines are checked only when they are used.
+    """
     group = group_of(name)
     spec = group.specs()[name]
     if value in (None, "") or spec.kind == "path" or spec.may_be_path:
@@ -222,7 +225,7 @@ def problem_with(name: str, value: Any) -> str:
         group(**group.as_typed({name: value}))
     except OptionError as problem:
         line = str(problem)
-        return "" if not line.startswith(flag_name(name) + ":") else line.removeprefix(flag_name(name) + ": ")
+        return line if line.startswith(flag_name(name) + ":") else ""
     return ""
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut import api
 from leafcut.errors import LeafcutError, OptionError
+from leafcut.message import Message
 from leafcut.options import LITERATURE
 from leafcut.options.option_spec import flag_name
 from leafcut.processes.settings import all_options, group_of, options_of_file
@@ -79,11 +80,11 @@ class View:
 
     @property
     def errors(self) -> dict[str, str]:
-        """Errors of single values: name → message."""
+        """Errors of single values: name → message, which starts with the flag."""
         values = self.values
         lines = {name: forms.problem_with(name, value) for name, value in values.items()}
-        if "chart" in values:
-            lines["chart"] = chart_problem(values, self.studio.folder)
+        if line := chart_problem(values, self.studio.folder) if "chart" in values else "":
+            lines["chart"] = Message("{}: {}", flag_name("chart"), line)
         return {name: line for name, line in lines.items() if line}
 
     def read_preview(self, work: str, reading: StudioWork, on_message: Callable[[Any], Any] | None = None) -> Preview:
@@ -165,7 +166,12 @@ class View:
         """Errors of the values, individually and for the chosen kind of work: name → message."""
         machine = str(self.values.get("machine") or "")
         line = fitting_machines.unsuitable_reason(machine, self.work, self.studio.folder, self.words)
-        return {**self.errors, "machine": line} if line else self.errors
+        return {**self.errors, "machine": Message("{}: {}", flag_name("machine"), line)} if line else self.errors
+
+    def field_errors(self) -> dict[str, str]:
+        """Return the errors of the values in the language of the page, without flags: each is beside its field."""
+        lines = {name: self.words.translate(line) for name, line in self.problems.items()}
+        return {name: self.words.plain(line.removeprefix(f"{flag_name(name)}: ")) for name, line in lines.items()}
 
     def follow_defaults(self) -> str:
         """Take the user's own defaults, except for typed or cleared values; return an error message or ""."""
@@ -220,7 +226,7 @@ class View:
         """Return the options for cutting nested sheets; raise `OptionError` if a value is invalid."""
         for name, line in self.errors.items():
             if name in forms.CUT_OF_NEST:
-                raise OptionError(f"{flag_name(name)}: {line}")
+                raise OptionError(line)
         return {name: value for name, value in forms.values_of_work("cut", self.values).items() if name != "quantity"}
 
     def _machines(self) -> dict[str, str]:

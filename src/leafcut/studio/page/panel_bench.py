@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import OptionError
 from leafcut.lab.experiment import COMPARED
-from leafcut.options.option_spec import flag_name
 from leafcut.studio.jobs.jobs import line_of
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.page import forms
@@ -116,7 +115,7 @@ def settings_of(view: View, algorithms: tuple[str, ...]) -> dict[str, Any]:
     known -= {"algorithm", "local_search"}
     for name, line in view.errors.items():
         if name in known:
-            raise OptionError(f"{flag_name(name)}: {line}")
+            raise OptionError(line)
     return {name: value for name, value in forms.changed_values(view.values).items() if name in known}
 
 

@@ -371,8 +371,7 @@ class InputPanel:
         view = self.view
         view.follow_study()
         self.bench.draw()
-        errors = {name: view.words.plain(line) for name, line in view.problems.items()}
-        self.options.show(view.values, view.table.shown, errors, view.form())
+        self.options.show(view.values, view.table.shown, view.field_errors(), view.form())
         self.draw_pace()
         self._show_command()
 

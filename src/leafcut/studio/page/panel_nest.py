@@ -175,7 +175,7 @@ class NestPanel:
         self._draw_variants()
 
     def _show_form(self) -> None:
-        self.form.show(self.view.values, self.view.table.shown, self.view.errors, self.view.cut_form())
+        self.form.show(self.view.values, self.view.table.shown, self.view.field_errors(), self.view.cut_form())
 
     def _put(self, name: str, value: Any, shown: str) -> None:
         self.view.table.put(name, value, shown)

@@ -9,7 +9,6 @@ from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 from leafcut.errors import OptionError
-from leafcut.options.option_spec import flag_name
 from leafcut.studio.drawing.canvas import LAYERS, SOLIDS, Canvas, Shown
 from leafcut.studio.drawing.solid import translate_refusal
 from leafcut.studio.jobs.history import JobRecord, JobState
@@ -138,8 +137,7 @@ class RunPanel:
             return
         try:
             if view.invalid_values:
-                name, line = next(iter(view.invalid_values.items()))
-                raise OptionError(f"{flag_name(name)}: {line}")
+                raise OptionError(next(iter(view.invalid_values.values())))
             view.job = view.studio.jobs.start(view.task(), watch_of(view.pace if view.studied else "full"))
         except Exception as problem:
             self.page.show_message(line_of(problem), True)
