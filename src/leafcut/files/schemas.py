@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from leafcut.errors import DataError, printable
+from leafcut.message import Message
 
 
 @dataclass(frozen=True)
@@ -31,16 +32,16 @@ class Schema:
 
 #: The output of a command with --json, and of the studio's JSON interface.
 ANSWER = Schema("JSON answer")
-OPTIONS = Schema("file of options")
-MACHINE = Schema("machine profile")
+OPTIONS = Schema(Message("file of options"))
+MACHINE = Schema(Message("machine profile"))
 #: The file of `leafcut machine new --answers`.
 MACHINE_ANSWERS = Schema("file of answers")
-TOOLS = Schema("tool library")
+TOOLS = Schema(Message("tool library"))
 MATERIAL = Schema("material")
-DIALECT = Schema("dialect")
+DIALECT = Schema(Message("dialect"))
 EXPERIMENT = Schema("experiment")
-PLAN = Schema("plan file", key="leafcut_plan")
-ORDER = Schema("order file", key="leafcut_order")
+PLAN = Schema(Message("plan file"), key="leafcut_plan")
+ORDER = Schema(Message("order file"), key="leafcut_order")
 #: Results file of experiments (SQLite; the number is its user_version).
 RESULTS = Schema("results file")
 #: The stored jobs of the studio (SQLite; the number is its user_version).

@@ -194,7 +194,7 @@ def in_other_unit(text: str, program: Program, cutters: Mapping[int, Cutter], bl
     outside = first_cut_beyond(program, cutters, block) if _is_file(text) else None
     if outside is None or abs(outside.place - outside.edge) < FAR_OFF * length:
         return ""
-    for name, times in (("inches", MM_PER_INCH), ("metres", 1000.0)):
+    for name, times in ((Message("inches"), MM_PER_INCH), (Message("metres"), 1000.0)):
         low, high = (tuple(times * value for value in corner) for corner in (block.low, block.high))
         larger = StockBlock((low[0], low[1], low[2]), (high[0], high[1], high[2]))
         if times * length <= LONGEST and first_cut_beyond(program, cutters, larger) is None:

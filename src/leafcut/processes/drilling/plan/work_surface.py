@@ -31,7 +31,7 @@ FLUTE_LEVELS = 12
 #: Largest ratio between the lengths of fixture and part.
 MAX_LENGTH_RATIO = 50.0
 #: Units often confused with mm, and the factor by which they scale the mesh.
-OTHER_UNITS = {"inches": 25.4, "metres": 1000.0, "mm, not inches,": 1 / 25.4}
+OTHER_UNITS = {Message("inches"): 25.4, Message("metres"): 1000.0, Message("mm, not inches,"): 1 / 25.4}
 #: Smallest ratio between the lengths of drawing and surface that counts as similar.
 _NEARLY = 0.5
 #: Largest plausible thickness of a part, in diameters of its holes.
