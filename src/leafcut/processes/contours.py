@@ -236,7 +236,7 @@ def _sort_open_paths(
     places = _places_text([p.start for p in paths])
     number = count_of(len(opened), "open path")
     if options.open_paths == "refuse":
-        first = "; ".join(_open_path_text(m) + join_advice(k, paths) for k, m in enumerate(opened[:3]))
+        first = Message.joined("; ", (_open_path_text(m) + join_advice(k, paths) for k, m in enumerate(opened[:3])))
         raise PlanError(
             "{} on layers that are cut: {}{}; close the outline, leave a "
             "layer out (--ignore-layers), or use --open-paths cut, mark or drop",

@@ -42,8 +42,8 @@ def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole],
     if not skipped:
         return list(holes), []
     layers = Counter(hole.layer for hole in skipped)
-    layer_texts = ", ".join(
-        Message("{} on layer {}", count, printable(layer, 30)) for layer, count in layers.most_common(5)
+    layer_texts = Message.joined(
+        ", ", (Message("{} on layer {}", count, printable(layer, 30)) for layer, count in layers.most_common(5))
     )
     more = " …" if len(layers) > 5 else ""
     message = Message(

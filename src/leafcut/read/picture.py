@@ -357,9 +357,14 @@ def _check_edges(lines: list[Points], shape: tuple[int, ...], issues: list[Issue
     (left, upper), (right, lower) = points.min(axis=0), points.max(axis=0)
     rows, columns = shape
     # A level line crosses at most half of a pixel at the edge.
-    sides = {"left": left, "right": columns - right, "upper": upper, "lower": rows - lower}
-    if reached := [name for name, distance in sides.items() if distance < _HALF_PIXEL]:
+    sides = (
+        (Message("left"), left),
+        (Message("right"), columns - right),
+        (Message("upper"), upper),
+        (Message("lower"), rows - lower),
+    )
+    if reached := [name for name, distance in sides if distance < _HALF_PIXEL]:
         message = Message(
-            "the milled area reaches the {} edge of the picture, which becomes a wall", ", ".join(reached)
+            "the milled area reaches the {} edge of the picture, which becomes a wall", Message.joined(", ", reached)
         )
         issues.append(Issue("L425", message))

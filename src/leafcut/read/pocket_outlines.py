@@ -164,10 +164,10 @@ def _kinds(
     pocket = POCKET if island_names else EITHER
     kinds = [pocket if c.layer in pocket_names else ISLAND if c.layer in island_names else other_kind for c in contours]
     if left_out := Counter(c.layer for c, kind in zip(contours, kinds, strict=True) if kind is None):
-        layers = ", ".join(
-            Message("{} on layer {}", number, printable(name, 30)) for name, number in left_out.most_common(5)
+        left_texts = Message.joined(
+            ", ", (Message("{} on layer {}", number, printable(name, 30)) for name, number in left_out.most_common(5))
         )
-        issues.append(Issue("L211", Message("lines that belong to no pocket: {}", layers), severity=Severity.NOTE))
+        issues.append(Issue("L211", Message("lines that belong to no pocket: {}", left_texts), severity=Severity.NOTE))
     return kinds, bool(pocket_names or island_names)
 
 

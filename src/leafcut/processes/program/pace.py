@@ -287,7 +287,7 @@ class _PaceSteps:
         """Raise VerifyError unless the new program leaves the same stock as the original and hits no obstacle."""
         self.judge.check(new)
         if self.obstacles is not None and (met := obstacle_hits(self.job, self.obstacles, new.path)):
-            raise VerifyError(f"{met[0]}")
+            raise VerifyError(str(met[0]))
 
     # -- speeds ------------------------------------------------------------------------------------------------------
 

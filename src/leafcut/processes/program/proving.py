@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +14,7 @@ from leafcut._version import __version__
 from leafcut.errors import PostError, ReadError, VerifyError
 from leafcut.files.digests import DIGEST_LINE, sign_program
 from leafcut.message import Message
+from leafcut.model.difference import Difference
 from leafcut.model.issue import Issue
 from leafcut.model.measure import Measure
 from leafcut.model.plan import Candidate, Order
@@ -104,8 +105,7 @@ def prove_program(plan: Plan, best: Candidate) -> Candidate:
         check_cancelled=check_cancelled,
     )
     if not certificate.same:
-        more = len(certificate.differences) - 1
-        said = f"{certificate.differences[0]}{f' (and {more} more)' if more > 0 else ''}"
+        said = _first_of(certificate.differences)
         lines = {line for d in certificate.differences for line, _ in ((d.original, d.new), *d.also) if line}
         sections = {_section_at(work, line) for line in lines} - {-1}
         raise OrderRefused(said, _pieces_at(work, lines), sections)
@@ -113,7 +113,7 @@ def prove_program(plan: Plan, best: Candidate) -> Candidate:
         from leafcut.processes.keep_out import obstacle_hits
 
         if met := obstacle_hits(job, work.obstacles, new.path):
-            raise OrderRefused(f"{met[0]}{f' (and {len(met) - 1} more)' if len(met) > 1 else ''}")
+            raise OrderRefused(_first_of(met))
     if work.judge is not None and text != work.text:
         try:
             work.judge.check(new, check_cancelled)
@@ -124,6 +124,12 @@ def prove_program(plan: Plan, best: Candidate) -> Candidate:
         comments = [*proof_lines(certificate, __version__, Path(work.source).name), DIGEST_LINE]
         return replace_text(plan, best, sign_program(with_comments(text, comments, plan.dialect)))
     return best
+
+
+def _first_of(found: Sequence[Difference]) -> Message:
+    """Return the first difference with the number of the others."""
+    more = Message(" (and {} more)", len(found) - 1) if len(found) > 1 else ""
+    return Message("{}{}", found[0], more)
 
 
 def replace_text(plan: Plan, best: Candidate, text: str) -> Candidate:

@@ -318,9 +318,9 @@ def _other_tool_change(wall: BarrierGroup, others: list[BarrierGroup]) -> Differ
     """Report a tool change that is not in the original, together with the original change to the same tool if there is
     one.
     """
-    said, tools = ", ".join(mark.said for mark in wall.marks), _tools(wall)
+    said, tools = Message.joined(", ", (mark.said for mark in wall.marks)), _tools(wall)
     for other in others:
-        was = ", ".join(mark.said for mark in other.marks)
+        was = Message.joined(", ", (mark.said for mark in other.marks))
         if _tools(other) == tools and was != said:
             return Difference(
                 Message("tool change"), other.marks[0].line, wall.marks[0].line, Message("'{}' became '{}'", was, said)

@@ -236,7 +236,7 @@ def check_kerfs(contours: list[CutContour], scrap: Scrap) -> None:
         ]
     if found:
         more = Message(" (and {} more such places)", len(found) - 1) if len(found) > 1 else ""
-        raise PlanError(f"{found[0]}{more}")
+        raise PlanError("{}{}", found[0], more)
 
 
 def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutRules) -> Iterable[Issue]:
