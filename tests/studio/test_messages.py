@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
-from leafcut.errors import OptionError, ReadError, SendError, name_suggestion
+from leafcut.errors import DataError, OptionError, PlanError, ReadError, SendError, name_suggestion
+from leafcut.files.schemas import MACHINE, check_schema
+from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
+from leafcut.model.contour import Contour
 from leafcut.model.difference import Difference
 from leafcut.model.issue import Issue
+from leafcut.model.part import Part
+from leafcut.processes.contours import prepare_sheet
 from leafcut.studio.wording import words
 
 ES, EN = words("es"), words("en")
@@ -34,6 +40,16 @@ ES, EN = words("es"), words("en")
 def test_a_message_is_shown_in_spanish_by_its_template(message: object, spanish: str) -> None:
     assert ES.plain(Message("{}", message)) == spanish
     assert EN.translate(Message("{}", message)) == str(message)
+
+
+def test_the_parts_of_a_composed_message_are_translated() -> None:
+    line = Contour(Polyline(np.array([(0.0, 0.0, 0.0), (5.0, 0.0, 0.0)])), layer="A")
+    with pytest.raises(PlanError) as refused:
+        prepare_sheet(Part("plate", contours=(line,)))
+    assert "el extremo más cercano" in ES.plain(str(refused.value))
+    with pytest.raises(DataError) as newer:
+        check_schema(MACHINE, 99, "mill.toml")
+    assert "perfil de máquina" in ES.plain(str(newer.value))
 
 
 def test_values_are_translated_only_if_they_are_messages() -> None:

@@ -225,11 +225,11 @@ def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
     return issues
 
 
-def hidden_by_layer(walk: BlockWalk[Any]) -> str:
+def hidden_by_layer(walk: BlockWalk[Any]) -> Message:
     """Describe the number of hidden entities by layer."""
     named = [
         Message("{} on layer {}", n, printable(layer)) for layer, n in walk.hidden.most_common(5) if layer != INVISIBLE
     ]
     if invisible := walk.hidden.get(INVISIBLE):
         named.append(Message("{} invisible", invisible))
-    return ", ".join(named) + (" …" if len(walk.hidden) > 5 else "")
+    return Message.joined(", ", named) + (" …" if len(walk.hidden) > 5 else "")

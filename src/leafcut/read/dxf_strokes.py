@@ -13,7 +13,7 @@ from leafcut.errors import PlanError, count_of, printable
 from leafcut.geometry.arrays import Floats
 from leafcut.geometry.curves import MAX_DEGREE, Spend, allow_any_number, ellipse_path, fit_arcs_to_curve, spline_points
 from leafcut.geometry.polyline import Polyline
-from leafcut.message import Message
+from leafcut.message import Message, map_text
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork
 from leafcut.read.dxf_shapes import (
@@ -359,7 +359,9 @@ class Strokes:
             issues.append(Issue("L202", message, places_text(self.sloping, len(self.sloping))))
         for (kind, reason), handles in self.skipped.items():
             location = Message("handle {}", ", ".join(handles[:3])) + (" …" if len(handles) > 3 else "")
-            message = Message("{} {} skipped: {}", len(handles), printable(kind), printable(reason, 100))
+            message = Message(
+                "{} {} skipped: {}", len(handles), printable(kind), map_text(reason, lambda text: printable(text, 100))
+            )
             issues.append(Issue("L203", message, location, missing=MissingWork("element", len(handles))))
         return issues
 

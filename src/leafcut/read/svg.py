@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leafcut.errors import LeafcutError, ReadError, count_of, printable
-from leafcut.message import Message
+from leafcut.message import Message, map_text
 from leafcut.model.contour import Contour, layer_filter
 from leafcut.model.heartbeat import Heartbeat
 from leafcut.model.issue import Issue, MissingWork, Severity
@@ -251,9 +251,8 @@ class _Walk:
         except (ValueError, ArithmeticError, LeafcutError) as problem:
             if isinstance(problem, ReadError):
                 raise
-            self.broken.setdefault(f"<{tag}>: {printable(str(problem) or type(problem).__name__, 80)}", []).append(
-                printable(element.get("id", "?"), 30)
-            )
+            reason = map_text(str(problem) or type(problem).__name__, lambda text: printable(text, 80))
+            self.broken.setdefault(Message("<{}>: {}", tag, reason), []).append(printable(element.get("id", "?"), 30))
 
     def _style(self, element: Any) -> dict[str, str]:
         """Attributes are overridden by classes, classes by the element's style."""
