@@ -119,7 +119,7 @@ def barriers_of(program: Program, path: Toolpath, source: Indices, states: State
         state = (*(int(states.of(name, row)) for name in ("spindle", "coolant", "radius")),)
         # The next program may rely on a cancelled length offset.
         left_on = motion.kind is Kind.END and int(states.of("length", row)) % TAKEN != 0
-        words = _block_text(text, shown) if text else f"{describe_motion(motion)} {shown}".rstrip()
+        words = _block_text(text, shown) if text else describe_motion(motion) + (f" {shown}" if shown else "")
         if motion.kind is Kind.END and motion.ref < 0:
             words = Message("end of the text, without M2 or M30")
         marks.append(
