@@ -19,7 +19,6 @@ from leafcut.model.contour import Contour
 from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, heartbeat_for_step
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Remnant, Stock
-from leafcut.model.sheet import Sheet
 from leafcut.nesting.options import NestOptions
 from leafcut.options import ReadOptions, Settings, SheetOptions, SolveOptions
 from leafcut.options.sheet_word import LARGEST_SHEET, SheetWord

@@ -18,8 +18,6 @@ from leafcut.studio.page.panel_input import work_of
 from leafcut.studio.wording import Words, day_and_time
 
 if TYPE_CHECKING:
-    from nicegui.elements.mixins.text_element import TextElement
-
     from leafcut.studio.page.pages import Page
 
 #: Maximum number of jobs that are sent to the page at once.
