@@ -11,7 +11,7 @@ import pytest
 import shapely
 
 import leafcut
-from leafcut.errors import LeafcutError
+from leafcut.errors import LeafcutError, PlanError
 from leafcut.model.toolpath import Kind
 
 DIAMETER, THICKNESS, TABS, TAB_WIDTH, TAB_HEIGHT = 4.0, 3.0, 3, 5.0, 1.0
@@ -103,6 +103,70 @@ def test_a_hole_narrower_than_the_mill_is_named_as_missing_work(tmp_path: Path) 
     (missing,) = [issue.missing for issue in outcome.issues if issue.missing is not None]
     assert (missing.what, missing.count) == ("opening", 1)
     assert outcome.detail.outlines == 1 and outcome.detail.openings == 1
+
+
+def remaining_width(outcome: leafcut.ProgramResult, outline: list[tuple[float, float]], diameter: float) -> float:
+    """Return the width of the narrowest bridge between a part and the plate after all cuts through the plate, mm."""
+    path = outcome.written
+    through = (path.kind == Kind.FEED) & (np.maximum(path.before[:, 2], path.end[:, 2]) <= -THICKNESS)
+    ends = np.stack([path.before[through][:, :2], path.end[through][:, :2]], axis=1)
+    plate = shapely.Polygon(outline).buffer(100.0).envelope
+    rest = plate.difference(shapely.union_all(shapely.buffer(shapely.linestrings(ends), 0.5 * diameter)))
+
+    def is_held(width: float) -> bool:
+        pieces = shapely.get_parts(rest.buffer(-0.5 * width))
+        outside, inside = shapely.Point(plate.exterior.coords[0]), shapely.Polygon(outline).representative_point()
+        return min(pieces, key=outside.distance) is min(pieces, key=inside.distance)
+
+    return max((width for width in np.arange(0.1, 10.0, 0.1).tolist() if is_held(width)), default=0.0)
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("tabs, width, diameter", [(1, 1.0, 6.0), (4, 3.0, 6.0), (2, 6.0, 10.0)])
+def test_a_tab_at_a_corner_has_its_width_between_the_cuts(
+    tabs: int, width: float, diameter: float, tmp_path: Path
+) -> None:
+    """A wheel with 24 pointed teeth has no straight section for a tab."""
+    teeth = [
+        (r * np.cos(angle), r * np.sin(angle))
+        for k in range(48)
+        for r, angle in [(40.0 if k % 2 else 33.0, np.pi * k / 24)]
+    ]
+    options = FAST | {"tool_diameter": diameter, "spindle_speed": 2000}
+    outcome = leafcut.part(drawing(tmp_path, teeth), tabs=tabs, tab_width=width, **options)
+    assert remaining_width(outcome, teeth, diameter) >= width - 0.15
+
+
+@pytest.mark.hazard
+def test_a_tab_that_the_cut_of_a_neighbour_would_go_through_is_refused(tmp_path: Path) -> None:
+    """The strip of 7 mm between two parts is narrower than both cuts together; a mill of 2 mm leaves 3 mm of it."""
+    left, right = [(0, 0), (60, 0), (60, 90), (0, 90)], [(67, 0), (127, 0), (127, 60), (67, 60)]
+    above, below = [(-20, 97), (150, 97), (150, 120), (-20, 120)], [(-20, -7), (150, -7), (150, -30), (-20, -30)]
+    source = drawing(tmp_path, left, right, above, below)
+    with pytest.raises(PlanError, match="would cut through a tab; move the parts at least 15 mm apart"):
+        leafcut.part(source, **FAST | {"tool_diameter": 6.0})
+    outcome = leafcut.part(source, tab_width=4.0, **FAST | {"tool_diameter": 2.0, "spindle_speed": 4000})
+    assert remaining_width(outcome, left, 2.0) >= 2.9
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("tabs", [3, 4, 5])
+def test_the_mill_never_plunges_into_the_plate(tabs: int, tmp_path: Path) -> None:
+    """The mill goes straight down only to the height at which its ramp starts."""
+    corners = [(40.0 * np.cos(np.pi * k / 4), 40.0 * np.sin(np.pi * k / 4)) for k in range(8)]
+    path = leafcut.part(drawing(tmp_path, corners), tabs=tabs, **FAST | {"tool_diameter": 6.0}).written
+    level = np.hypot(*(path.end - path.before)[:, :2].T) < 1e-6
+    assert not ((path.kind == Kind.FEED) & level & (path.end[:, 2] < path.before[:, 2]) & (path.end[:, 2] < 0.0)).any()
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("step", [0.3, 0.5, 1.0, 1.5, 2.0])
+def test_a_turn_around_an_edge_goes_down_by_the_step_down_at_most(step: float, tmp_path: Path) -> None:
+    path = leafcut.part(drawing(tmp_path, OUTLINE), tabs=0, step_down=step, **FAST).written
+    start = path.end[np.flatnonzero((path.kind == Kind.FEED) & (path.end[:, 2] == 0.5))[0], :2]
+    again = np.hypot(*(path.end[:, :2] - start).T) < 1e-6
+    heights = path.end[again & (path.kind == Kind.FEED), 2]
+    assert (-np.diff(heights)).max() <= step + 0.002
 
 
 TOOLS = """

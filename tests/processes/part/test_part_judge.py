@@ -80,6 +80,14 @@ def test_an_outline_before_its_window_is_found(program: str) -> None:
     assert [one.what for one in swapped] == ["order"] and str(swapped[0].text) == "window is milled after outline"
 
 
+@pytest.mark.hazard
+def test_a_cut_through_the_tabs_is_found(program: str) -> None:
+    """A cut around the outline, 5 mm beside its path, goes through the material that the tabs hold on to."""
+    beside = "X-7 Y-7\nG1 Z-3.5 F9\nX107\nY107\nX-7\nY-7\nG0 Z5"
+    found = judged(program.replace("G53 G0 Z0", f"G0 Z5\n{beside}", 1))
+    assert sum("goes through a tab" in str(difference.text) for difference in found) == 2
+
+
 DRILLED = replace(REQUEST, holes=(PartHole(10.0, 10.0, 4, -4.4), PartHole(90.0, 10.0, 4, -4.4)))
 DRILLING = [(x, 10.0, z) for x in (10.0, 90.0) for z in (-4.4,)]
 

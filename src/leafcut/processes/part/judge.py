@@ -6,6 +6,7 @@ beside each edge with shapely, not with the offset of the planner.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -42,7 +43,7 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
 
     1. No cut takes the tool into the finished part or below the request's `bottom`.
     2. Each cut runs along an edge, and each edge is cut through all around, except at its tabs.
-    3. Each tab is as wide as requested or wider, and the cut over it is at its top.
+    3. Each tab is as wide as requested, the cut over it is at its top, and no cut goes through it.
     4. An edge is finished before the cut of an edge around it starts.
     5. Each hole is drilled once, with its tool, to its depth, before the cuts; nothing else is drilled.
     """
@@ -82,6 +83,8 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
         for k in np.flatnonzero(ends[:, [2, 5]].min(axis=1) < request.bottom - _HEIGHT).tolist()
     ]
     owner = _owners(lines, rings)
+    tab_top = request.tabs.height - request.thickness
+    into_tabs = shapely.STRtree(lines[ends[:, [2, 5]].min(axis=1) < tab_top - _HEIGHT])
     differences += [
         Difference(
             Message("cut not drawn"), 0, at(int(rows[k])), Message("a cut at {} follows no edge", _place(ends[k]))
@@ -91,7 +94,7 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     for number, (edge, own_rings) in enumerate(zip(request.edges, rings, strict=True)):
         mine = owner == number
         for ring in own_rings:
-            differences += _check_ring(request, edge, ring, ends[mine], lines[mine])
+            differences += _check_ring(request, edge, ring, ends[mine], lines[mine], into_tabs)
     differences += _check_order(request, owner, rows, at)
     return limit_differences([*differences, *_check_holes(request, moves, low & ~cutting, rows, at)])
 
@@ -131,34 +134,40 @@ def _owners(lines: NDArray[Any], rings: Sequence[Sequence[Any]]) -> NDArray[np.i
 
 
 def _check_ring(
-    request: PartRequest, edge: Edge, ring: Any, ends: NDArray[np.float64], lines: NDArray[Any]
+    request: PartRequest,
+    edge: Edge,
+    ring: Any,
+    ends: NDArray[np.float64],
+    lines: NDArray[Any],
+    into_tabs: shapely.STRtree,
 ) -> list[Difference]:
-    """Check that the moves along a ring cut through the plate, apart from its tabs."""
+    """Check that the moves along a ring cut through the plate, apart from its tabs.
+
+    `into_tabs` has all cuts below the tops of tabs.
+    """
     tabs, diameter = request.tabs, 2.0 * request.radius
     highest = ends[:, [2, 5]].max(axis=1)
     through = ring.difference(_followed(lines[highest <= request.bottom + _HEIGHT]))
     left = [piece for piece in shapely.get_parts(_joined(through)) if piece.length > TOLERANCE]
-    wanted = tabs.count if ring.length >= tabs.needed_length(diameter) * (1.0 + 1e-6) else None
+    wanted = None if edge.inside else tabs.count
     differences = []
     if wanted is not None and len(left) != wanted:
         words = Message(
             "{} has {} places that are not cut through, and {} tabs were requested", edge.name, len(left), wanted
         )
         differences.append(Difference(Message("tabs"), 0, 0, words))
-    if wanted is None and left and not (edge.inside and len(left) == tabs.count):
+    if wanted is None and left and len(left) != tabs.count:
         words = Message("{} is not cut through at {}", edge.name, position_text(*left[0].coords[0][:2]))
         differences.append(Difference(Message("not cut"), 0, 0, words))
-    widths = [piece.length + 2.0 * _STRIP - diameter for piece in left]
-    differences += [
-        Difference(
-            Message("tabs"),
-            0,
-            0,
-            Message("a tab of {} at {} is {:.3g} mm wide", edge.name, position_text(*piece.coords[0][:2]), width),
-        )
-        for piece, width in zip(left, widths, strict=True)
-        if abs(width - tabs.width) > 2.0 * _STRIP
-    ]
+    for piece in left:
+        (x, y), *_, last = piece.coords
+        width = math.dist((x, y), last) + 2.0 * _STRIP - diameter
+        if not -2.0 * _STRIP <= width - tabs.width <= 4.0 * _STRIP:
+            words = Message("a tab of {} at {} is {:.3g} mm wide", edge.name, position_text(x, y), width)
+            differences.append(Difference(Message("tabs"), 0, 0, words))
+        elif _is_cut_through(piece, ring, edge, request, into_tabs):
+            words = Message("a cut goes through a tab of {} at {}", edge.name, position_text(x, y))
+            differences.append(Difference(Message("tabs"), 0, 0, words))
     top = tabs.height - request.thickness
     above = ring.difference(_followed(lines[highest <= (top if left else request.bottom) + _HEIGHT]))
     if not above.is_empty and above.length > TOLERANCE:
@@ -166,6 +175,16 @@ def _check_ring(
         words = Message("material above the tabs of {} is not cut at {}", edge.name, position_text(*at[:2]))
         differences.append(Difference(Message("not cut"), 0, 0, words))
     return differences
+
+
+def _is_cut_through(piece: Any, ring: Any, edge: Edge, request: PartRequest, into_tabs: shapely.STRtree) -> bool:
+    """Return whether a cut reaches the area that must remain of the tab on a piece of the ring."""
+    start, end = piece.coords[0], piece.coords[-1]
+    middle = piece.interpolate(0.5, normalized=True).coords[0]
+    left = shapely.Point(middle[0] - _NARROWEST * (end[1] - start[1]), middle[1] + _NARROWEST * (end[0] - start[0]))
+    waste_left = shapely.Polygon(ring).contains(left) == edge.inside
+    area = request.tabs.area(start, end, middle, request.radius, waste_left=waste_left)
+    return len(into_tabs.query(area, predicate="dwithin", distance=request.radius - 2.0 * _STRIP)) > 0
 
 
 def _followed(lines: NDArray[Any]) -> Any:

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
+import numpy as np
+import shapely
+
+from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 
 
@@ -32,6 +37,22 @@ class TabRules:
     def needed_length(self, diameter: float) -> float:
         """Return the shortest tool path, mm, that has tabs: each has two thirds of its share free for cuts."""
         return 3.0 * self.count * (self.width + diameter)
+
+    @property
+    def web(self) -> float:
+        """Smallest width of the material beyond the cut that a tab must reach, mm."""
+        return 0.5 * self.width
+
+    def area(self, start: Point, end: Point, middle: Point, radius: float, *, waste_left: bool) -> shapely.Polygon:
+        """Return the area that must remain of a tab: from the edge of the part across the cut to the web.
+
+        The cuts end at `start` and `end`, and `middle` lies between them on the tool path. `waste_left` means that the
+        web is on the left, looking from the start to the end.
+        """
+        along = np.subtract(end, start) / max(math.dist(start, end), 1e-9)
+        across = np.array([-along[1], along[0]]) * (1.0 if waste_left else -1.0)
+        half, part, waste = 0.5 * self.width * along, -radius * across, (radius + self.web) * across
+        return shapely.Polygon(middle + np.array([part - half, part + half, waste + half, waste - half]))
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.zones import touches_any_zone, widen_zones
@@ -141,7 +142,13 @@ def _cut_between_tabs(
                 builder.feed(z=heights.tab_top, feed=feed)
                 follow(builder, piece, feed)
             else:
-                enter_level(builder, piece, top, level, data, nowhere, climb)
+                descent = enter_level(builder, piece, top, level, data, nowhere, climb)
+                if descent.kind == "plunge":
+                    raise PlanError(
+                        "no room for a ramp of {:.3g} degrees between two tabs; give a larger --entry-angle, a smaller "
+                        "--step-down, or fewer --tabs",
+                        math.degrees(data.entry_angle),
+                    )
                 follow(builder, piece, feed)
         top = level
 

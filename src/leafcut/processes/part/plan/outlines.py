@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -22,7 +23,12 @@ TOLERANCE = 0.01
 #: Number of start points for each tool path; those on a tab are left out.
 STARTS = 16
 #: Positions of a tab within its share of the path, in order of preference: the first on a straight section is taken.
-_TAB_POSITIONS = (0.5, 0.4, 0.6, 0.3, 0.7)
+_TAB_POSITIONS = (0.5, 0.4, 0.6, 0.3, 0.7, *(0.3 + 0.02 * k for k in range(1, 20) if k % 5))
+#: Largest half length of the interval of a tab, and distance of start points from tabs, as parts of the share of a tab.
+#: The start of the path is always a start point.
+_LONGEST_TAB, _RAMP_ROOM = 0.25, 0.04
+#: Precision of the length of an interval, mm.
+_EXACT = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,9 +71,10 @@ def plan_cuts(
 ) -> tuple[list[OutlineCut], list[Issue]]:
     """Return the tool paths of all edges, and issues about edges that are not milled completely or without tabs.
 
-    Raises PlanError if an outline is too short for its tabs.
+    Raises PlanError if an outline is too short for its tabs, or if a cut would go through one.
     """
-    cuts, narrow, loose = [], [], []
+    milled: list[tuple[int, Polyline]] = []
+    narrow, loose = [], []
     necks: dict[int, Edge] = {}
     lines = shapely.STRtree([shapely.LineString(_closed(edge.path)) for edge in edges])
     for number, edge in enumerate(edges):
@@ -85,25 +92,39 @@ def plan_cuts(
             if len(near):
                 necks[number] = edge
                 continue
-            path = ring if climb == edge.inside else ring.reversed()
-            fits = tabs.count > 0 and path.length >= tabs.needed_length(2.0 * radius)
-            if tabs.count and not fits and not edge.inside:
-                raise PlanError(
-                    "{}: the tool path of {:.4g} mm has no room for {} tabs of {:g} mm; give fewer --tabs or a smaller "
-                    "--tab-width",
-                    edge.name,
-                    path.length,
-                    tabs.count,
-                    tabs.width,
-                )
-            if not fits and edge.inside and not shapely.Polygon(path.flattened(TOLERANCE)).buffer(-radius).is_empty:
-                loose.append(edge)
-            intervals = _tab_intervals(path, tabs, radius) if fits else ()
-            starts = tuple(
-                s for s in (np.arange(STARTS) * path.length / STARTS).tolist()
-                if not any(low <= s <= high for low, high in intervals)
-            )  # fmt: skip
-            cuts.append(OutlineCut(number, path, intervals, starts))
+            milled.append((number, ring if climb == edge.inside else ring.reversed()))
+    cuts = []
+    all_paths = shapely.STRtree([shapely.LineString(_closed(path)) for _, path in milled])
+    for own, (number, path) in enumerate(milled):
+        edge = edges[number]
+        room = tabs.count > 0 and path.length >= tabs.needed_length(2.0 * radius)
+        if tabs.count and not room and not edge.inside:
+            raise PlanError(
+                "{}: the tool path of {:.4g} mm has no room for {} tabs of {:g} mm; give fewer --tabs or a smaller "
+                "--tab-width",
+                edge.name,
+                path.length,
+                tabs.count,
+                tabs.width,
+            )
+        intervals = _tab_intervals(path, edge.inside, tabs, radius, all_paths, own) if room else ()
+        if intervals is None and not edge.inside:
+            raise PlanError(
+                "{}: another cut, or the cut on the other side of a corner, would cut through a tab; move the parts at "
+                "least {:g} mm apart, use a smaller mill, change --tabs or --tab-width, or give --tabs 0",
+                edge.name,
+                4.0 * radius + tabs.web,
+            )
+        if not intervals and edge.inside and not shapely.Polygon(path.flattened(TOLERANCE)).buffer(-radius).is_empty:
+            loose.append(edge)
+        intervals = intervals or ()
+        # A start point near a tab would leave no room for a ramp.
+        margin = 0.0 if not intervals else _RAMP_ROOM * path.length / tabs.count
+        starts = tuple(
+            s for s in (np.arange(STARTS) * path.length / STARTS).tolist()
+            if not any(low - margin <= s <= high + margin for low, high in intervals)
+        )  # fmt: skip
+        cuts.append(OutlineCut(number, path, intervals, starts))
     return cuts, [
         *_narrow_issues(narrow, radius),
         *_neck_issues(list(necks.values()), radius),
@@ -111,21 +132,74 @@ def plan_cuts(
     ]
 
 
-def _tab_intervals(path: Polyline, tabs: TabRules, radius: float) -> tuple[tuple[float, float], ...]:
-    """Return the intervals along the path where the tool rises over a tab, in order.
+def _tab_intervals(
+    path: Polyline, inside: bool, tabs: TabRules, radius: float, all_paths: shapely.STRtree, own: int
+) -> tuple[tuple[float, float], ...] | None:
+    """Return the intervals along the path where the tool rises over a tab, in order; None if a tab has no position.
 
-    The cuts end in half circles, so an interval is one tool diameter longer than the tab is wide.
+    The cuts end in half circles, so the ends of an interval are one tool diameter farther apart than the tab is wide.
+    No cut goes through a tab. `own` is the index of the path in `all_paths`.
     """
-    share, half = path.length / tabs.count, 0.5 * tabs.width + radius
+    share = path.length / tabs.count
     intervals = []
     for number in range(tabs.count):
-        places = [(number + position) * share for position in _TAB_POSITIONS]
-        straight = (
-            s for s in places if (piece := path.piece(s - half, s + half)).n_segments == 1 and not piece.bulges.any()
+        middles = [(number + position) * share for position in _TAB_POSITIONS]
+        places = [(s - half, s + half) for s in middles if (half := _half_length(path, s, tabs, radius, share))]
+        straight = [place for place in places if _is_straight(path.piece(*place))]
+        interval = next(
+            (place for place in (*straight, *places) if _holds(path, place, inside, tabs, radius, all_paths, own)), None
         )
-        middle = next(straight, places[0])
-        intervals.append((middle - half, middle + half))
+        if interval is None:
+            return None
+        intervals.append(interval)
     return tuple(intervals)
+
+
+def _is_straight(piece: Polyline) -> bool:
+    return piece.n_segments == 1 and not piece.bulges.any()
+
+
+def _half_length(path: Polyline, middle: float, tabs: TabRules, radius: float, share: float) -> float | None:
+    """Return half of the length of the interval of a tab, mm; None if the path bends too much for it.
+
+    On a bent path the interval is longer, because the tab is measured straight between the cuts.
+    """
+    wanted = tabs.width + 2.0 * radius
+
+    def too_short(half: float) -> bool:
+        return math.dist(path.point_at(middle - half), path.point_at(middle + half)) < wanted - _EXACT
+
+    low, high = 0.5 * wanted, _LONGEST_TAB * share
+    if not too_short(low):
+        return low
+    if too_short(high):
+        return None
+    while high - low > _EXACT:
+        half = 0.5 * (low + high)
+        low, high = (half, high) if too_short(half) else (low, half)
+    return high
+
+
+def _holds(
+    path: Polyline,
+    place: tuple[float, float],
+    inside: bool,
+    tabs: TabRules,
+    radius: float,
+    all_paths: shapely.STRtree,
+    own: int,
+) -> bool:
+    """Return whether all cuts leave a tab in its full width, from the edge to the material that holds it."""
+    low, high = place
+    area = tabs.area(
+        path.point_at(low), path.point_at(high), path.point_at(0.5 * (low + high)), radius,
+        waste_left=inside == (path.area > 0.0),
+    )  # fmt: skip
+    near = radius - TOLERANCE
+    if any(other != own for other in all_paths.query(area, predicate="dwithin", distance=near)):
+        return False
+    rest = shapely.LineString(path.piece(high, low + path.length).flattened(0.5 * TOLERANCE))
+    return not shapely.dwithin(rest, area, near)
 
 
 def _closed(path: Polyline) -> Points:
