@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import StrEnum
+from fnmatch import fnmatch
 from typing import NamedTuple
 
 from leafcut.model.kinds import ToolMaterial
@@ -138,3 +139,11 @@ class ToolLibrary:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "by_number", {t.number: t for t in self.tools})
+
+    def recipes_for(self, diameter: float, layer: str, tolerance: float) -> list[Recipe]:
+        """Return the recipes for a hole of a drawn diameter, mm, on a layer."""
+        return [
+            recipe
+            for recipe in self.recipes
+            if abs(recipe.diameter - diameter) <= tolerance and fnmatch(layer.lower(), recipe.layer.lower())
+        ]

@@ -240,6 +240,29 @@ def test_no_turn_around_an_edge_cuts_deeper_than_the_step_down(step: float, tmp_
         assert max(-np.diff(depths)) <= step + 1e-6
 
 
+RECIPE = """
+[[hole]]
+diameter = "8 mm"
+layer = "M8*"
+steps = [4]
+"""
+
+
+@pytest.mark.hazard
+def test_a_hole_with_a_recipe_is_not_milled_but_named_as_missing_work(tmp_path: Path) -> None:
+    """A thread of 8 mm, milled to 8 mm, would spoil the part; the circle on another layer has no recipe."""
+    (tmp_path / "tools.toml").write_text(TOOLS.format(peck="") + RECIPE)
+    source = drawing(tmp_path, OUTLINE, circles=((20.0, 20.0, 4.0), (60.0, 20.0, 4.0)))
+    document = ezdxf.readfile(source)
+    document.modelspace().query("CIRCLE")[0].dxf.layer = "M8-tapped"
+    document.saveas(source)
+    outcome = leafcut.part(source, thickness=THICKNESS, tools=tmp_path / "tools.toml", preset="fast", threads=1)
+    (missing,) = [issue.missing for issue in outcome.issues if issue.missing is not None]
+    assert (missing.what, missing.count, outcome.detail.openings) == ("hole", 1, 1)
+    cut = outcome.path_after.end[outcome.path_after.end[:, 2] < 0.0]
+    assert np.hypot(*(cut[:, :2] - (20.0, 20.0)).T).min() > 15.0
+
+
 @pytest.mark.hazard
 def test_an_edge_in_a_gap_narrower_than_the_mill_is_named_and_not_milled(tmp_path: Path) -> None:
     """A part of 33 mm in an opening of 40 mm, 3.5 mm from its edge; the mill has 4 mm."""

@@ -17,13 +17,14 @@ class Edge:
     """A closed edge of the finished part, mm.
 
     `inside` means that the tool runs inside the edge of an opening. `within` are the indices of the edges around
-    this edge, in no order; they are milled later.
+    this edge, in no order; they are milled later. `layer` is the layer in the drawing.
     """
 
     path: Polyline
     inside: bool
     within: tuple[int, ...] = ()
     name: str = ""
+    layer: str = ""
 
 
 @dataclass(frozen=True)

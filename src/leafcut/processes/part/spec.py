@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from leafcut.errors import OptionError
+from leafcut.errors import OptionError, count_of
 from leafcut.gcode.dialects import dialect
 from leafcut.geometry.arrays import Point
 from leafcut.message import Message
-from leafcut.model.issue import Issue, Severity
+from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole
 from leafcut.model.plan import Candidate, Order, Stage
 from leafcut.model.problem import RoutingProblem
@@ -74,7 +74,7 @@ def plan_part(job: Job, source: Source) -> Plan:
         issues = [Issue("L401", words, severity=Severity.NOTE), *issues]
     tabs = _tab_rules(settings.of(PartOptions), thickness)
     all_edges, left = edges_of(sheet.contours)
-    edges, drilled = _split_holes(all_edges, library, asked.diameter_tolerance, -bottom)
+    edges, drilled, other = _split_holes(all_edges, library, asked.diameter_tolerance, -bottom)
     groups, deep = hole_groups(drilled, bottom, asked.retract_height, asked.retract == "initial", job.machine)
     climb = milling.milling == "climb"
     cuts, more = plan_cuts(edges, 0.5 * diameter, climb, tabs)
@@ -120,7 +120,7 @@ def plan_part(job: Job, source: Source) -> Plan:
         tools=(*(group.tool for group in groups), data.tool),
         box=part.extents,
         start=start,
-        issues=[*sheet.issues, *left, *more, *deep, *issues],
+        issues=[*sheet.issues, *left, *other, *more, *deep, *issues],
     )
 
 
@@ -180,24 +180,46 @@ def _stages(
 
 def _split_holes(
     edges: Sequence[Edge], library: ToolLibrary | None, tolerance: float, depth: float
-) -> tuple[list[Edge], list[tuple[float, float, Tool]]]:
-    """Return the edges to mill, and the holes (centre and drill) that a drill of the library makes.
+) -> tuple[list[Edge], list[tuple[float, float, Tool]], list[Issue]]:
+    """Return the edges to mill, the holes (centre and drill) that a drill of the library makes, and an issue about
+    holes that need other tools.
 
-    An opening with an edge inside is milled, because a drill would destroy what is inside.
+    A hole with a recipe in the library, such as a thread, is neither milled nor drilled here. An opening with an edge
+    inside is milled.
     """
     from leafcut.processes.contours import round_diameter
 
     around = {number for edge in edges for number in edge.within}
     drilled: dict[int, tuple[float, float, Tool]] = {}
+    other: list[Edge] = []
+    gone: set[int] = set()
     for number, edge in enumerate(edges):
-        diameter = round_diameter(edge.path) if edge.inside and number not in around else None
-        drill = None if diameter is None else fitting_drill(library, diameter, tolerance, depth)
+        diameter = round_diameter(edge.path) if edge.inside else None
+        if diameter is None:
+            continue
+        if library is not None and library.recipes_for(diameter, edge.layer, tolerance):
+            other.append(edge)
+            gone.add(number)
+            continue
+        # A drill would destroy the part inside an opening.
+        drill = None if number in around else fitting_drill(library, diameter, tolerance, depth)
         if drill is not None:
             x0, y0, x1, y1 = edge.path.extents
             drilled[number] = (0.5 * (x0 + x1), 0.5 * (y0 + y1), drill)
-    place = {number: k for k, number in enumerate(k for k in range(len(edges)) if k not in drilled)}
-    milled = [replace(edges[k], within=tuple(place[outer] for outer in edges[k].within)) for k in place]
-    return milled, list(drilled.values())
+            gone.add(number)
+    place = {number: k for k, number in enumerate(k for k in range(len(edges)) if k not in gone)}
+    milled = [
+        replace(edges[k], within=tuple(place[outer] for outer in edges[k].within if outer in place)) for k in place
+    ]
+    issues = []
+    if other:
+        words = Message("{} with a recipe in the tool library, not made", count_of(len(other), "hole"))
+        x, y = other[0].path.start
+        where = Message("the first at ({:.4g}, {:.4g}): make it first, with leafcut drill", x, y)
+        paths = tuple(edge.path for edge in other)
+        missing = MissingWork("hole", len(other), tuple(path.start for path in paths), paths)
+        issues.append(Issue("L707", words, where, missing=missing))
+    return milled, list(drilled.values()), issues
 
 
 def _mill(job: Job, library: ToolLibrary | None, depth: float) -> tuple[Tool | None, float]:

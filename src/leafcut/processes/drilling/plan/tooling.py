@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import replace
-from fnmatch import fnmatch
 from typing import NamedTuple
 
 import numpy as np
@@ -232,11 +231,7 @@ class ToolChooser:
     def _library_tools(self, diameter: float, hole: Hole) -> list[Tool]:
         assert self.library is not None
         tolerance = self.job.diameter_tolerance
-        fitting = [
-            r
-            for r in self.library.recipes
-            if abs(r.diameter - diameter) <= tolerance and fnmatch(hole.layer.lower(), r.layer.lower())
-        ]
+        fitting = self.library.recipes_for(diameter, hole.layer, tolerance)
         if fitting:
             # Prefer a recipe for the layer to a recipe for all layers, then the closest diameter.
             best = min(fitting, key=lambda r: (r.layer == "*", abs(r.diameter - diameter)))

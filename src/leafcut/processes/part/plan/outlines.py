@@ -57,7 +57,8 @@ def edges_of(contours: Sequence[Contour]) -> tuple[list[Edge], list[Issue]]:
         while parent >= 0:
             around.append(number[parent])
             parent = contours[parent].parent
-        edges.append(Edge(contours[index].path, contours[index].is_hole, tuple(around), _name(contours[index])))
+        contour = contours[index]
+        edges.append(Edge(contour.path, contour.is_hole, tuple(around), _name(contour), contour.layer))
     left = [contour.path for k, contour in enumerate(contours) if k not in number]
     issues = []
     if left:
