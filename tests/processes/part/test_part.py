@@ -150,6 +150,22 @@ def test_a_tab_that_the_cut_of_a_neighbour_would_go_through_is_refused(tmp_path:
 
 
 @pytest.mark.hazard
+def test_a_part_in_an_opening_without_tabs_is_refused(tmp_path: Path) -> None:
+    """The path around the star has room for 20 tabs and that in the window around it has not."""
+    window = [(x + 30.0, y + 30.0) for x, y in [(0, 0), (60, 0), (60, 60), (0, 60)]]
+    star = [
+        (60.0 + r * np.cos(angle), 60.0 + r * np.sin(angle))
+        for k in range(24)
+        for r, angle in [(24.0 if k % 2 else 10.0, np.pi * k / 12)]
+    ]
+    source = drawing(tmp_path, [(0, 0), (120, 0), (120, 120), (0, 120)], window, star)
+    options = FAST | {"tool_diameter": 2.0, "spindle_speed": 4000, "tab_width": 2.0}
+    with pytest.raises(LeafcutError, match="no tab connects the part at"):
+        leafcut.part(source, tabs=20, **options)
+    assert leafcut.part(source, tabs=4, **options).detail.tabs == 12
+
+
+@pytest.mark.hazard
 @pytest.mark.parametrize("tabs", [3, 4, 5])
 def test_the_mill_never_plunges_into_the_plate(tabs: int, tmp_path: Path) -> None:
     """The mill goes straight down only to the height at which its ramp starts."""

@@ -45,7 +45,8 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     2. Each cut runs along an edge, and each edge is cut through all around, except at its tabs.
     3. Each tab is as wide as requested, the cut over it is at its top, and no cut goes through it.
     4. An edge is finished before the cut of an edge around it starts.
-    5. Each hole is drilled once, with its tool, to its depth, before the cuts; nothing else is drilled.
+    5. With tabs, each part is connected to the plate after all cuts.
+    6. Each hole is drilled once, with its tool, to its depth, before the cuts; nothing else is drilled.
     """
     moves = straight_moves(written, _CHORD, _WHOLE)
     low = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < -_HEIGHT)
@@ -96,6 +97,7 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
         for ring in own_rings:
             differences += _check_ring(request, edge, ring, ends[mine], lines[mine], into_tabs)
     differences += _check_order(request, owner, rows, at)
+    differences += _check_held(request, lines[ends[:, [2, 5]].max(axis=1) <= _HEIGHT - request.thickness], material)
     return limit_differences([*differences, *_check_holes(request, moves, low & ~cutting, rows, at)])
 
 
@@ -209,6 +211,23 @@ def _check_order(request: PartRequest, owner: NDArray[np.int64], rows: NDArray[n
         for number, own in span.items()
         for around in request.edges[number].within
         if around in span and own[-1] > span[around][0]
+    ]
+
+
+def _check_held(request: PartRequest, through: NDArray[Any], material: Any) -> list[Difference]:
+    """Check that the cuts through the plate leave each part connected to its surroundings, if tabs were requested."""
+    if not request.tabs.count or material.is_empty:
+        return []
+    plate = shapely.box(*shapely.bounds(material.envelope.buffer(8.0 * request.radius)))
+    pieces = shapely.get_parts(plate.difference(shapely.union_all(through).buffer(request.radius)))
+    around = pieces[shapely.intersects(pieces, plate.exterior)]
+    inside = [part.representative_point() for part in shapely.get_parts(material)]
+    return [
+        Difference(
+            Message("tabs"), 0, 0, Message("no tab connects the part at {} to the plate", position_text(at.x, at.y))
+        )
+        for at in inside
+        if not shapely.intersects(around, at).any()
     ]
 
 
