@@ -23,9 +23,9 @@ from leafcut.model.part import Part
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.toolpath import Kind, ToolpathBuilder
 from leafcut.options import ReadOptions
+from leafcut.processes.contours import check_thickness
 from leafcut.processes.pocket.plan.rules import milled_pockets
 from leafcut.processes.pocket.proof.pocket import check_pockets
-from leafcut.processes.sheet.spec import check_thickness
 from leafcut.read import read_contours, read_pockets
 from made_solids import DOWN, UP, box, cone, cut, cylinder, fused, rounded, saved
 

@@ -64,7 +64,7 @@ class _ReadOptions4(TypedDict, total=False):
 
 
 class _ReadOptions5(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, reorder, nest, solve, stock, tool_speeds.
+    # Of optimize, drill, cut, pocket, part, reorder, nest, solve, stock, tool_speeds.
     solid: int | None
     """Number of the solid in a STEP file with several solids; without it, they are listed (default: the file's
     only one).
@@ -72,7 +72,7 @@ class _ReadOptions5(TypedDict, total=False):
 
 
 class _ReadOptions6(TypedDict, total=False):
-    # Of optimize, drill, cut, pocket, reorder, nest, stock, tool_speeds.
+    # Of optimize, drill, cut, pocket, part, reorder, nest, stock, tool_speeds.
     up: Literal["x", "y", "z", "-x", "-y", "-z", None]
     """Turn a solid until this direction points up; x, y and z are the axes of the solid (default: z)."""
 
@@ -817,6 +817,8 @@ class PartKeywords(
     _ReadOptions2,
     _ReadOptions3,
     _ReadOptions4,
+    _ReadOptions5,
+    _ReadOptions6,
     _ReadOptions8,
     _ReadOptions9,
     _SheetOptions1,

@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.errors import PlanError, count_of, printable
+from leafcut.errors import OptionError, PlanError, count_of, printable
 from leafcut.geometry.cleaning import cleaned_path, counter_clockwise
 from leafcut.geometry.containment import enclosing_polygons, find_conflicts, nesting_depths
 from leafcut.geometry.polyline import COINCIDENT, Polyline
@@ -39,6 +39,13 @@ MOST_LAYERS = 5
 #: Maximum relative difference of a round hole between 4π·area and the squared perimeter, and between width and height.
 #: Polygons with 24 or more sides count as circles.
 ROUND = 0.01
+#: Maximum difference between equal thicknesses, mm, because inches are rounded.
+SAME_THICKNESS = 0.001
+#: Tolerance for the height of a solid, mm, because drawings round gauges and inches.
+_HEIGHT_TOLERANCE = 0.1
+#: Maximum difference between a thickness and a common substitute (3 mm or 11 gauge for 1/8 in), in mm and relative to
+#: the thickness.
+_SUBSTITUTE, _SUBSTITUTE_SHARE = 0.5, 0.1
 #: Tolerance for diameter limits, mm, because inches are rounded: a limit of 6.35 includes a 1/4 in hole.
 _SLACK = 1e-6
 
@@ -90,6 +97,33 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
     _refuse_frames(contours, options, issues)
     _warn_of_frame(contours, outline, issues)
     return Sheet(part.name, contours, outline, issues=tuple(issues), holes=holes, price=price)
+
+
+def check_thickness(part: Part, thickness: float | None) -> list[Issue]:
+    """Return a warning (L413) if a common substitute replaces the thickness of the solid.
+
+    `thickness` is the thickness of the sheet, mm. Raises OptionError if it differs from the height of the solid by more
+    than a common substitute does.
+    """
+    if part.height is None or thickness is None:
+        return []
+    apart = abs(thickness - part.height)
+    if apart <= _HEIGHT_TOLERANCE:
+        return []
+    if apart > max(_SUBSTITUTE, _SUBSTITUTE_SHARE * part.height) + SAME_THICKNESS:
+        raise OptionError(
+            "--thickness {:g} mm: the solid is {:.4g} mm high; give --thickness {:.4g}mm, or turn the solid (--up)",
+            thickness,
+            part.height,
+            part.height,
+        )
+    words = Message(
+        "the solid is {:.4g} mm high, but the sheet is {:.4g} mm thick (--thickness); its cutting "
+        "data are used: check that slots, tabs and bends fit this sheet",
+        part.height,
+        thickness,
+    )
+    return [Issue("L413", words)]
 
 
 def _strokes_by_kind(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> dict[str, list[Contour]]:

@@ -11,7 +11,7 @@ import pytest
 import shapely
 
 import leafcut
-from leafcut.errors import LeafcutError, PlanError
+from leafcut.errors import LeafcutError, OptionError, PlanError
 from leafcut.model.toolpath import Kind
 
 DIAMETER, THICKNESS, TABS, TAB_WIDTH, TAB_HEIGHT = 4.0, 3.0, 3, 5.0, 1.0
@@ -254,6 +254,14 @@ def test_no_turn_around_an_edge_cuts_deeper_than_the_step_down(step: float, tmp_
         here = np.abs(cut[:, :2] - (x, y)).max(axis=1) < 1e-3
         depths = [0.0, *np.minimum(cut[here, 2], 0.0)]
         assert max(-np.diff(depths)) <= step + 1e-6
+
+
+@pytest.mark.hazard
+def test_a_plate_of_another_thickness_than_its_solid_is_refused() -> None:
+    pytest.importorskip("OCP")
+    solid = Path(__file__).parents[3] / "examples" / "stepped_plate.step"
+    with pytest.raises(OptionError, match="--thickness 3 mm: the solid is 38 mm high"):
+        leafcut.part(solid, **FAST)
 
 
 RECIPE = """

@@ -54,7 +54,7 @@ def plan_part(job: Job, source: Source) -> Plan:
 
     Raises ReadError, OptionError or PlanError if the drawing, the tool or the tabs do not suit.
     """
-    from leafcut.processes.contours import prepare_sheet, without_excluded_holes
+    from leafcut.processes.contours import check_thickness, prepare_sheet, without_excluded_holes
     from leafcut.processes.placing import place_part
     from leafcut.read import read_contours
 
@@ -62,7 +62,9 @@ def plan_part(job: Job, source: Source) -> Plan:
     asked, thickness = settings.job, settings.job.thickness
     if thickness is None:
         raise OptionError("a part needs the thickness of its plate; give --thickness")
-    part = place_part(read_contours(source, settings.read, job.start_step(Message("reading"))), settings.read)
+    part = read_contours(source, settings.read, job.start_step(Message("reading")))
+    part = replace(part, issues=(*part.issues, *check_thickness(part, thickness)))
+    part = place_part(part, settings.read)
     sheet = prepare_sheet(part, settings.sheet, settings.read.concentric)
     sheet = without_excluded_holes(sheet, settings.read)
     bottom = -thickness - asked.break_through

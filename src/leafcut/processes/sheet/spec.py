@@ -20,7 +20,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod, Head, method_of
 from leafcut.model.plan import Order
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.processes.contours import prepare_sheet, without_excluded_holes
+from leafcut.processes.contours import SAME_THICKNESS, check_thickness, prepare_sheet, without_excluded_holes
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
 from leafcut.processes.job import Job, check_dialect_options, refuse_missing, refuse_too_large
 from leafcut.processes.ordering import nearest_order
@@ -67,13 +67,6 @@ if TYPE_CHECKING:
 CHAIN_SHARE = 0.4
 #: Tolerance within which the torch rounds corners to keep its speed, mm (G64 P).
 PATH_TOLERANCE = 0.1
-#: Maximum difference between equal thicknesses, mm, because inches are rounded.
-_SAME_THICKNESS = 0.001
-#: Tolerance for the height of a solid, mm, because drawings round gauges and inches.
-_HEIGHT_TOLERANCE = 0.1
-#: Maximum difference between a thickness and a common substitute (3 mm or 11 gauge for 1/8 in), in mm and relative to
-#: the thickness.
-_SUBSTITUTE, _SUBSTITUTE_SHARE = 0.5, 0.1
 #: Maximum thickness that a beam safely pierces in motion, mm. Estimate: up to this thickness, the pierce delay is a few
 #: tenths of a second.
 _MAX_MOVING_PIERCE = 3.0
@@ -297,33 +290,6 @@ def _read_sheet(run: Job, source: Source) -> tuple[Part, Sheet]:
     return part, without_excluded_holes(sheet, run.settings.read)
 
 
-def check_thickness(part: Part, thickness: float | None) -> list[Issue]:
-    """Return a warning (L413) if a common substitute replaces the thickness of the solid.
-
-    `thickness` is the thickness of the sheet, mm. Raises OptionError if it differs from the height of the solid by more
-    than a common substitute does.
-    """
-    if part.height is None or thickness is None:
-        return []
-    apart = abs(thickness - part.height)
-    if apart <= _HEIGHT_TOLERANCE:
-        return []
-    if apart > max(_SUBSTITUTE, _SUBSTITUTE_SHARE * part.height) + _SAME_THICKNESS:
-        raise OptionError(
-            "--thickness {:g} mm: the solid is {:.4g} mm high; give --thickness {:.4g}mm, or turn the solid (--up)",
-            thickness,
-            part.height,
-            part.height,
-        )
-    words = Message(
-        "the solid is {:.4g} mm high, but the sheet is {:.4g} mm thick (--thickness); its cutting "
-        "data are used: check that slots, tabs and bends fit this sheet",
-        part.height,
-        thickness,
-    )
-    return [Issue("L413", words)]
-
-
 def _cut_data(run: Job) -> tuple[CutData, list[Issue]]:
     from leafcut.read.cutchart import find_cut_data, load_chart
 
@@ -435,7 +401,7 @@ def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
 def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
     """Return a warning about a plan file for other cutting data, because its leads and starts suit another kerf."""
     differs = []
-    if plan.thickness and abs(plan.thickness - data.thickness) > _SAME_THICKNESS:
+    if plan.thickness and abs(plan.thickness - data.thickness) > SAME_THICKNESS:
         differs.append(Message("{:g} mm, not {:g} mm", plan.thickness, data.thickness))
     if plan.material and plan.material != data.material:
         differs.append(Message("{}, not {}", plan.material, data.material))
