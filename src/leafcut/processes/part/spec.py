@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from leafcut.errors import OptionError, count_of
+from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.gcode.dialects import dialect
 from leafcut.geometry.arrays import Point
 from leafcut.message import Message
@@ -229,6 +229,14 @@ def _mill(job: Job, library: ToolLibrary | None, depth: float) -> tuple[Tool | N
     asked, number = job.settings.job, job.settings.of(MillingOptions).tool_number
     if library is not None:
         mill = library_mill(library, number, asked.tool_diameter, asked.diameter_tolerance, depth)
+        if mill.corner_radius > asked.break_through + 1e-9:
+            raise PlanError(
+                "{} has a corner radius of {:g} mm and would not cut the lower edge of the plate; give --break-through "
+                "{:g}mm or more, or use a mill with sharp corners",
+                mill.label,
+                mill.corner_radius,
+                mill.corner_radius,
+            )
         return mill, mill.diameter
     if asked.tool_diameter is None:
         raise OptionError(
