@@ -268,7 +268,7 @@ def test_a_plate_of_another_thickness_than_its_solid_is_refused() -> None:
 def test_a_mill_with_round_corners_goes_below_the_plate_by_their_radius(tmp_path: Path) -> None:
     (tmp_path / "tools.toml").write_text(f'{TOOLS.format(peck="")}corner_radius = "1 mm"')
     options = {"thickness": THICKNESS, "tools": tmp_path / "tools.toml", "preset": "fast", "threads": 1}
-    with pytest.raises(PlanError, match="corner radius of 1 mm .* give --break-through 1mm or more"):
+    with pytest.raises(PlanError, match=r"corner radius of 1 mm .* give --break-through 1mm or more"):
         leafcut.part(drawing(tmp_path, OUTLINE), **options)
     outcome = leafcut.part(drawing(tmp_path, OUTLINE), break_through=1.0, **options)
     assert outcome.path_after.end[:, 2][outcome.path_after.kind == Kind.FEED].min() == -THICKNESS - 1.0
