@@ -108,6 +108,14 @@ class Tool:
         return 0.5 * self.diameter / math.tan(0.5 * self.point_angle) if self.point_angle < math.pi else 0.0
 
     @property
+    def reach(self) -> float:
+        """Greatest depth of the tip, mm: the flutes do not end in the hole, and the holder stays above it."""
+        return min(
+            math.inf if self.flute_length is None else self.flute_length,
+            math.inf if self.stickout is None else self.stickout,
+        )
+
+    @property
     def label(self) -> str:
         """Name for messages: ``T3 drill Ø6.35``."""
         return f"T{self.number} {self.name or self.kind.value} Ø{self.diameter:g}"

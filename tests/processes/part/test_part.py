@@ -274,6 +274,19 @@ def test_a_mill_with_round_corners_goes_below_the_plate_by_their_radius(tmp_path
     assert outcome.path_after.end[:, 2][outcome.path_after.kind == Kind.FEED].min() == -THICKNESS - 1.0
 
 
+@pytest.mark.hazard
+def test_the_holder_of_a_tool_stays_above_the_plate(tmp_path: Path) -> None:
+    """The mill stands out by 3 mm and has to reach 3.5 mm; the drill stands out by 4 mm and has to reach 4.401 mm."""
+    tools, source = tmp_path / "tools.toml", drawing(tmp_path, OUTLINE, circles=((20.0, 20.0, 1.5),))
+    options = {"thickness": THICKNESS, "tools": tools, "preset": "fast", "threads": 1}
+    tools.write_text(f'{TOOLS.format(peck="")}stickout = "3 mm"')
+    with pytest.raises(PlanError, match=r"cuts 3 mm deep at most, but 3.5 mm are needed"):
+        leafcut.part(source, **options)
+    for stickout, holes in ((4.0, 0), (4.5, 1)):
+        tools.write_text(TOOLS.format(peck=f'stickout = "{stickout} mm"'))
+        assert leafcut.part(source, **options).detail.holes == holes
+
+
 RECIPE = """
 [[hole]]
 diameter = "8 mm"

@@ -89,11 +89,11 @@ def library_mill(
             asked,
             _mill_list_text(library),
         )
-    if depth is not None and tool.flute_length is not None and depth > tool.flute_length + 1e-9:
+    if depth is not None and depth > tool.reach + 1e-9:
         raise PlanError(
             "{} cuts {:g} mm deep at most, but {:g} mm are needed; use a longer tool",
             tool.label,
-            tool.flute_length,
+            tool.reach,
             depth,
         )
     return tool

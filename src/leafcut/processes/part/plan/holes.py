@@ -37,7 +37,7 @@ def fitting_drill(library: ToolLibrary | None, diameter: float, tolerance: float
     fitting = [
         tool for tool in drills
         if tool.kind is ToolKind.DRILL and abs(tool.diameter - diameter) <= tolerance + 1e-9
-        and (tool.flute_length is None or depth + point_length(tool) <= tool.flute_length + 1e-9)
+        and depth + point_length(tool) <= tool.reach + 1e-9
     ]  # fmt: skip
     return min(fitting, key=lambda tool: abs(tool.diameter - diameter), default=None)
 
