@@ -287,6 +287,23 @@ def test_the_holder_of_a_tool_stays_above_the_plate(tmp_path: Path) -> None:
         assert leafcut.part(source, **options).detail.holes == holes
 
 
+NOTCH = [(0, 0), (80, 0), (80, 50), (42, 50), (42, 30), (39, 30), (39, 50), (0, 50)]
+KEYHOLE = [(10, 10), (40, 10), (40, 20), (55, 20), (55, 23), (40, 23), (40, 40), (10, 40)]
+TRIANGLE = [(10, 10), (50, 10), (30, 10 + 20 * 3**0.5)]
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    "outlines, missing", [([NOTCH], 1), ([OUTLINE, KEYHOLE], 1), ([OUTLINE, TRIANGLE], 0), ([OUTLINE, WINDOW], 0)]
+)
+def test_a_notch_or_slot_narrower_than_the_mill_is_named_as_missing_work(
+    outlines: list[list[tuple[float, float]]], missing: int, tmp_path: Path
+) -> None:
+    """The notch and the slot are 3 mm wide, and the mill has 4 mm. It leaves its radius in corners."""
+    outcome = leafcut.part(drawing(tmp_path, *outlines), **FAST)
+    assert sum(issue.missing.count for issue in outcome.issues if issue.missing is not None) == missing
+
+
 RECIPE = """
 [[hole]]
 diameter = "8 mm"

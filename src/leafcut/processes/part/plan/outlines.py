@@ -27,6 +27,8 @@ _TAB_POSITIONS = (0.5, 0.4, 0.6, 0.3, 0.7, *(0.3 + 0.02 * k for k in range(1, 20
 #: Largest half length of the interval of a tab, and distance of start points from tabs, as parts of the share of a tab.
 #: The start of the path is always a start point.
 _LONGEST_TAB, _RAMP_ROOM = 0.25, 0.04
+#: Depth and inscribed circle of the rest in a corner, in radii of the mill; a larger rest is a missing notch or slot.
+_DEEPEST_CORNER, _WIDEST_CORNER = 1.02, 0.35
 #: Precision of the length of an interval, mm.
 _EXACT = 1e-6
 
@@ -84,7 +86,7 @@ def plan_cuts(
         rings, closed_notches = [ring for ring in rings if ring.area > 0.0], [ring for ring in rings if ring.area < 0.0]
         if not rings:
             narrow.append(edge)
-        if len(rings) > 1 or closed_notches:
+        if len(rings) > 1 or closed_notches or _has_narrow_branch(edge, radius):
             necks[number] = edge
         for ring in rings:
             near = lines.query(
@@ -131,6 +133,22 @@ def plan_cuts(
         *_neck_issues(list(necks.values()), radius),
         *_loose_issues(loose, tabs),
     ]
+
+
+def _has_narrow_branch(edge: Edge, radius: float) -> bool:
+    """Return whether an edge has a notch or a slot that is narrower than the mill.
+
+    The rest that the mill leaves in a corner of 60° is one radius deep and holds a circle of a third of the radius.
+    """
+    shape = shapely.Polygon(_closed(edge.path))
+    first = -radius if edge.inside else radius
+    milled = shape.buffer(first, quad_segs=32).buffer(-first, quad_segs=32)
+    rest = shape.difference(milled) if edge.inside else milled.difference(shape)
+    if rest.is_empty or milled.is_empty:
+        return False
+    corners = shapely.points(shapely.get_coordinates(rest))
+    deep = shapely.distance(corners, milled.boundary).max() > _DEEPEST_CORNER * radius
+    return bool(deep) or not rest.buffer(-_WIDEST_CORNER * radius).is_empty
 
 
 def _tab_intervals(
