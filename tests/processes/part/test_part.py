@@ -143,7 +143,7 @@ def test_a_tab_that_the_cut_of_a_neighbour_would_go_through_is_refused(tmp_path:
     left, right = [(0, 0), (60, 0), (60, 90), (0, 90)], [(67, 0), (127, 0), (127, 60), (67, 60)]
     above, below = [(-20, 97), (150, 97), (150, 120), (-20, 120)], [(-20, -7), (150, -7), (150, -30), (-20, -30)]
     source = drawing(tmp_path, left, right, above, below)
-    with pytest.raises(PlanError, match="would cut through a tab; move the parts at least 15 mm apart"):
+    with pytest.raises(PlanError, match=r"would cut through a tab, .* move the parts at least 15 mm apart"):
         leafcut.part(source, **FAST | {"tool_diameter": 6.0})
     outcome = leafcut.part(source, tab_width=4.0, **FAST | {"tool_diameter": 2.0, "spindle_speed": 4000})
     assert remaining_width(outcome, left, 2.0) >= 2.9
@@ -302,6 +302,28 @@ def test_a_notch_or_slot_narrower_than_the_mill_is_named_as_missing_work(
     """The notch and the slot are 3 mm wide, and the mill has 4 mm. It leaves its radius in corners."""
     outcome = leafcut.part(drawing(tmp_path, *outlines), **FAST)
     assert sum(issue.missing.count for issue in outcome.issues if issue.missing is not None) == missing
+
+
+@pytest.mark.hazard
+def test_tabs_that_reach_the_edge_of_the_sheet_are_refused(tmp_path: Path) -> None:
+    """The mill of 4 mm cuts away the margin of the sheet, and a tab of 6 mm needs 3 mm more."""
+    for margin, held in ((3.0, False), (6.0, False), (8.0, True)):
+        x, y = -margin, -margin
+        document = ezdxf.readfile(drawing(tmp_path, OUTLINE))
+        sheet = [(x, y), (80 - x, y), (80 - x, 60 - y), (x, 60 - y)]
+        document.modelspace().add_lwpolyline(sheet, close=True, dxfattribs={"layer": "SHEET"})
+        document.saveas(tmp_path / "part.dxf")
+        if held:
+            assert leafcut.part(tmp_path / "part.dxf", **FAST).detail.tabs == 4
+        else:
+            with pytest.raises(PlanError, match="apart and 7 mm from the edge"):
+                leafcut.part(tmp_path / "part.dxf", **FAST)
+
+
+@pytest.mark.parametrize("choice", ["cut", "mark"])
+def test_an_open_path_cannot_be_milled(choice: str, tmp_path: Path) -> None:
+    with pytest.raises(OptionError, match="--open-paths drop"):
+        leafcut.part(drawing(tmp_path, OUTLINE), open_paths=choice, **FAST)
 
 
 RECIPE = """

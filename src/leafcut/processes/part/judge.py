@@ -218,7 +218,7 @@ def _check_held(request: PartRequest, through: NDArray[Any], material: Any) -> l
     """Check that the cuts through the plate leave each part connected to its surroundings, if tabs were requested."""
     if not request.tabs.count or material.is_empty:
         return []
-    plate = shapely.box(*shapely.bounds(material.envelope.buffer(8.0 * request.radius)))
+    plate = request.sheet or shapely.box(*shapely.bounds(material.envelope.buffer(8.0 * request.radius)))
     pieces = shapely.get_parts(plate.difference(shapely.union_all(through).buffer(request.radius)))
     around = pieces[shapely.intersects(pieces, plate.exterior)]
     inside = [part.representative_point() for part in shapely.get_parts(material)]

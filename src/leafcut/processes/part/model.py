@@ -70,7 +70,8 @@ class PartHole:
 class PartRequest:
     """What the program must do: mill these edges through the plate with a tool, leave tabs, and drill these holes.
 
-    `bottom` is the lowest height of the mill, and `thickness` the thickness of the plate, mm.
+    `bottom` is the lowest height of the mill, and `thickness` the thickness of the plate, mm. `sheet` is the area of
+    the plate, None if it is unknown.
     """
 
     edges: tuple[Edge, ...]
@@ -80,6 +81,7 @@ class PartRequest:
     thickness: float
     bottom: float
     tabs: TabRules
+    sheet: shapely.Polygon | None = None
 
 
 @dataclass(frozen=True)

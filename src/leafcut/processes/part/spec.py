@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+import shapely
 
 from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.gcode.dialects import dialect
 from leafcut.geometry.arrays import Point
+from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole
@@ -62,6 +64,11 @@ def plan_part(job: Job, source: Source) -> Plan:
     asked, thickness = settings.job, settings.job.thickness
     if thickness is None:
         raise OptionError("a part needs the thickness of its plate; give --thickness")
+    if settings.sheet.open_paths in ("cut", "mark"):
+        raise OptionError(
+            "--open-paths {}: leafcut part mills closed outlines only; close the paths, or use --open-paths drop",
+            settings.sheet.open_paths,
+        )
     part = read_contours(source, settings.read, job.start_step(Message("reading")))
     part = replace(part, issues=(*part.issues, *check_thickness(part, thickness)))
     part = place_part(part, settings.read)
@@ -79,7 +86,8 @@ def plan_part(job: Job, source: Source) -> Plan:
     edges, drilled, other = _split_holes(all_edges, library, asked.diameter_tolerance, -bottom)
     groups, deep = hole_groups(drilled, bottom, asked.retract_height, asked.retract == "initial", job.machine)
     climb = milling.milling == "climb"
-    cuts, more = plan_cuts(edges, 0.5 * diameter, climb, tabs)
+    area = None if sheet.outline is None else _sheet_area(sheet.outline, sheet.holes)
+    cuts, more = plan_cuts(edges, 0.5 * diameter, climb, tabs, area)
     if not cuts:
         raise OptionError("{}: no edge is wider than the mill of {:g} mm; use a smaller mill", part.name, diameter)
     words_of = dialect(settings.post.dialect or job.machine.controller)
@@ -116,6 +124,7 @@ def plan_part(job: Job, source: Source) -> Plan:
             thickness,
             bottom,
             tabs,
+            area,
         ),
         stages=_stages(job, part.name, work, edges, start, end),
         kind="part",
@@ -243,6 +252,10 @@ def _mill(job: Job, library: ToolLibrary | None, depth: float) -> tuple[Tool | N
             "a part needs the diameter of its end mill; give --tool-diameter, or a tool library with --tools"
         )
     return None, asked.tool_diameter
+
+
+def _sheet_area(outline: Polyline, holes: Sequence[Polyline]) -> shapely.Polygon:
+    return shapely.Polygon(outline.flattened(), [hole.flattened() for hole in holes])
 
 
 def _tab_rules(options: PartOptions, thickness: float) -> TabRules:

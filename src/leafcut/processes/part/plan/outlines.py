@@ -70,11 +70,12 @@ def edges_of(contours: Sequence[Contour]) -> tuple[list[Edge], list[Issue]]:
 
 
 def plan_cuts(
-    edges: Sequence[Edge], radius: float, climb: bool, tabs: TabRules
+    edges: Sequence[Edge], radius: float, climb: bool, tabs: TabRules, sheet: shapely.Polygon | None = None
 ) -> tuple[list[OutlineCut], list[Issue]]:
     """Return the tool paths of all edges, and issues about edges that are not milled completely or without tabs.
 
-    Raises PlanError if an outline is too short for its tabs, or if a cut would go through one.
+    Raises PlanError if an outline is too short for its tabs, or if a cut would go through one. A tab lies within the
+    `sheet`, if it is known.
     """
     milled: list[tuple[int, Polyline]] = []
     narrow, loose = [], []
@@ -110,13 +111,15 @@ def plan_cuts(
                 tabs.count,
                 tabs.width,
             )
-        intervals = _tab_intervals(path, edge.inside, tabs, radius, all_paths, own) if room else ()
+        intervals = _tab_intervals(path, edge.inside, tabs, radius, all_paths, own, sheet) if room else ()
         if intervals is None and not edge.inside:
             raise PlanError(
-                "{}: another cut, or the cut on the other side of a corner, would cut through a tab; move the parts at "
-                "least {:g} mm apart, use a smaller mill, change --tabs or --tab-width, or give --tabs 0",
+                "{}: another cut, or the cut on the other side of a corner, would cut through a tab, or a tab would "
+                "reach the edge of the sheet; move the parts at least {:g} mm apart and {:g} mm from the edge, use a "
+                "smaller mill, change --tabs or --tab-width, or give --tabs 0",
                 edge.name,
                 4.0 * radius + tabs.web,
+                2.0 * radius + tabs.web,
             )
         if not intervals and edge.inside and not shapely.Polygon(path.flattened(TOLERANCE)).buffer(-radius).is_empty:
             loose.append(edge)
@@ -152,7 +155,13 @@ def _has_narrow_branch(edge: Edge, radius: float) -> bool:
 
 
 def _tab_intervals(
-    path: Polyline, inside: bool, tabs: TabRules, radius: float, all_paths: shapely.STRtree, own: int
+    path: Polyline,
+    inside: bool,
+    tabs: TabRules,
+    radius: float,
+    all_paths: shapely.STRtree,
+    own: int,
+    sheet: shapely.Polygon | None,
 ) -> tuple[tuple[float, float], ...] | None:
     """Return the intervals along the path where the tool rises over a tab, in order; None if a tab has no position.
 
@@ -166,7 +175,12 @@ def _tab_intervals(
         places = [(s - half, s + half) for s in middles if (half := _half_length(path, s, tabs, radius, share))]
         straight = [place for place in places if _is_straight(path.piece(*place))]
         interval = next(
-            (place for place in (*straight, *places) if _holds(path, place, inside, tabs, radius, all_paths, own)), None
+            (
+                place
+                for place in (*straight, *places)
+                if _holds(path, place, inside, tabs, radius, all_paths, own, sheet)
+            ),
+            None,
         )
         if interval is None:
             return None
@@ -207,6 +221,7 @@ def _holds(
     radius: float,
     all_paths: shapely.STRtree,
     own: int,
+    sheet: shapely.Polygon | None,
 ) -> bool:
     """Return whether all cuts leave a tab in its full width, from the edge to the material that holds it."""
     low, high = place
@@ -214,6 +229,8 @@ def _holds(
         path.point_at(low), path.point_at(high), path.point_at(0.5 * (low + high)), radius,
         waste_left=inside == (path.area > 0.0),
     )  # fmt: skip
+    if sheet is not None and not sheet.covers(area):
+        return False
     near = radius - TOLERANCE
     if any(other != own for other in all_paths.query(area, predicate="dwithin", distance=near)):
         return False
