@@ -326,6 +326,19 @@ def test_an_open_path_cannot_be_milled(choice: str, tmp_path: Path) -> None:
         leafcut.part(drawing(tmp_path, OUTLINE), open_paths=choice, **FAST)
 
 
+@pytest.mark.hazard
+@pytest.mark.parametrize("flat, holes", [(0.0, 1), (0.5, 0)])
+def test_a_bore_with_a_flat_is_milled_and_not_drilled(flat: float, holes: int, tmp_path: Path) -> None:
+    """The flat lies at 45°, so that the bore of 20 mm is equally wide in X and in Y."""
+    (tmp_path / "tools.toml").write_text(TOOLS.format(peck="").replace("3 mm", "20 mm"))
+    half = np.arccos(1.0 - flat / 10.0)
+    angles = np.pi / 4 + np.linspace(half, 2.0 * np.pi - half, 73)[: None if flat else -1]
+    bore = [(30.0 + 10.0 * np.cos(angle), 25.0 + 10.0 * np.sin(angle)) for angle in angles]
+    source = drawing(tmp_path, OUTLINE, bore)
+    outcome = leafcut.part(source, thickness=THICKNESS, tools=tmp_path / "tools.toml", preset="fast", threads=1)
+    assert (outcome.detail.holes, outcome.detail.openings) == (holes, 1 - holes)
+
+
 RECIPE = """
 [[hole]]
 diameter = "8 mm"

@@ -36,6 +36,10 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
 
 
+#: Largest distance of a point of a drilled hole from its circle, in diameters.
+_ROUND = 0.005
+
+
 @dataclass(frozen=True, eq=False)
 class PartWork:
     """The cuts of a part and its drilled holes.
@@ -206,7 +210,7 @@ def _split_holes(
     gone: set[int] = set()
     for number, edge in enumerate(edges):
         diameter = round_diameter(edge.path) if edge.inside else None
-        if diameter is None:
+        if diameter is None or not _is_circle(edge.path, diameter):
             continue
         if library is not None and library.recipes_for(diameter, edge.layer, tolerance):
             other.append(edge)
@@ -231,6 +235,18 @@ def _split_holes(
         missing = MissingWork("hole", len(other), tuple(path.start for path in paths), paths)
         issues.append(Issue("L707", words, where, missing=missing))
     return milled, list(drilled.values()), issues
+
+
+def _is_circle(path: Polyline, diameter: float) -> bool:
+    """Return whether all points lie on a circle, because the bore of a shaft may have a flat.
+
+    The sides of a polygon with 24 corners lie 0.43 % of the diameter inside its circle.
+    """
+    x0, y0, x1, y1 = path.extents
+    corners = path.flattened()
+    points = np.concatenate([corners, 0.5 * (corners + np.roll(corners, 1, axis=0))])
+    away = np.hypot(points[:, 0] - 0.5 * (x0 + x1), points[:, 1] - 0.5 * (y0 + y1))
+    return bool(np.abs(away - 0.5 * diameter).max() <= _ROUND * diameter)
 
 
 def _mill(job: Job, library: ToolLibrary | None, depth: float) -> tuple[Tool | None, float]:
