@@ -175,16 +175,6 @@ def test_the_mill_never_plunges_into_the_plate(tabs: int, tmp_path: Path) -> Non
     assert not ((path.kind == Kind.FEED) & level & (path.end[:, 2] < path.before[:, 2]) & (path.end[:, 2] < 0.0)).any()
 
 
-@pytest.mark.hazard
-@pytest.mark.parametrize("step", [0.3, 0.5, 1.0, 1.5, 2.0])
-def test_a_turn_around_an_edge_goes_down_by_the_step_down_at_most(step: float, tmp_path: Path) -> None:
-    path = leafcut.part(drawing(tmp_path, OUTLINE), tabs=0, step_down=step, **FAST).written
-    start = path.end[np.flatnonzero((path.kind == Kind.FEED) & (path.end[:, 2] == 0.5))[0], :2]
-    again = np.hypot(*(path.end[:, :2] - start).T) < 1e-6
-    heights = path.end[again & (path.kind == Kind.FEED), 2]
-    assert (-np.diff(heights)).max() <= step + 0.002
-
-
 TOOLS = """
 [[tool]]
 number = 4
