@@ -139,6 +139,10 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         fed = {"feeds": True, "machine": machine_of_power(out, "5 kW"), "strategy": "zigzag", "step_over": 0.4}
         (out / "teeth.toml").write_text(TOOLS.replace('kind = "end-mill"', 'kind = "end-mill"\nteeth = 3'))
         api.optimize(at["pocket.dxf"], tools=out / "teeth.toml", material="c45", open_paths="drop", **fed, **common)
+    elif work == "part":
+        common = {"process": "part", "thickness": 3, "open_paths": "drop", "tabs": 1, **LITTLE}
+        api.optimize(at["sheet.dxf"], machine="haas-vf2", tools=at["tools.toml"], **APART, **common)
+        api.optimize(at["sheet.dxf"], machine="haas-vf2", tool_diameter=3, algorithm="firefly", **common)
     elif work == "program":
         api.optimize(at["cam.nc"], **APART, **LITTLE)
         api.optimize(at["cam.nc"], algorithm="firefly", **LITTLE)

@@ -233,19 +233,26 @@ class BrowserState(Element, component="../static/browser_state.js"):
 
     async def read(self) -> str:
         """Return the choices of the current step, or an empty text."""
-        return str(await self.run_method("read", timeout=_PATIENCE))
+        return str(await self._ask("read") or "")
 
     async def read_last(self) -> str:
         """Return the choices of the page that was closed last, or an empty text."""
-        return str(await self.run_method("readLast", timeout=_PATIENCE))
+        return str(await self._ask("readLast") or "")
 
     async def draft_names(self) -> list[str]:
         """Return the names of the stored drafts."""
-        return [str(name) for name in await self.run_method("drafts", timeout=_PATIENCE)]
+        return [str(name) for name in await self._ask("drafts") or ()]
 
     async def draft(self, name: str) -> str:
         """Return a stored draft."""
-        return str(await self.run_method("draft", name, timeout=_PATIENCE))
+        return str(await self._ask("draft", name) or "")
+
+    async def _ask(self, method: str, *args: str) -> Any:
+        """Return the browser's answer; None if the page has gone before it answered."""
+        try:
+            return await self.run_method(method, *args, timeout=_PATIENCE)
+        except TimeoutError:
+            return None
 
     def set_draft(self, name: str, text: str | None) -> None:
         """Store a draft; None deletes it."""

@@ -12,6 +12,7 @@ from functools import cache
 from html import escape
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Protocol
+from weakref import WeakSet
 
 from fastapi import Request
 from nicegui import Client, background_tasks, ui
@@ -68,8 +69,10 @@ def add_pages(app: FastAPI, studio: Studio) -> None:
     @ui.page("/", title="leafcut studio")
     def page(request: Request, lang: str = "", view: str = "", job: str = "") -> None:
         Page(studio, words(_language(studio.folder, request, lang)), job).build(view)
-        ui.context.client.on_delete(tidier.page_gone)
-        ui.context.client.on_connect(studio.workers.get_ready)  # the page is visible, so this delays nobody
+        client = ui.context.client
+        client.on_connect(lambda: tidier.seen.add(client))
+        client.on_delete(tidier.page_gone)
+        client.on_connect(studio.workers.get_ready)  # the page is visible, so this delays nobody
         tidier.drop_unseen()
 
     # No compression over the loopback interface. Tailwind would run a compiler in the page.
@@ -99,6 +102,8 @@ class _Tidier:
 
     def __init__(self) -> None:
         self._due = False
+        #: Pages that a browser has displayed; NiceGUI deletes these itself.
+        self.seen: WeakSet[Client] = WeakSet()
 
     def page_gone(self) -> None:
         if not self._due:
@@ -109,10 +114,9 @@ class _Tidier:
         self._due = False
         gc.collect()
 
-    @staticmethod
-    def drop_unseen() -> None:
+    def drop_unseen(self) -> None:
         """Drop the oldest pages that were requested but never displayed, as by a program that loads the address."""
-        unseen = [client for client in Client.instances.values() if not client.has_socket_connection]
+        unseen = [client for client in Client.instances.values() if client not in self.seen]
         for client in unseen[:-_MAX_UNSEEN]:
             client.delete()
 
