@@ -97,7 +97,7 @@ def test_help_names_types_and_defaults_in_one_style(
 @pytest.mark.parametrize(
     "command, foreign",
     [
-        ("drill", "times per part|--workpiece|hole of a sheet|for a program"),
+        ("drill", "times per part|--workpiece|hole in a sheet|for a program"),
         ("cut", r"at the last hole|cutting-data|nesting|to drill|for a program"),
         ("pocket", r"times per part|tools speeds|full slot|each hole|last hole|--workpiece|drill without"),
         ("reorder", r"times per part|tools speeds|assumed drill|\(stock\)|each hole|for sheets"),

@@ -43,7 +43,7 @@ WRONG = [
     ("--tools a.toml", TOOL + '[[hole]]\ndiameter = "6.35mm"\ntools = [7]\n', "[[hole]] 1"),
     ("--tools a.toml", "#" * 2_000_000, "larger than"),
     ("--tools a.tbl", "rubbish\n", "not a line of a LinuxCNC tool table"),
-    ("--tools a.json", "{", "is not JSON"),
+    ("--tools a.json", "{", "not valid JSON"),
     ("--tools a.json", "{}", "no list 'data'"),
     ("--tools a.tools", "PK", "zip file"),
     ("--tools a.fctl", "{}", "no list 'tools'"),

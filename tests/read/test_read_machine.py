@@ -163,7 +163,7 @@ def test_an_unknown_machine_is_told_the_nearest_name() -> None:
         ('max_feed = "3 m/min"', 'max_feed = "-1 m/min"', "'max_feed' is -1 m/min, but must be above 0"),
         ('max_feed = "3 m/min"', 'max_feed = "1e999 m/min"', "not a finite number"),
         ('style = "linear"', 'style = "linaer"', "did you mean 'linear'"),
-        ('["400 mm", "20 cm", "0 mm"]', '["400 mm", "20 cm"]', "3 texts, one for each axis"),
+        ('["400 mm", "20 cm", "0 mm"]', '["400 mm", "20 cm"]', "3 strings, one for each axis"),
         ('["400 mm", "20 cm", "0 mm"]', '["400 mm", "-20 cm", "0 mm"]', "'travel.max' of y is -200 mm"),
         ("automatic = false", 'automatic = "no"', "must be true or false"),
         ('time = "1 min"', 'time = "-1 min"', "'tool_change.time' is -60 s"),

@@ -173,7 +173,7 @@ def test_a_freecad_library_finds_its_bits_beside_it_or_in_its_folder(tmp_path: P
     [
         ("a.tbl", "1 2 3\n", "line 1: '1 2 3' is not a line of a LinuxCNC tool table"),
         ("a.tbl", "T1 P1 D3 ;dovetail\n", "no tool of this library can be used: T1: its comment 'dovetail'"),
-        ("a.json", "{", "is not JSON"),
+        ("a.json", "{", "not valid JSON"),
         ("a.json", "{}", "is not a tool library of Fusion"),
         ("a.json", '{"data": [7]}', "no tool of this library can be used: tool 1: it is not a Fusion tool"),
         ("a.json", '{"data": [{"type": "saw"}]}', "tool 1: leafcut has no tool of type 'saw'"),
