@@ -133,7 +133,12 @@ def page(browser: Any, server: Any) -> Iterator[Any]:
         context.grant_permissions(["clipboard-read", "clipboard-write"])
         server.let_in(context)
         made = context.new_page()
-        made.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
+        made.on(
+            "console",
+            lambda m: (
+                complaints.append(m.text) if m.type in ("error", "warning") and REMOVED_CHART not in m.text else None
+            ),
+        )
         made.on("pageerror", lambda e: complaints.append(str(e)) if REMOVED_CHART not in str(e) else None)
         made.on("request", lambda r: asked.append(r.url))
         try:
