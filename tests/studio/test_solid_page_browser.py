@@ -52,6 +52,15 @@ def test_a_program_that_is_opened_is_cut_where_its_tools_are_known(page: Page, t
     expect(page.locator(".lc-refused")).to_contain_text("the shape of tool T1 is unknown", timeout=LONG)
 
 
+def test_the_reason_for_no_picture_is_in_the_language_of_the_page(page: Page) -> None:
+    page.locator(".languages").get_by_role("link", name="Español").click()
+    expect(page.locator("html")).to_have_attribute("lang", "es")
+    page.wait_for_function("window.did_handshake")
+    opened(page, ROOT / "examples" / "cam_121.nc")
+    solid(page, "Sólido")
+    expect(page.locator(".lc-refused")).to_contain_text("no se conoce la forma de la herramienta T1", timeout=LONG)
+
+
 def test_a_sheet_has_no_solid_view(page: Page) -> None:
     opened(page, ROOT / "examples" / "sheet.dxf")
     page.get_by_label("Thickness", exact=True).fill("6")

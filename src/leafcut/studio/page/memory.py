@@ -86,10 +86,14 @@ class Memory:
 
     def prepare_step(self) -> None:
         """Save the state, and keep it in this step, because another input may be opened."""
-        state = self._page.state()
-        if not self._opening and (state["source"] or state["job"] or state["parts"]):
+        if not self._opening and self.has_input():
             self.save()
             self._opening = True
+
+    def has_input(self) -> bool:
+        """Return whether the page shows an input, a job, or parts to nest."""
+        state = self._page.state()
+        return bool(state["source"] or state["job"] or state["parts"])
 
     def stay(self) -> None:
         """Continue in this step, because no other input was opened."""

@@ -294,7 +294,9 @@ class Page:
                 self.run.invite()
         finally:
             self.place.classes(remove="loading")
-        if kept is not None:
+        if self.memory.has_input():
+            pass  # opened before the browser answered
+        elif kept is not None:
             await self.resume(kept)
         elif self._asked:
             await self.open_job(self._asked)
