@@ -31,10 +31,6 @@ class SharedWorkers(StudioWorkers):
         """Do nothing."""
 
 
-#: Error of NiceGUI 3.18: a chart that is removed before its library is loaded has nothing to dispose of.
-REMOVED_CHART = "Cannot read properties of undefined (reading 'dispose')"
-
-
 @pytest.fixture(scope="session")
 def search_path() -> Iterator[None]:
     """Let other processes find the modules in this folder."""
@@ -133,13 +129,8 @@ def page(browser: Any, server: Any) -> Iterator[Any]:
         context.grant_permissions(["clipboard-read", "clipboard-write"])
         server.let_in(context)
         made = context.new_page()
-        made.on(
-            "console",
-            lambda m: (
-                complaints.append(m.text) if m.type in ("error", "warning") and REMOVED_CHART not in m.text else None
-            ),
-        )
-        made.on("pageerror", lambda e: complaints.append(str(e)) if REMOVED_CHART not in str(e) else None)
+        made.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
+        made.on("pageerror", lambda e: complaints.append(str(e)))
         made.on("request", lambda r: asked.append(r.url))
         try:
             made.goto(server.origin)

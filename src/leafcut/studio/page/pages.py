@@ -328,7 +328,7 @@ class Page:
         self.result.draw()
         if await self.input.resume():
             self.run.draw()
-            self.result.draw()
+            self.result.show_input()
             self.run.edit.resume()
 
     def state(self) -> KeptState:

@@ -60,6 +60,8 @@ class ResultPanel:
         self._opened: Preview | None = None
         #: Source of the visible program, if any.
         self._reading: tuple[object, str] | None = None
+        #: Whether an outcome is shown, which does not depend on the input.
+        self._shows_outcome = False
         self.nest = NestPanel(view, page)
         self.mark = StaleMark(view, page)
         self.strategies = StrategiesPanel(view, page)
@@ -107,6 +109,7 @@ class ResultPanel:
         if reading is not None and reading == self._reading:
             return  # keep the reader's position in the program
         self._reading = reading
+        self._shows_outcome = over and reading is None
         self.nest.leave()
         self.mark.leave()
         self.strategies.leave()
@@ -123,6 +126,13 @@ class ResultPanel:
                 getattr(self, f"_{self.tab}")(record, answer)
             self._files(record)
         self.mark.refresh()
+
+    def show_input(self) -> None:
+        """Show what depends on the newly read input; an outcome stays as it is."""
+        if self._shows_outcome:
+            self.mark.refresh()
+        else:
+            self.draw()
 
     def tick(self) -> None:
         """Update the totals of a nest and the trials of a running job."""
