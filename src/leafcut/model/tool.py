@@ -121,6 +121,10 @@ class Tool:
         return f"T{self.number} {self.name or self.kind.value} Ø{self.diameter:g}"
 
 
+#: Longest stroke without pecking, diameters; beyond that, chips pack the flutes and the drill breaks (usual: 3 to 5).
+LONGEST_STROKE = 5.0
+
+
 @dataclass(frozen=True)
 class Recipe:
     """Tools for a kind of hole: drawn diameter, mm, layer (with wildcards), and tool numbers in the order of use."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, PlanError, VerifyError
+from leafcut.geometry.arrays import Point
 from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, heartbeat_for_step, progress_of_search
 from leafcut.model.issue import Issue, Severity, missing_work
@@ -102,6 +103,13 @@ def check_dialect_options(settings: Settings, dialect: Dialect) -> None:
     ):
         if name in settings.asked and not supported:
             raise OptionError("{}: {}; leave it out", flag_name(name), reason)
+
+
+def plane_point(point: tuple[float, ...] | None) -> Point | None:
+    """Return a start or end point in the plane. Raises OptionError unless it has two numbers."""
+    if point is not None and len(point) != 2:
+        raise OptionError("--start-point and --end-point need two numbers, x,y")
+    return None if point is None else (point[0], point[1])
 
 
 def check_tool_changes(machine: Machine, dialect: Dialect) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Point
+from leafcut.message import Message
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
@@ -36,6 +38,37 @@ def check_spindle_heights(machine: Machine, job: JobOptions, work: str) -> None:
                 height,
                 job.clearance_height,
             )
+
+
+def check_speeds(tool: Tool, machine: Machine, spindle_speed: float | None = None) -> None:
+    """Raise PlanError for a drilling tool without a speed or feed, or with one out of the range of the machine.
+
+    `spindle_speed` is the speed of assumed tools that the user gave, rpm.
+    """
+    if not (tool.spindle_rpm > 0 and tool.feed > 0):
+        missing = Message("feed") if tool.spindle_rpm > 0 else Message("spindle_speed")
+        raise PlanError("{} has no {}; give it in the tool library", tool.label, missing)
+    if not machine.spindle_min_rpm <= tool.spindle_rpm <= machine.spindle_max_rpm:
+        limits = Message(
+            "the spindle of {} turns {:g} to {:g} rpm",
+            machine.name,
+            machine.spindle_min_rpm,
+            machine.spindle_max_rpm,
+        )
+        if tool.assumed and tool.spindle_rpm == spindle_speed:
+            raise PlanError("--spindle-speed {:g}: {}; choose a speed in this range", tool.spindle_rpm, limits)
+        demand = Message("{} requires {:g} rpm, but {}", tool.label, tool.spindle_rpm, limits)
+        if tool.spindle_rpm < machine.spindle_min_rpm:
+            raise PlanError("{}: mill the hole, or change the speed in the tool library", demand)
+        raise PlanError("{}: change the speed in the tool library, or use a faster spindle", demand)
+    if tool.feed > machine.max_feed * (1 + 1e-9):
+        raise PlanError(
+            "{} requires {:g} mm/min, but {} feeds at most {:g} mm/min",
+            tool.label,
+            tool.feed * 60,
+            machine.name,
+            machine.max_feed * 60,
+        )
 
 
 def take_tool(
@@ -82,3 +115,14 @@ def leave_tool(builder: ToolpathBuilder, machine: Machine, height: float, *, coo
     stop_spindle(builder, coolant)
     if machine.optional_stop:
         builder.pause(optional=True)
+
+
+def end_program(
+    builder: ToolpathBuilder, machine: Machine, clearance: float, end: Point | None, *, coolant: bool
+) -> None:
+    """Move to the end point, if any, retract, stop the spindle, and end the program."""
+    if end is not None:
+        builder.rapid(*end)
+    rise(builder, machine, clearance)
+    stop_spindle(builder, coolant)
+    builder.end()

@@ -12,7 +12,7 @@ from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool, ToolKind, ToolLibrary
-from leafcut.options import JobOptions, MillingOptions
+from leafcut.options import JobOptions, MillingOptions, Settings
 from leafcut.processes.spindle_moves import check_spindle_heights
 
 #: Surface speed of high-speed steel end mills, m/min: the low end of workshop tables for milling (mild steel 25 … 35,
@@ -69,6 +69,22 @@ class MillingData:
     def straight_feed(self) -> float:
         """The feed of a plunge into material, mm/s, within the power of the spindle."""
         return self.plunge_feed if self.limits is None else plunge_feed(self.limits, self.plunge_feed)
+
+
+def library_mill_for(library: ToolLibrary | None, settings: Settings, depth: float | None) -> Tool | None:
+    """Return the end mill of a library that the settings select, see `library_mill`; None without a library."""
+    if library is None:
+        return None
+    job, number = settings.job, settings.of(MillingOptions).tool_number
+    return library_mill(library, number, job.tool_diameter, job.diameter_tolerance, depth)
+
+
+def assumed_number(options: MillingOptions, mill: Tool | None, tool: Tool) -> list[Issue]:
+    """Return a note if neither the tool library nor an option states the number of the end mill."""
+    if mill is not None or options.tool_number is not None:
+        return []
+    words = Message("{} is assumed: load it under this number, or give --tool-number", tool.label)
+    return [Issue("L401", words, severity=Severity.NOTE)]
 
 
 def library_mill(

@@ -128,17 +128,16 @@ class PartMilling(Process):
         """Return the numbers of outlines, openings and tabs, and the heights."""
         from leafcut.processes.part.model import PartDetail
 
-        job, request, cuts = plan.job.settings.job, plan.spec, plan.work.cuts
+        request, cuts, heights = plan.spec, plan.work.cuts, plan.work.heights
         inside = [request.edges[number].inside for number in {cut.edge for cut in cuts}]
-        retract = job.clearance_height if job.retract == "initial" else job.retract_height
         return PartDetail(
             outlines=inside.count(False),
             openings=inside.count(True),
             holes=len(request.holes),
             tabs=sum(len(cut.tabs) for cut in cuts),
             thickness=request.thickness,
-            clearance=job.clearance_height,
-            retract=retract,
+            clearance=heights.clearance,
+            retract=heights.retract,
         )
 
     def report(self, outcome: Outcome[PartDetail]) -> PartReport:

@@ -14,18 +14,18 @@ from leafcut.gcode.dialects import dialect
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
-from leafcut.model.issue import Issue, MissingWork, Severity
+from leafcut.model.issue import Issue
 from leafcut.model.part import Hole
 from leafcut.model.plan import Candidate, Order, Stage
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import MillingOptions
-from leafcut.processes.job import Job, check_dialect_options, check_tool_changes, library_of
-from leafcut.processes.milling.mill import MillingData, library_mill, milling_data
+from leafcut.processes.job import Job, check_dialect_options, check_tool_changes, library_of, plane_point
+from leafcut.processes.milling.mill import MillingData, assumed_number, library_mill_for, milling_data
 from leafcut.processes.part.model import Edge, PartHole, PartRequest, TabRules
 from leafcut.processes.part.options import PartOptions
-from leafcut.processes.part.plan.holes import HoleGroup, fitting_drill, hole_groups, point_length
+from leafcut.processes.part.plan.holes import HoleGroup, fitting_drill, hole_groups
 from leafcut.processes.part.plan.motion import PartHeights, part_motion
-from leafcut.processes.part.plan.outlines import OutlineCut, edges_of, plan_cuts
+from leafcut.processes.part.plan.outlines import OutlineCut, edges_of, missing_paths, plan_cuts
 from leafcut.processes.plan import Plan
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 from leafcut.timing.toolpath import measure_toolpath
@@ -82,9 +82,6 @@ def plan_part(job: Job, source: Source) -> Plan:
     library = library_of(settings, job.machine)
     mill, diameter = _mill(job, library, -bottom)
     data, issues = milling_data(milling, asked, diameter, job.machine, mill)
-    if mill is None and milling.tool_number is None:
-        words = Message("{} is assumed: load it under this number, or give --tool-number", data.tool.label)
-        issues = [Issue("L401", words, severity=Severity.NOTE), *issues]
     tabs = _tab_rules(settings.of(PartOptions), thickness)
     all_edges, left = edges_of(sheet.contours)
     edges, drilled, other = _split_holes(all_edges, library, asked.diameter_tolerance, -bottom)
@@ -101,7 +98,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     refuse_higher_zones(asked.keep_out, asked.clearance_height)
     retract = asked.clearance_height if asked.retract == "initial" else asked.retract_height
     high = crossing_heights(asked.keep_out, asked.clearance_height) > retract
-    start, end = _point(asked.start_point), _point(asked.end_point)
+    start, end = plane_point(asked.start_point), plane_point(asked.end_point)
     heights = PartHeights(
         clearance=asked.clearance_height,
         retract=retract,
@@ -122,7 +119,7 @@ def plan_part(job: Job, source: Source) -> Plan:
         work=work,
         spec=PartRequest(
             tuple(edges),
-            tuple(PartHole(x, y, tool.number, bottom - point_length(tool)) for x, y, tool in drilled),
+            tuple(PartHole(x, y, tool.number, bottom - tool.point_length) for x, y, tool in drilled),
             data.tool.number,
             0.5 * diameter,
             thickness,
@@ -135,7 +132,7 @@ def plan_part(job: Job, source: Source) -> Plan:
         tools=(*(group.tool for group in groups), data.tool),
         box=part.extents,
         start=start,
-        issues=[*sheet.issues, *left, *other, *more, *deep, *issues],
+        issues=[*sheet.issues, *left, *other, *more, *deep, *assumed_number(milling, mill, data.tool), *issues],
     )
 
 
@@ -231,9 +228,7 @@ def _split_holes(
         words = Message("{} with a recipe in the tool library, not made", count_of(len(other), "hole"))
         x, y = other[0].path.start
         where = Message("the first at ({:.4g}, {:.4g}): make it first, with leafcut drill", x, y)
-        paths = tuple(edge.path for edge in other)
-        missing = MissingWork("hole", len(other), tuple(path.start for path in paths), paths)
-        issues.append(Issue("L707", words, where, missing=missing))
+        issues.append(Issue("L707", words, where, missing=missing_paths("hole", [edge.path for edge in other])))
     return milled, list(drilled.values()), issues
 
 
@@ -251,9 +246,8 @@ def _is_circle(path: Polyline, diameter: float) -> bool:
 
 def _mill(job: Job, library: ToolLibrary | None, depth: float) -> tuple[Tool | None, float]:
     """Return the end mill of the tool library, None without a library, and the diameter of the mill, mm."""
-    asked, number = job.settings.job, job.settings.of(MillingOptions).tool_number
-    if library is not None:
-        mill = library_mill(library, number, asked.tool_diameter, asked.diameter_tolerance, depth)
+    asked, mill = job.settings.job, library_mill_for(library, job.settings, depth)
+    if mill is not None:
         if mill.corner_radius > asked.break_through + 1e-9:
             raise PlanError(
                 "{} has a corner radius of {:g} mm and would not cut the lower edge of the plate; give --break-through "
@@ -282,9 +276,3 @@ def _tab_rules(options: PartOptions, thickness: float) -> TabRules:
             thickness,
         )
     return TabRules(options.tabs, options.tab_width, options.tab_height)
-
-
-def _point(point: tuple[float, ...] | None) -> Point | None:
-    if point is not None and len(point) != 2:
-        raise OptionError("--start-point and --end-point need two numbers, x,y")
-    return None if point is None else (point[0], point[1])

@@ -10,18 +10,17 @@ from typing import TYPE_CHECKING, Any
 import shapely
 
 from leafcut.errors import OptionError, PlanError, count_of
-from leafcut.geometry.arrays import Point
 from leafcut.geometry.regions import tool_centres
 from leafcut.geometry.zones import widen_zones
 from leafcut.message import Message
 from leafcut.model.cutter import bodies_of, discs_of, widest_below
-from leafcut.model.issue import Issue, Severity
+from leafcut.model.issue import Issue
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import FeedOptions, JobOptions, MillingOptions, Settings
-from leafcut.processes.job import Job, check_dialect_options, library_of, refuse_missing, refuse_too_large
+from leafcut.processes.job import Job, check_dialect_options, library_of, plane_point, refuse_missing, refuse_too_large
 from leafcut.processes.pocket.job import PocketJob, PocketSolid, raise_path
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
@@ -37,7 +36,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
     Raises ReadError, OptionError, PlanError or VerifyError.
     """
     from leafcut.gcode.dialects import dialect
-    from leafcut.processes.milling.mill import milling_data
+    from leafcut.processes.milling.mill import assumed_number, library_mill_for, milling_data
     from leafcut.processes.placing import place_part, placement_text
     from leafcut.processes.pocket.plan.feed_limits import feed_limits
     from leafcut.processes.pocket.plan.rules import enclosing_pockets, levels_of, milled_pockets, rules_of
@@ -54,14 +53,14 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
     part = read_pockets(
         source, settings.read, settings.pocket_drawing, settings.sheet, run.start_step(Message("reading"))
     )
-    mill = _library_mill(run, settings.job.blind_depth)
+    whole, library = part, library_of(settings, run.machine)
+    mill = library_mill_for(library, settings, settings.job.blind_depth)
     diameter = settings.job.tool_diameter if mill is None else mill.diameter
-    whole = part
     part, left = milled_pockets(part, settings.job.blind_depth, diameter)
     depths = [one.depth or 0.0 for one in part.pockets]
     if mill is not None:
         # Only now are the depths of a solid known, and the mill may be too short.
-        mill = _library_mill(run, max(depths))
+        mill = library_mill_for(library, settings, max(depths))
     rules = rules_of(options, milling.milling, settings.job.step_over, diameter)
     around = enclosing_pockets(part.pockets, rules.tolerance)
     solid, tops = _solid(run, source, whole, part, rules.radius)
@@ -77,7 +76,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
         for depth, over, top in zip(depths, around, tops, strict=True)
     )
     data, issues = milling_data(milling, settings.job, rules.tool_diameter, run.machine, mill, options.entry)
-    issues = [*_assumed_number(milling, mill, data.tool), *issues]
+    issues = [*assumed_number(milling, mill, data.tool), *issues]
     limits = None
     if settings.of(FeedOptions).feeds:
         limits, limit_issues = feed_limits(settings, run.machine, levels, data, mill, _material(settings))
@@ -97,7 +96,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
         clearance=settings.job.clearance_height,
         retract=settings.job.retract_height,
         always_clearance=settings.job.retract == "initial",
-        end=_xy(settings.job.end_point),
+        end=plane_point(settings.job.end_point),
         zones=widen_zones(parse_zones(keep_out), beside)[high],
     )
     floors, clearance = [one.floor + surface for one in levels], settings.job.clearance_height + surface
@@ -114,7 +113,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
         heights,
         data,
         words,
-        _xy(settings.job.start_point),
+        plane_point(settings.job.start_point),
         limits,
         tuple(tops),
         solid,
@@ -148,14 +147,6 @@ def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> 
     return PocketSolid(triangles, whole.pockets, part.pockets, before), tops
 
 
-def _assumed_number(options: MillingOptions, mill: Tool | None, tool: Tool) -> list[Issue]:
-    """Return a note if neither the tool library nor an option states the number of the end mill."""
-    if mill is not None or options.tool_number is not None:
-        return []
-    words = Message("{} is assumed: load it under this number, or give --tool-number", tool.label)
-    return [Issue("L401", words, severity=Severity.NOTE)]
-
-
 def _lower_top_issues(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[Issue]:
     lower = [k for k, top in enumerate(tops) if top < 0.0]
     if not lower:
@@ -167,19 +158,6 @@ def _lower_top_issues(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[
         ", ".join(f"Z{z:g}" for z in heights),
     )
     return [Issue("L706", words)]
-
-
-def _library_mill(run: Job, depth: float | None) -> Tool | None:
-    """Return the end mill of the tool library; None without a library. `depth` is the depth that it must reach, mm."""
-    from leafcut.processes.milling.mill import library_mill
-
-    tools = library_of(run.settings, run.machine)
-    if tools is None:
-        return None
-    job = run.settings.job
-    return library_mill(
-        tools, run.settings.of(MillingOptions).tool_number, job.tool_diameter, job.diameter_tolerance, depth
-    )
 
 
 def _material(settings: Settings) -> WorkMaterial | None:
@@ -198,12 +176,6 @@ def _material(settings: Settings) -> WorkMaterial | None:
         if JobOptions.specs()["material"].names_file(named):
             raise
         return None  # the material is listed only in the tables of cutting speeds
-
-
-def _xy(point: tuple[float, ...] | None) -> Point | None:
-    if point is not None and len(point) != 2:
-        raise OptionError("--start-point and --end-point need two numbers, x,y")
-    return None if point is None else (point[0], point[1])
 
 
 def _extent_moves(job: PocketJob) -> Toolpath:

@@ -22,7 +22,7 @@ from leafcut.model.plan import Order
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.processes.contours import SAME_THICKNESS, check_thickness, prepare_sheet, without_excluded_holes
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
-from leafcut.processes.job import Job, check_dialect_options, refuse_missing, refuse_too_large
+from leafcut.processes.job import Job, check_dialect_options, plane_point, refuse_missing, refuse_too_large
 from leafcut.processes.ordering import nearest_order
 from leafcut.processes.plan import Plan
 from leafcut.processes.sheet.options import CutOptions
@@ -113,8 +113,8 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     head = HeadTravel(
         travel_metric(job.machine, settings.solve.objective),
         _lowering_time(job.machine, torch) if words.moves_z else 0.0,
-        _plane_point(settings.job.start_point),
-        _plane_point(settings.job.end_point),
+        plane_point(settings.job.start_point),
+        plane_point(settings.job.end_point),
     )
     known, given, fits = _given_order(cutting, file, options, head)
     work = SheetWork(
@@ -455,12 +455,6 @@ def _lowering_time(machine: Machine, torch: TorchSetup) -> float:
         finding = trapezoid_time(clearance + probe.switch_offset, probe.feed, acceleration)
         strokes[0] = data.pierce_height + probe.switch_offset
     return finding + sum(trapezoid_time(max(stroke, 0.0), velocity, acceleration) for stroke in strokes)
-
-
-def _plane_point(point: tuple[float, ...] | None) -> Point | None:
-    if point is not None and len(point) != 2:
-        raise OptionError("--start-point and --end-point need two numbers, x,y")
-    return None if point is None else (point[0], point[1])
 
 
 def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) -> Sheet:

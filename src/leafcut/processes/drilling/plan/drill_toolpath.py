@@ -19,7 +19,7 @@ from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.processes.drilling.plan.drilling import DrillOperation, DrillPlan
-from leafcut.processes.spindle_moves import leave_tool, rise, stop_spindle, take_tool
+from leafcut.processes.spindle_moves import end_program, leave_tool, take_tool
 from leafcut.timing.travel import travel_heights, travel_metric
 
 _SAME_HEIGHT = 1e-6
@@ -110,7 +110,7 @@ def generate_toolpath(
             _cut_slots(builder, plan, machine, operation, nodes)
         else:
             _drill(builder, plan, machine, operation, nodes, plan.reliefs[number] if plan.reliefs else None)
-    _finish(builder, plan, machine, coolant)
+    end_program(builder, machine, plan.clearance_height, plan.end, coolant=coolant)
     return builder.build()
 
 
@@ -220,11 +220,3 @@ def _approach(builder: ToolpathBuilder, plan: DrillPlan, x: float, y: float) -> 
     builder.rapid(x, y)
     if builder.position[2] != plan.clearance_height:
         builder.rapid(z=plan.clearance_height)
-
-
-def _finish(builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, coolant: bool) -> None:
-    if plan.end is not None:
-        builder.rapid(*plan.end)
-    rise(builder, machine, plan.clearance_height)
-    stop_spindle(builder, coolant)
-    builder.end()

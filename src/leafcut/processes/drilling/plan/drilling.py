@@ -20,7 +20,7 @@ from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.part import Part
 from leafcut.model.problem import Relief
-from leafcut.model.tool import Tool, ToolKind, ToolLibrary
+from leafcut.model.tool import LONGEST_STROKE, Tool, ToolKind, ToolLibrary
 from leafcut.model.toolpath import DrillCycle
 from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
@@ -32,7 +32,7 @@ from leafcut.processes.drilling.plan.depth_rule import (
     tap_lead_issue,
 )
 from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
-from leafcut.processes.spindle_moves import check_spindle_heights
+from leafcut.processes.spindle_moves import check_speeds, check_spindle_heights
 from leafcut.processes.zones import boxes_of, crossing_heights, parse_zones, refuse_higher_zones
 
 if TYPE_CHECKING:
@@ -47,8 +47,6 @@ SURFACE_CLEARANCE = 2.0
 FAR_BELOW = 3.0
 #: Distance of a tool tip below a circuit board that causes a note, mm: many backing boards are only 2 mm thick.
 BELOW_BOARD = 1.0
-#: Longest stroke without pecking, diameters; beyond that, chips pack the flutes and the drill breaks (usual: 3 to 5).
-LONGEST_STROKE = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +207,8 @@ def plan_drilling(
         else _operation(step, work[step], rule, job, options, initial)
         for step in groups
     )
-    _check_speeds(operations, machine, job)
+    for operation in operations:
+        check_speeds(operation.tool, machine, job.spindle_speed)
     _check_flutes(operations, tops, deeper)
     if work_surface is not None:
         _check_surface(part, operations, tops, deeper, work_surface)
@@ -712,34 +711,6 @@ def _checked_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:
         peck=cycle.peck if cycle.name in ("G83", "G73") else 0.0,
         dwell=cycle.dwell if cycle.name in ("G82", "G84") else 0.0,
     )
-
-
-def _check_speeds(operations: tuple[DrillOperation, ...], machine: Machine, job: JobOptions) -> None:
-    for tool in (o.tool for o in operations):
-        if not (tool.spindle_rpm > 0 and tool.feed > 0):
-            missing = Message("feed") if tool.spindle_rpm > 0 else Message("spindle_speed")
-            raise PlanError("{} has no {}; give it in the tool library", tool.label, missing)
-        if not machine.spindle_min_rpm <= tool.spindle_rpm <= machine.spindle_max_rpm:
-            limits = Message(
-                "the spindle of {} turns {:g} to {:g} rpm",
-                machine.name,
-                machine.spindle_min_rpm,
-                machine.spindle_max_rpm,
-            )
-            if tool.assumed and tool.spindle_rpm == job.spindle_speed:
-                raise PlanError("--spindle-speed {:g}: {}; choose a speed in this range", tool.spindle_rpm, limits)
-            demand = Message("{} requires {:g} rpm, but {}", tool.label, tool.spindle_rpm, limits)
-            if tool.spindle_rpm < machine.spindle_min_rpm:
-                raise PlanError("{}: mill the hole, or change the speed in the tool library", demand)
-            raise PlanError("{}: change the speed in the tool library, or use a faster spindle", demand)
-        if tool.feed > machine.max_feed * (1 + 1e-9):
-            raise PlanError(
-                "{} requires {:g} mm/min, but {} feeds at most {:g} mm/min",
-                tool.label,
-                tool.feed * 60,
-                machine.name,
-                machine.max_feed * 60,
-            )
 
 
 def _checked_point(point: tuple[float, ...] | None, flag: str) -> tuple[float, float] | None:

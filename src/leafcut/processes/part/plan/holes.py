@@ -9,15 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import PlanError, count_of
+from leafcut.errors import count_of
 from leafcut.message import Message
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
-from leafcut.model.tool import Tool, ToolKind, ToolLibrary
+from leafcut.model.tool import LONGEST_STROKE, Tool, ToolKind, ToolLibrary
 from leafcut.model.toolpath import DrillCycle
-
-#: Longest stroke of a drill without a retract, drill diameters (as for `leafcut drill`).
-LONGEST_STROKE = 5.0
+from leafcut.processes.spindle_moves import check_speeds
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,14 +35,9 @@ def fitting_drill(library: ToolLibrary | None, diameter: float, tolerance: float
     fitting = [
         tool for tool in drills
         if tool.kind is ToolKind.DRILL and abs(tool.diameter - diameter) <= tolerance + 1e-9
-        and depth + point_length(tool) <= tool.reach + 1e-9
+        and depth + tool.point_length <= tool.reach + 1e-9
     ]  # fmt: skip
     return min(fitting, key=lambda tool: abs(tool.diameter - diameter), default=None)
-
-
-def point_length(tool: Tool) -> float:
-    """Return the length of the point of a drill, mm."""
-    return 0.5 * tool.diameter / math.tan(0.5 * tool.point_angle)
 
 
 def hole_groups(
@@ -60,8 +53,8 @@ def hole_groups(
         places.setdefault(tool, []).append((x, y))
     groups, issues = [], []
     for tool, centres in places.items():
-        _check_speeds(tool, machine)
-        tip, peck = round(bottom - point_length(tool), 6), tool.peck or 0.0
+        check_speeds(tool, machine)
+        tip, peck = round(bottom - tool.point_length, 6), tool.peck or 0.0
         cycle = DrillCycle("G83" if peck else "G81", r_plane, tip, to_initial=to_initial, peck=peck)
         groups.append(HoleGroup(tool, cycle, np.array(centres, dtype=np.float64)))
         if min(peck or math.inf, -bottom) > LONGEST_STROKE * tool.diameter:
@@ -74,21 +67,3 @@ def hole_groups(
             )
             issues.append(Issue("L446", words))
     return groups, issues
-
-
-def _check_speeds(tool: Tool, machine: Machine) -> None:
-    if not (tool.spindle_rpm > 0 and tool.feed > 0):
-        missing = Message("feed") if tool.spindle_rpm > 0 else "spindle_speed"
-        raise PlanError("{} has no {}; give it in the tool library", tool.label, missing)
-    slow, fast = machine.spindle_min_rpm, machine.spindle_max_rpm
-    if not slow <= tool.spindle_rpm <= fast or tool.feed > machine.max_feed * (1 + 1e-9):
-        limits = Message(
-            "{} turns {:g} to {:g} rpm and feeds at most {:g} mm/min", machine.name, slow, fast, 60 * machine.max_feed
-        )
-        raise PlanError(
-            "{} requires {:g} rpm and {:g} mm/min, but {}; change them in the tool library",
-            tool.label,
-            tool.spindle_rpm,
-            60.0 * tool.feed,
-            limits,
-        )

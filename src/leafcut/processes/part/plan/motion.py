@@ -21,7 +21,7 @@ from leafcut.processes.milling.entries import ABOVE, enter_level, follow
 from leafcut.processes.milling.mill import MillingData
 from leafcut.processes.part.plan.holes import HoleGroup
 from leafcut.processes.part.plan.outlines import OutlineCut
-from leafcut.processes.spindle_moves import leave_tool, rise, stop_spindle, take_tool
+from leafcut.processes.spindle_moves import end_program, leave_tool, take_tool
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,50 +63,38 @@ def part_motion(
         _drill(builder, group, heights, machine)
         leave_tool(builder, machine, heights.clearance, coolant=coolant)
     take_tool(builder, machine, data.tool, heights.clearance, coolant=coolant, pause=pause)
-    here: Point | None = None
-    for cut, start in cuts:
-        place = cut.path.point_at(start)
-        _travel(builder, here, place, heights, data.tool, machine)
+    places = np.array([cut.path.point_at(start) for cut, start in cuts], dtype=np.float64)
+    high = _crosses_zone(places, heights, data.tool, machine)
+    for number, ((cut, start), place) in enumerate(zip(cuts, places.tolist(), strict=True)):
+        if number:
+            builder.rapid(z=heights.clearance if high[number] else heights.retract)
+        builder.rapid(*place)
         if builder.position[2] != heights.retract:
             builder.rapid(z=heights.retract)
         _cut_outline(builder, cut, start, heights, data, climb)
-        here = place
     builder.rapid(z=heights.clearance)
-    if heights.end is not None:
-        builder.rapid(*heights.end)
-    rise(builder, machine, heights.clearance)
-    stop_spindle(builder, coolant)
-    builder.end()
+    end_program(builder, machine, heights.clearance, heights.end, coolant=coolant)
     return builder.build()
 
 
-def _travel(
-    builder: ToolpathBuilder, here: Point | None, place: Point, heights: PartHeights, tool: Tool, machine: Machine
-) -> None:
-    """Move over a position: at the retract height, or over a keep-out zone at the clearance height."""
-    if here is not None:
-        height = heights.clearance if _crosses_zone(here, place, heights, tool, machine) else heights.retract
-        builder.rapid(z=height)
-    builder.rapid(*place)
-
-
-def _crosses_zone(here: Point, place: Point, heights: PartHeights, tool: Tool, machine: Machine) -> bool:
+def _crosses_zone(places: NDArray[np.float64], heights: PartHeights, tool: Tool, machine: Machine) -> list[bool]:
+    """Return for each position whether the rapid to it crosses a keep-out zone; no rapid leads to the first."""
     zones = widen_zones(heights.zones, 0.5 * tool.diameter)
-    return bool(touches_any_zone([here], [place], zones, dogleg=machine.rapid_style == "dogleg")[0])
+    crossed = touches_any_zone(places[:-1], places[1:], zones, dogleg=machine.rapid_style == "dogleg")
+    return [False, *crossed.tolist()]
 
 
 def _drill(builder: ToolpathBuilder, group: HoleGroup, heights: PartHeights, machine: Machine) -> None:
-    here: Point | None = None
-    for x, y in group.places.tolist():
-        if here is None:
+    high = _crosses_zone(group.places, heights, group.tool, machine)
+    for number, (x, y) in enumerate(group.places.tolist()):
+        if not number:
             builder.rapid(x, y)
             if builder.position[2] != heights.clearance:
                 builder.rapid(z=heights.clearance)
-        elif _crosses_zone(here, (x, y), heights, group.tool, machine):
+        elif high[number]:
             builder.rapid(z=heights.clearance)
             builder.rapid(x, y)
         builder.drill(x, y, group.cycle, feed=group.tool.feed)
-        here = x, y
     builder.rapid(z=heights.clearance)
 
 

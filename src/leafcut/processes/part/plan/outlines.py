@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from leafcut.errors import PlanError, count_of
-from leafcut.geometry.arrays import Point, Points
+from leafcut.geometry.arrays import Point
 from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
@@ -65,7 +65,7 @@ def edges_of(contours: Sequence[Contour]) -> tuple[list[Edge], list[Issue]]:
     issues = []
     if left:
         words = Message("{} not milled: lines are not engraved", count_of(len(left), "open or marked line"))
-        issues.append(Issue("L707", words, missing=_missing("line", left)))
+        issues.append(Issue("L707", words, missing=missing_paths("line", left)))
     return edges, issues
 
 
@@ -80,7 +80,7 @@ def plan_cuts(
     milled: list[tuple[int, Polyline]] = []
     narrow, loose = [], []
     necks: dict[int, Edge] = {}
-    lines = shapely.STRtree([shapely.LineString(_closed(edge.path)) for edge in edges])
+    lines = shapely.STRtree([_ring(edge.path) for edge in edges])
     for number, edge in enumerate(edges):
         rings = offset(edge.path, -radius if edge.inside else radius, TOLERANCE)
         # Growing an outline may enclose a notch whose mouth is narrower than the tool.
@@ -90,15 +90,13 @@ def plan_cuts(
         if len(rings) > 1 or closed_notches or _has_narrow_branch(edge, radius):
             necks[number] = edge
         for ring in rings:
-            near = lines.query(
-                shapely.LineString(_closed(ring)), predicate="dwithin", distance=radius - 2.0 * TOLERANCE
-            )
+            near = lines.query(_ring(ring), predicate="dwithin", distance=radius - 2.0 * TOLERANCE)
             if len(near):
                 necks[number] = edge
                 continue
             milled.append((number, ring if climb == edge.inside else ring.reversed()))
     cuts = []
-    all_paths = shapely.STRtree([shapely.LineString(_closed(path)) for _, path in milled])
+    all_paths = shapely.STRtree([_ring(path) for _, path in milled])
     for own, (number, path) in enumerate(milled):
         edge = edges[number]
         room = tabs.count > 0 and path.length >= tabs.needed_length(2.0 * radius)
@@ -143,7 +141,7 @@ def _has_narrow_branch(edge: Edge, radius: float) -> bool:
 
     The rest that the mill leaves in a corner of 60° is one radius deep and holds a circle of a third of the radius.
     """
-    shape = shapely.Polygon(_closed(edge.path))
+    shape = shapely.Polygon(_ring(edge.path))
     first = -radius if edge.inside else radius
     milled = shape.buffer(first, quad_segs=32).buffer(-first, quad_segs=32)
     rest = shape.difference(milled) if edge.inside else milled.difference(shape)
@@ -238,10 +236,8 @@ def _holds(
     return not shapely.dwithin(rest, area, near)
 
 
-def _closed(path: Polyline) -> Points:
-    """Return the points of a closed path as chords; the last point is the first one."""
-    points = path.flattened(0.5 * TOLERANCE)
-    return np.vstack([points, points[:1]])
+def _ring(path: Polyline) -> shapely.LinearRing:
+    return shapely.LinearRing(path.flattened(0.5 * TOLERANCE))
 
 
 def _name(contour: Contour) -> str:
@@ -251,7 +247,8 @@ def _name(contour: Contour) -> str:
     return Message("outline at ({:.4g}, {:.4g})", x, y)
 
 
-def _missing(what: str, paths: Sequence[Polyline]) -> MissingWork:
+def missing_paths(what: str, paths: Sequence[Polyline]) -> MissingWork:
+    """Return missing work with its paths; `what` is the noun for one of them."""
     places: list[Point] = [path.start for path in paths]
     return MissingWork(what, len(paths), tuple(places), tuple(paths))
 
@@ -263,7 +260,7 @@ def _narrow_issues(narrow: Sequence[Edge], radius: float) -> list[Issue]:
     words = Message("{} narrower than the mill of {:g} mm, not milled", number, 2.0 * radius)
     x, y = narrow[0].path.start
     where = Message("the first at ({:.4g}, {:.4g}): drill it, or use a smaller mill", x, y)
-    return [Issue("L707", words, where, missing=_missing("opening", [edge.path for edge in narrow]))]
+    return [Issue("L707", words, where, missing=missing_paths("opening", [edge.path for edge in narrow]))]
 
 
 def _neck_issues(necks: Sequence[Edge], radius: float) -> list[Issue]:
@@ -273,7 +270,7 @@ def _neck_issues(necks: Sequence[Edge], radius: float) -> list[Issue]:
     words = Message("{} with a gap narrower than the mill of {:g} mm, not milled completely", number, 2.0 * radius)
     x, y = necks[0].path.start
     where = Message("the first at ({:.4g}, {:.4g})", x, y)
-    return [Issue("L707", words, where, missing=_missing("place", [edge.path for edge in necks]))]
+    return [Issue("L707", words, where, missing=missing_paths("place", [edge.path for edge in necks]))]
 
 
 def _loose_issues(loose: Sequence[Edge], tabs: TabRules) -> list[Issue]:

@@ -25,7 +25,7 @@ from leafcut.processes.milling.entries import ABOVE, TOUCH, Descent, descend_alo
 from leafcut.processes.milling.mill import MillingData
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rules import finishing_levels
-from leafcut.processes.spindle_moves import rise, stop_spindle, take_tool
+from leafcut.processes.spindle_moves import end_program, take_tool
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Maximum number of moves of a program.
@@ -241,11 +241,7 @@ class _PocketMotion:
     def finish(self, coolant: bool) -> None:
         builder = self.builder
         builder.rapid(z=self.heights.clearance)
-        if self.heights.end is not None:
-            builder.rapid(*self.heights.end)
-        rise(builder, self.machine, self.heights.clearance)
-        stop_spindle(builder, coolant)
-        builder.end()
+        end_program(builder, self.machine, self.heights.clearance, self.heights.end, coolant=coolant)
 
 
 @dataclass(frozen=True, eq=False)
