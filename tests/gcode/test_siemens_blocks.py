@@ -27,6 +27,7 @@ def hole(call: str, height: float = 20.0, unit: str = "G710") -> tuple[DrillCycl
     [
         ("CYCLE81(2,2,0,-5)", DrillCycle("G81", 2.0, -5.0)),
         ("cycle81 ( 20 , 1, 1.5 , -5 )", DrillCycle("G81", 2.5, -5.0, True)),
+        ("CYCLE81(2,2,0,-5) ; a note", DrillCycle("G81", 2.0, -5.0)),
         ("CYCLE81(2,2,0,1.999)", DrillCycle("G81", 2.0, 1.999)),
         ("CYCLE82(2,2,0,-5,,0.25)", DrillCycle("G82", 2.0, -5.0, dwell=0.25)),
         ("CYCLE82(20,2,0,-5,,0)", DrillCycle("G82", 2.0, -5.0, True)),
@@ -130,13 +131,11 @@ def test_a_block_has_its_words_and_its_comment() -> None:
     ):
         block = sinumerik_block(line, 7)
         assert (block.line, [str(word) for word in block.words], block.comments) == (7, words, comments)
-        assert block.call is None
-    for line, call in (
-        ("MCALL", ("", ())),
-        ("N5 mcall ; end", ("", ())),
-        ("MCALL cycle81( 1, 2 ,,3)", ("CYCLE81", ("1", "2", "", "3"))),
-        ("MCALL CYCLE82()", ("CYCLE82", ("",))),
-    ):
-        assert sinumerik_block(line, 3).call == call
     with pytest.raises(BlockError):
         sinumerik_block('T="123456"', 1)
+
+
+def test_a_call_without_a_cycle_ends_the_cycle_in_any_spelling() -> None:
+    lines = ["MCALL CYCLE81(2,2,0,-5)", "G0 X5", "N5 mcall ; end", "G0 X9", "M30"]
+    path = interpret(HEAD.format(20) + "\n".join(lines) + "\n", dialect("siemens"))
+    assert [motion.end[0] for motion in path if motion.kind is Kind.DRILL] == [5.0]

@@ -16,10 +16,8 @@ from leafcut.errors import ReadError
 from leafcut.gcode.active_comments import active_comments, may_stop
 from leafcut.gcode.canned import end_cycle, run_cycle, start_cycle
 from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.klartext import interpret_klartext
 from leafcut.gcode.linuxcnc_refusals import is_linuxcnc, is_malformed, is_refused
 from leafcut.gcode.motion import chooses_origin, run_arc, run_home, run_machine, run_origin, run_probe, run_straight
-from leafcut.gcode.sinumerik import call_cycle, drill_call, end_call, sinumerik_block
 from leafcut.gcode.state import AXES, InterpreterState, named_axes, unit_of, whole_number
 from leafcut.gcode.torch import (
     lower_feed,
@@ -101,6 +99,8 @@ def interpret(
     is missing.
     """
     if dialect.language == "klartext":
+        from leafcut.gcode.klartext import interpret_klartext
+
         return interpret_klartext(text, file)
     state = InterpreterState(dialect=dialect)
     state.material_feeds = material_feeds
@@ -110,19 +110,26 @@ def interpret(
         state.feed_mode = 95 if 940 in dialect.g_codes else 94
         state.offset_on = dialect.length_offset == "edge"
         set_outputs_after_abort(state)
-    interpreter = Interpreter(state)
-    siemens = dialect.language == "sinumerik"
+    interpreter = _interpreter_of(dialect.language)(state)
     for number, line in lines(text):
         if not line or line.isspace():
             continue
         try:
-            interpreter.run(sinumerik_block(line, number) if siemens else material_block(state, line, number))
+            interpreter.run_line(line, number)
         except BlockError as problem:
             raise ReadError(file, str(problem), number) from None
         if interpreter.ended:
             break
     interpreter.check_end(file)
     return state.path.build()
+
+
+def _interpreter_of(language: str) -> type[Interpreter]:
+    if language == "sinumerik":
+        from leafcut.gcode.sinumerik import SinumerikInterpreter
+
+        return SinumerikInterpreter
+    return Interpreter
 
 
 def _known_codes(dialect: Dialect) -> frozenset[int]:
@@ -190,15 +197,16 @@ class Interpreter:
         self.label: int | None = None
         self.returns = self.jumps = self.restores = self.refused = False
 
+    def run_line(self, line: str, number: int) -> None:
+        """Parse and execute one line."""
+        self.run(material_block(self.state, line, number))
+
     def run(self, block: Block) -> None:
         """Execute one block."""
         state = self.state
         self._reset()
         if block.percent is not None:
             self._run_percent(block.percent)
-            return
-        if block.call is not None:
-            self._call(block)
             return
         if state.keeps_unknown:
             state.line = block.line
@@ -712,9 +720,6 @@ class Interpreter:
 
     def _move(self, words: SortedBlock) -> None:
         state, g, letters = self.state, words.g, words.letters
-        if state.call is not None:
-            drill_call(state, words)
-            return
         special = g.get("non-modal")
         moving = not letters.keys().isdisjoint(AXES)
         if special == 530 and state.dialect.length_offset == "edge" and state.offset_on:
@@ -827,16 +832,6 @@ class Interpreter:
                 end_cycle(state)
                 state.motion, state.unknown_motion = None, name
             raise
-
-    def _call(self, block: Block) -> None:
-        """MCALL of a Siemens control."""
-        self.state.line = block.line
-        self._blocks += 1
-        name, arguments = block.call or ("", ())
-        if name:
-            call_cycle(self.state, name, arguments)
-        else:
-            end_call(self.state)
 
     def _stop(self, codes: list[int] | None) -> None:
         if not codes:

@@ -14,7 +14,9 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 
+from leafcut.gcode.interpreter import Interpreter
 from leafcut.gcode.state import InterpreterState
 from leafcut.gcode.word_groups import SortedBlock
 from leafcut.gcode.words import NUMBER, Block, BlockError, Word, words_of
@@ -29,15 +31,36 @@ _SUPA = re.compile(r"\bSUPA\b", re.IGNORECASE)
 _MOST_ARGUMENTS = {"CYCLE81": 4, "CYCLE82": 6, "CYCLE83": 12}
 
 
+class SinumerikInterpreter(Interpreter):
+    """Executes lines of Siemens controls. `state.call` is the cycle that runs at every position (MCALL)."""
+
+    def run_line(self, line: str, number: int) -> None:
+        """Parse and execute one line."""
+        call = _CALL.fullmatch(line.partition(";")[0].strip())
+        if call is None:
+            self.run(sinumerik_block(line, number))
+            return
+        self._reset()
+        self.state.line = number
+        self._blocks += 1
+        if call[1]:
+            _call_cycle(self.state, call[1].upper(), [argument.strip() for argument in call[2].split(",")])
+        else:
+            self.state.call = None
+            self.state.path.end_cycles()
+
+    def _move(self, words: SortedBlock) -> None:
+        if self.state.call is None:
+            super()._move(words)
+        else:
+            _drill_position(self.state, self.state.call, words)
+
+
 def sinumerik_block(line: str, number: int) -> Block:
-    """Parse a line. Raises BlockError for words outside the subset: expressions, parameters, names, other cycles …"""
+    """Parse a line without MCALL. Raises BlockError for words outside the subset: expressions, parameters, names …"""
     body, _, comment = line.partition(";")
     body = body.strip()
     comments = (comment.strip(),) if comment.strip() else ()
-    call = _CALL.fullmatch(body)
-    if call is not None:
-        arguments = tuple(one.strip() for one in call[2].split(",")) if call[1] else ()
-        return Block(number, (), comments, call=((call[1] or "").upper(), arguments))
     if re.search(r"\bR\s*[+-]?[\d.]", body, re.IGNORECASE):
         raise BlockError("R is a parameter of Siemens controls; the radius of an arc is CR=")
     plain = _SUPA.sub("G53", _RADIUS.sub("R", _TOOL.sub(r"T\1", body)))
@@ -52,7 +75,7 @@ def _shown(text: str) -> str:
     return re.sub(r"[^\x20-\x7e]+", " ", text[:30])
 
 
-def call_cycle(state: InterpreterState, name: str, arguments: tuple[str, ...]) -> None:
+def _call_cycle(state: InterpreterState, name: str, arguments: Sequence[str]) -> None:
     """Execute MCALL with a cycle, which then runs in every following block with a position. Raises BlockError if an
     argument is missing, or has a value that leafcut does not write.
     """
@@ -110,12 +133,12 @@ def _length(state: InterpreterState, name: str, said: dict[str, str], key: str) 
     return state.mm(Word(key, _number(name, said, key), said[key]))
 
 
-def drill_call(state: InterpreterState, words: SortedBlock) -> None:
+def _drill_position(state: InterpreterState, cycle: DrillCycle, words: SortedBlock) -> None:
     """Drill at the position of a block: under MCALL every block that moves drills, even with F or G0 alone. Raises
     BlockError if the block has more than a position and G0, so it would drill an unintended hole.
     """
-    letters, cycle = words.letters, state.call
-    if cycle is None or words.m or set(words.g) - {"motion"} or not letters or not set(letters) <= {"X", "Y"}:
+    letters = words.letters
+    if words.m or set(words.g) - {"motion"} or not letters or not set(letters) <= {"X", "Y"}:
         raise BlockError(
             "a block other than a hole position while a cycle is modal (MCALL): it would drill a hole, too"
         )
@@ -127,9 +150,3 @@ def drill_call(state: InterpreterState, words: SortedBlock) -> None:
     if not all(map(math.isfinite, place)):
         raise BlockError("a hole at an unknown position: X and Y are not both given")
     state.path.drill(*place, cycle, feed=state.feed_for(letters, math.nan), line=state.line)
-
-
-def end_call(state: InterpreterState) -> None:
-    """Execute MCALL without a cycle."""
-    state.call = None
-    state.path.end_cycles()

@@ -59,8 +59,7 @@ class Word(NamedTuple):
 @dataclass(frozen=True, slots=True)
 class Block:
     """One line: its words, comments and marks. `percent` is the text after a leading percent sign, or None; `deleted`:
-    a switch on the machine may skip the line (slash). `call` is the name and the arguments of a modal call of a
-    cycle, or ("", ()), which ends it.
+    a switch on the machine may skip the line (slash).
     """
 
     line: int
@@ -68,7 +67,6 @@ class Block:
     comments: tuple[str, ...] = ()
     percent: str | None = None
     deleted: bool = False
-    call: tuple[str, tuple[str, ...]] | None = None
 
 
 def lines(text: str) -> Iterator[tuple[int, str]]:
