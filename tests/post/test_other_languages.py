@@ -9,15 +9,11 @@ import pytest
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.numbers import NumberFormat
-from leafcut.model.part import ProgramZero
-from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Arc, DrillCycle, ToolpathBuilder
 from leafcut.options import PostOptions
-from leafcut.post.header import header_lines
 from leafcut.post.row_writer import Blocks
 from leafcut.post.words import coolant_words, cycle_words, dwell_word, has_cycle, peck_text
 from leafcut.post.writer import write_program
-from leafcut.read.machine import load_machine
 
 G81 = DrillCycle("G81", 2.0, -5.0)
 
@@ -359,79 +355,6 @@ def test_a_toolpath_has_one_end() -> None:
         with pytest.raises(PostError) as refused:
             write_program(path, dialect("linuxcnc"), PostOptions())
         assert str(refused.value) == message
-
-
-@pytest.mark.parametrize(
-    ("units", "size", "x", "y", "z"),
-    [
-        ("mm", "25.4 mm", "X 0 to 50.8 mm", "Y -12.7 to 0.125 mm", "Z 5 to 5 mm"),
-        ("inch", "1.0000 in", "X 0 to 2 in", "Y -0.5 to 0.005 in", "Z 0.197 to 0.197 in"),
-    ],
-)
-def test_the_header_is_complete(units: str, size: str, x: str, y: str, z: str) -> None:
-    builder = ToolpathBuilder()
-    builder.rapid(0.0, -12.7, 5.0)
-    builder.rapid(50.8, 0.125)
-    machine = load_machine("linuxcnc-mill")
-    head = header_lines(
-        source="plate.dxf",
-        command="drill",
-        version="9.9",
-        machine=machine,
-        tools=[Tool(3, 25.4, ToolKind.END_MILL, name="Cutter", spindle_rpm=1234.4, assumed=True)],
-        path=builder.build(),
-        seconds=(75.0, 60.0),
-        seed=7,
-        options={"--depth": "2 mm", "--seed": "7"},
-        units=units,
-        part="solid 1",
-        negative="Y",
-    )
-    assert head[:-1] == [
-        "leafcut 9.9 drill",
-        "source: plate.dxf",
-        "part: solid 1",
-        f"machine: {machine.name}",
-        "seed 7 --depth 2 mm",
-        f"T3 end-mill Cutter {size}, 1234 rpm (assumed)",
-        "the part reaches the negative side of the zero in Y",
-        x,
-        y,
-        z,
-        "estimated time 1 min 00 s, in the drawing's order 1 min 15 s",
-    ]
-
-
-@pytest.mark.parametrize(("units", "x"), [("mm", "25.4"), ("inch", "1")])
-def test_the_header_states_the_zero_in_the_unit_of_the_program(units: str, x: str) -> None:
-    builder = ToolpathBuilder()
-    builder.rapid(z=-0.0001)
-    head = header_lines(
-        source="a",
-        command="drill",
-        version="1",
-        machine=load_machine("linuxcnc-mill"),
-        tools=[Tool(1, 5.0, ToolKind.DRILL, name="drill-5")],
-        path=builder.build(),
-        seconds=(2.0, 1.0),
-        seed=3,
-        options={},
-        units=units,
-        beside="before",
-        zero=ProgramZero("a corner", 25.4, 0.0, "z", "top", 0.0),
-    )
-    size, unit = ("5 mm", "mm") if units == "mm" else ("0.1969 in", "in")
-    assert head[2:-1] == [
-        "machine: linuxcnc-mill",
-        "seed 3",
-        f"T1 drill-5 {size}, 0 rpm",
-        f"zero: a corner, X{x} Y0 of the solid",
-        "Z0: top of the part, Z0 of the solid",
-        f"X 0 to 0 {unit}",
-        f"Y 0 to 0 {unit}",
-        f"Z 0 to 0 {unit}",
-        "estimated time 1.00 s, before 2.00 s",
-    ]
 
 
 def test_the_next_tool_is_named_after_each_change_if_that_is_asked_for() -> None:

@@ -11,13 +11,10 @@ from toolpaths import MILLING, two_tools, units_of
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
-from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Motion, Toolpath, ToolpathBuilder
 from leafcut.options import PostOptions
 from leafcut.post.comments import comment_lines, plain_text
-from leafcut.post.header import header_lines
 from leafcut.post.writer import write_program
-from leafcut.read.machine import load_machine
 
 G81 = DrillCycle("G81", 2.0, -5.0)
 
@@ -207,57 +204,6 @@ def test_the_program_number_and_the_header_are_options() -> None:
     options = PostOptions(program_number=42, header=False)
     lines = write_program(b.build(), dialect("fanuc"), options, ["part"]).splitlines()
     assert lines[1] == "O0042" and not any("(" in line for line in lines)
-
-
-def test_the_header_says_once_what_kind_a_tool_is() -> None:
-    """A library's name may start with the kind, literally or in other words."""
-    b = started()
-    b.end()
-    drill, mill = ToolKind.DRILL, ToolKind.SLOT_MILL
-    tools = [
-        Tool(1, 6.35, drill, "Drill 1/4 in"),
-        Tool(2, 3.0, drill, "carbide"),
-        Tool(3, 2.0, mill, "slot mill 2"),
-        Tool(4, 5.0, drill),
-    ]
-    head = header_lines(
-        source="a",
-        command="drill",
-        version="1",
-        machine=load_machine("linuxcnc-mill"),
-        tools=tools,
-        path=b.build(),
-        seconds=(1, 1),
-        seed=1,
-        options={},
-        units="mm",
-    )
-    assert [line.partition(" mm")[0] for line in head if line.startswith("T")] == [
-        "T1 Drill 1/4 in 6.35",
-        "T2 drill carbide 3",
-        "T3 slot mill 2 2",
-        "T4 drill 5",
-    ]
-
-
-@pytest.mark.parametrize("units, words", [("mm", "X 0 to 50.8 mm"), ("inch", "X 0 to 2 in")])
-def test_the_header_gives_the_extents_in_the_unit_of_the_program(units: str, words: str) -> None:
-    b = started()
-    b.feed(x=50.8, feed=5.0)
-    b.end()
-    head = header_lines(
-        source="a",
-        command="drill",
-        version="1",
-        machine=load_machine("linuxcnc-mill"),
-        tools=[],
-        path=b.build(),
-        seconds=(1, 1),
-        seed=1,
-        options={},
-        units=units,
-    )
-    assert words in head
 
 
 def test_mach3_programs_say_which_setting_their_dwells_need() -> None:

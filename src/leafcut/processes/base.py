@@ -278,13 +278,13 @@ class Process(Work, Protocol):
     def write(self, plan: Plan, given: Candidate, best: Candidate) -> str:
         """Return the program text of a candidate; its header compares the time with the order of the input."""
         from leafcut.post.writer import write_program
-        from leafcut.processes.plan import header
+        from leafcut.processes.header import header_lines
 
         return write_program(
             best.path,
             plan.dialect,
             plan.job.settings.post,
-            [*header(plan, given, best, self.command), *self.notes(plan, best)],
+            [*header_lines(plan, given, best, self.command), *self.notes(plan, best)],
             tool_names={tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools},
             rapid_velocity=max(plan.job.machine.rapid_velocity),
             preselect_tool=plan.job.machine.preselect_tool,

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from leafcut._version import __version__
 from leafcut.errors import VerifyError
-from leafcut.model.plan import Candidate, Order, Stage
-from leafcut.processes.placing import negative_axes
+from leafcut.model.plan import Order, Stage
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -94,26 +91,3 @@ class OrderRefused(VerifyError):
 
 #: Improves an order for effects between neighbouring tasks, such as leads and heat.
 Pass = Callable[[Plan, Order], Order]
-
-
-def header(plan: Plan, given: Candidate, best: Candidate, command: str) -> list[str]:
-    """Return the lines of the header of a program from a drawing; `command` writes such a program."""
-    from leafcut.post.header import header_lines
-
-    settings, part = plan.job.settings, plan.part
-    return header_lines(
-        source=Path(part.source or part.name).name,
-        command=command,
-        zero=part.zero,
-        negative="" if plan.box is None else negative_axes(plan.box, plan.job.machine),
-        version=__version__,
-        machine=plan.job.machine,
-        tools=plan.tools,
-        path=best.path,
-        seconds=(given.measure.time_s, best.measure.time_s),
-        seed=settings.solve.seed,
-        options=settings.changed(),
-        units=settings.post.output_units,
-        beside=plan.compared_with,
-        part=plan.made_for,
-    )

@@ -138,11 +138,13 @@ class SheetCutting(Process):
 
     def write(self, plan: Plan, given: Candidate, best: Candidate) -> str:
         """Return the program for a torch or a beam."""
-        from leafcut.processes.plan import header
+        from leafcut.processes.header import header_lines
         from leafcut.processes.sheet.post import write_cut_program
 
         post = plan.job.settings.post
-        return write_cut_program(best.detail[0], best.path, plan.dialect, post, header(plan, given, best, self.command))
+        return write_cut_program(
+            best.detail[0], best.path, plan.dialect, post, header_lines(plan, given, best, self.command)
+        )
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
         """Compare the program with the motion, the limits of the machine, and the drawing."""
