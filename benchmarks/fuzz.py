@@ -126,7 +126,7 @@ def _foreign(name: str) -> Target:
 
 def _own(data: bytes, _: Path) -> None:
     from leafcut.gcode.dialects import dialect
-    from leafcut.gcode.interpreter import interpret
+    from leafcut.gcode.own_program import interpret
 
     interpret(_text(data), dialect("linuxcnc"))
 
@@ -152,7 +152,7 @@ def _posts(data: bytes, _: Path) -> None:
     """Write a program in every dialect, and read the result."""
     from leafcut.errors import PostError
     from leafcut.gcode.dialects import dialect, dialects
-    from leafcut.gcode.interpreter import interpret
+    from leafcut.gcode.own_program import interpret
     from leafcut.gcode.program_interpreter import interpret_program
     from leafcut.options import PostOptions
     from leafcut.post.writer import write_program

@@ -60,9 +60,9 @@ WRONG = [
     ("--machine a.toml", said(MACHINE, "controller", '"dialect.toml"'), "dialect.toml:1: unknown key 'x'"),
     ("--dialect a.toml", "x = 1\n", "a.toml:1: unknown key 'x'"),
     ("list materials a.toml", "[x", "not a TOML file"),
-    ("list materials a.toml", MATERIAL + "\ncolour = 1\n", "unknown key 'colour'"),
-    ("list materials a.toml", said(MATERIAL, "mc", "1.5"), "'mc' is 1.5"),
-    ("list materials a.toml", said(MATERIAL, "kc11", '"0 N/mm²"'), "'kc11' is 0 N/mm²"),
+    ("list materials a.toml", MATERIAL + "\ncolour = 1\n", "unknown key 'sources.colour'"),
+    ("list materials a.toml", said(MATERIAL, "mc", "1.5"), "'cutting_force.mc' is 1.5"),
+    ("list materials a.toml", said(MATERIAL, "kc11", '"0 N/mm²"'), "'cutting_force.kc11' is 0 N/mm²"),
     ("list materials a.toml", "life = 3\n" + MATERIAL.partition("[[life]]")[0], "must be written as [[life]]"),
 ]
 

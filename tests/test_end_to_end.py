@@ -11,7 +11,7 @@ import pytest
 
 import leafcut
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.own_program import interpret
 from leafcut.model.cycles import expand
 from leafcut.model.kinds import Head
 from leafcut.model.motion import Kind

@@ -12,7 +12,7 @@ import pytest
 import leafcut
 from leafcut.errors import LeafcutError, OptionError, PostError, ReadError
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.own_program import interpret
 from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, ToolpathBuilder
 from leafcut.options import PostOptions
 from leafcut.post.writer import write_program

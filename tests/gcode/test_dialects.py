@@ -87,7 +87,7 @@ def test_a_controller_is_added_by_a_text_alone() -> None:
     assert toy().g_codes == {0, 10, 200, 210, 900}
     with pytest.raises(OptionError, match="toy:8: unknown key 'cicles'; did you mean 'cycles'"):
         toy("cicles = []")
-    with pytest.raises(OptionError, match=r"^dialect toy: 'preamble' is missing"):
+    with pytest.raises(OptionError, match=r"^dialect toy: the key 'preamble' is missing"):
         parse_dialect(TOY.replace('preamble = ["G90"]', "").encode(), "toy")
     with pytest.raises(OptionError, match="not a TOML file"):
         parse_dialect(b"=", "toy")
@@ -105,13 +105,13 @@ def test_a_controller_is_added_by_a_text_alone() -> None:
         ("max_line = 1000000000", "'max_line' is 1000000000, but must be a whole number from 40 to 10000"),
         ('notes = "one"', "'notes' is one, but must be a list of texts"),
         ('notes = ["a\\nG0 Z-99"]', "'notes' has a G0 Z-99, but must be a list of texts of one line"),
-        ('dwell_unit = "min"', "'dwell_unit' is 'min', but must be one of s, ms, point, cs"),
-        ('stop_word = "M9"', "'stop_word' is 'M9', but must be one of M0, M226"),
+        ('dwell_unit = "min"', "'dwell_unit' is 'min'; choose one of s, ms, point, cs"),
+        ('stop_word = "M9"', "'stop_word' is 'M9'; choose one of M0, M226"),
         ('dwell_letter = "PP"', "'dwell_letter' is 'PP', but must be a capital letter"),
-        ('dwell_cycles = ["G99"]', "'dwell_cycles' has 'G99', but takes only G81, G82"),
+        ('dwell_cycles = ["G99"]', "'dwell_cycles' has 'G99'; choose one of G81, G82"),
         ('end_word = "M2"', "toy:8: 'end_word' is M2, which is not one of its words"),
         ('units_mm = "G71"', "'units_mm' is G71, which is not one of its words"),
-        ("[sources]\nwords = 'x'", "toy:9: 'words' in [sources] must be a key of the dialect"),
+        ("[sources]\nwords = 'x'", "toy:9: unknown key 'sources.words'; did you mean 'g_words'"),
         ('[torch]\non = "M3"', "'torch.off' is missing"),
         ('[torch]\non = "M5"\noff = "M5"', "toy:9: 'torch.on' must have the word M3 or M4"),
         ('[torch]\non = "M3"\noff = "M4"', "toy:10: 'torch.off' must have the word M5, and no other M word"),
@@ -136,7 +136,7 @@ def test_what_no_dialect_can_say_is_refused_with_its_line(text: str, words: str)
         ('"M3 M5', '"M3 M5 M3.5', "toy:4: 'm_words' has 'M3.5', which is no M word that leafcut understands"),
         ('["G90"]', '["G90 G91"]', "toy:6: 'preamble' has G91, which is not one of its words"),
         ("cycles = []", 'cycles = ["G81"]', "toy:7: 'cycles' has G81, which is not one of its words"),
-        ('"rs274"', '"siemens"', "toy:5: 'groups' is 'siemens', but must be one of rs274, fanuc"),
+        ('"rs274"', '"siemens"', "toy:5: 'groups' is 'siemens'; choose one of rs274, fanuc"),
     ],
 )
 def test_words_that_leafcut_does_not_understand_are_refused_with_their_line(old: str, new: str, words: str) -> None:

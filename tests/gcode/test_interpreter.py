@@ -9,7 +9,7 @@ import pytest
 
 from leafcut.errors import ReadError
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.own_program import interpret
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Motion, Toolpath, arc_sweep
 
 NAN = math.nan

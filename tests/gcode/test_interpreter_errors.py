@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from leafcut.errors import LeafcutError, ReadError
 from leafcut.gcode.dialects import dialect, dialects
-from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.own_program import interpret
 
 HEAD = "G21 G90\nG0 X0 Y0 Z10\nF60\n"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.own_program import interpret
 from rs274_moves import PRINTED, RECORDED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 from shared_data import DATA
 

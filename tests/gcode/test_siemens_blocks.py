@@ -6,7 +6,7 @@ import pytest
 
 from leafcut.errors import ReadError
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.own_program import interpret
 from leafcut.gcode.sinumerik import sinumerik_block
 from leafcut.gcode.words import BlockError
 from leafcut.model.toolpath import DrillCycle, Kind

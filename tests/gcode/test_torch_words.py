@@ -10,7 +10,7 @@ import pytest
 
 from leafcut.errors import PostError, ReadError
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.own_program import interpret
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.gcode.torch import convert_for_controller
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder

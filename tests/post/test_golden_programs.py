@@ -12,8 +12,8 @@ import pytest
 from toolpaths import MILLING, assert_same_rows, two_tools, units_of
 
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.interpreter import interpret
 from leafcut.gcode.numbers import NumberFormat
+from leafcut.gcode.own_program import interpret
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind
 from leafcut.options import PostOptions

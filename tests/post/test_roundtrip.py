@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from toolpaths import MILLING, assert_same_rows, planned, units_of
 
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.interpreter import interpret
 from leafcut.gcode.numbers import NumberFormat
+from leafcut.gcode.own_program import interpret
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.options import PostOptions

@@ -10,7 +10,7 @@ from toolpaths import MILLING, two_tools, units_of
 
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.own_program import interpret
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Motion, Toolpath, ToolpathBuilder
 from leafcut.options import PostOptions
 from leafcut.post.comments import comment_lines, plain_text

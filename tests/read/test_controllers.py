@@ -390,7 +390,7 @@ def test_an_axis_whose_travel_is_unknown_leaves_the_others_checked(tmp_path: Pat
     with pytest.raises(VerifyError, match=r"the machine's travel is 9\.000 mm"):
         leafcut.optimize("example:plate-10", machine=str(file), thickness=5)
     file.write_text(FOUR + '[travel]\nmin = "0 mm"\nmax = ["1 m", "1 m", "unknwon"]\n')
-    with pytest.raises(OptionError, match="'max' is wrong"):
+    with pytest.raises(OptionError, match=r"'travel\.max' is wrong"):
         load_machine(str(file))
 
 

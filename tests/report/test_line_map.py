@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.own_program import interpret
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import DrillCycle, Kind, ToolpathBuilder
 from leafcut.report.playback import written_lines

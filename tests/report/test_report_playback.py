@@ -12,7 +12,7 @@ import pytest
 
 import leafcut
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.own_program import interpret
 from leafcut.model.machine import Machine
 from leafcut.model.outcome import Outcome
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder

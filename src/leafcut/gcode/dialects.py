@@ -5,20 +5,71 @@ file; or an installed package (`leafcut.dialects`).
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cache, cached_property
 from importlib.resources import files
 from pathlib import Path
-from types import UnionType
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Any
 
 from leafcut.errors import DataError, OptionError, name_suggestion, printable
 from leafcut.files.plugins import PluginKind, file_of
 from leafcut.files.schemas import DIALECT
+from leafcut.files.toml_table import TomlTable
 from leafcut.files.whole_files import line_of, parse_toml, toml_bytes
-from leafcut.gcode.dialect_checks import fault_of_value, faults_of_words
+from leafcut.gcode.word_groups import GROUP_OF, M_GROUP_OF
 from leafcut.message import Message
+from leafcut.model.kinds import CutMethod
+
+_CYCLES = ("G81", "G82", "G83", "G73", "G84", "G85")
+#: Key → limits of its value, as arguments of the methods of `TomlTable`. With fewer decimals the verification of a
+#: program fails.
+_LIMITS: dict[str, dict[str, Any]] = {
+    "max_line": {"lowest": 40, "highest": 10_000},
+    "decimals_mm": {"lowest": 2, "highest": 6},
+    "decimals_inch": {"lowest": 3, "highest": 7},
+} | {
+    key: {"choices": choices}
+    for key, choices in {
+        "language": ("g-code", "sinumerik", "klartext"),
+        "groups": ("rs274", "fanuc"),
+        "percent": ("", "frame", "title"),
+        "units_mm": ("G21", "G71", "G710", ""),
+        "units_inch": ("G20", "G70", "G700", ""),
+        "comments": ("()", ";"),
+        "cycles": _CYCLES,
+        "cycle_words": ("rs274", "fagor", "siemens", "klartext"),
+        "dwell_cycles": _CYCLES,
+        "dwell_unit": ("s", "ms", "point", "cs"),
+        "tool_change": ("M6", "pause", "M0"),
+        "stop_word": ("M0", "M226"),
+        "length_offset": ("H", "D", "edge", ""),
+        "length_offset_off": ("G49", "G44", "D0", ""),
+        "machine_move": ("G53", "G28", "SUPA", ""),
+        "end_word": ("M2", "M30", ""),
+        "end_required": ("", "word", "percent"),
+        "line_ends": ("", "lf", "any"),
+        "torch.cuts": tuple(CutMethod),
+        "torch.heights": ("program", "controller", "none"),
+        "torch.compensation": ("", "G41", "G41.1"),
+        "torch.probe": ("", "G38.2"),
+    }.items()
+}
+
+#: Pattern of a text, and its description.
+_PATTERNS = {
+    "extension": (r"\.[A-Za-z0-9]{1,8}", Message("a point and up to eight letters and digits, such as .nc")),
+    "dwell_letter": (r"[A-Z]", Message("a capital letter")),
+    "repeat_letter": (r"[A-Z]?", Message("a capital letter, or empty")),
+    "description": (r".+", Message("a text")),
+}
+
+#: Values of keys that a language requires, because its writer and its reader know no others.
+_REQUIRED = {"klartext": {"end_word": "M30", "stop_word": "M0"}, "sinumerik": {"length_offset": "edge"}}
+
+#: Placeholders for the beam power and the material number in the words of a torch.
+POWER, NUMBER = "{power}", "{number}"
+_PLACES = {"on": POWER, "mark_on": POWER, "material": NUMBER}
 
 
 @dataclass(frozen=True)
@@ -333,85 +384,137 @@ def parse_dialect(content: bytes, name: str, place: str = "") -> Dialect:
     unknown or missing, or a value is invalid.
     """
     place = place or Message("dialect {}", name)
-    said = parse_toml(content, place, DIALECT)
+    given = parse_toml(content, place, DIALECT)
+    try:
+        return _dialect_of(given, name)
+    except DataError as problem:
+        line = line_of(content.decode("utf-8", errors="replace"), problem.table, problem.key)
+        raise DataError("{}{}: {}", place, f":{line}" if line else "", problem) from None
 
-    def refused(key: str, words: str) -> DataError:
-        section, _, bare = key.rpartition(".")
-        line = line_of(content.decode("utf-8", errors="replace"), section, bare)
-        return DataError("{}{}: {}", place, f":{line}" if line else "", words)
 
-    base = said.pop("base", None)
-    if base is not None and base not in _shipped_names():
-        words = name_suggestion(str(base)[:80], sorted(_shipped_names()))
-        raise refused("base", Message("'base' is '{}'{}", printable(str(base)), words))
-    for key in _TABLES:
-        if key in said and not isinstance(said[key], dict):
-            raise refused(key, Message("'{}' is not a table; write [{}]", key, key))
-    table = _merge_with_base(said, base)
-    _check_kinds(table, Dialect, "", refused)
-    if "torch" in table:
-        _check_kinds(table["torch"], Torch, "torch.", refused)
-    known = _key_types(Dialect)
-    for key in table.get("sources", {}):
-        if key not in (*known, "torch") or not isinstance(table["sources"][key], str):
-            raise refused(
-                f"sources.{key}",
-                Message("'{}' in [sources] must be a key of the dialect, with a text as its value", printable(key)),
+def _dialect_of(given: dict[str, Any], name: str) -> Dialect:
+    base_name = given.pop("base", None)
+    if base_name is not None and base_name not in _shipped_names():
+        suggestion = name_suggestion(str(base_name)[:80], sorted(_shipped_names()))
+        raise DataError("'base' is '{}'{}", printable(str(base_name)), suggestion).at(key="base")
+    base = None if base_name is None else _shipped(base_name)
+    for key in ("g_words", "m_words"):  # these texts may span several lines
+        if isinstance(given.get(key), str):
+            given[key] = " ".join(given[key].split())
+    top = TomlTable(given, "", _keys(Dialect))
+    values = _values(top, Dialect, base)
+    if "torch" in top:
+        base_torch = None if base is None else base.torch
+        torch = _values(top.table("torch", _keys(Torch)), Torch, base_torch)
+        values["torch"] = Torch(**torch) if base_torch is None else replace(base_torch, **torch)
+    sources = top.table("sources", _keys(Dialect))
+    values["sources"] = ({} if base is None else base.sources) | {key: sources.text(key) for key in sources.values}
+    dialect = Dialect(name=name, **values) if base is None else replace(base, name=name, **values)
+    for place, message in _faults_of_words(dialect):
+        table, _, key = place.rpartition(".")
+        raise DataError("'{}' {}", place, message).at(table, key=key)
+    return dialect
+
+
+def _keys(kind: type[Dialect | Torch]) -> list[str]:
+    return [key.name for key in fields(kind) if key.name not in ("name", "family")]
+
+
+def _values(table: TomlTable, kind: type[Dialect | Torch], base: Dialect | Torch | None) -> dict[str, Any]:
+    """Return the values of a table, without nested tables; without a base, all required keys must be given."""
+    read: dict[str, Callable[..., Any]] = {
+        "str": table.text,
+        "bool": table.flag,
+        "int": table.whole,
+        "tuple[str, ...]": table.texts,
+    }
+    values: dict[str, Any] = {}
+    for key in fields(kind):
+        read_value = read.get(str(key.type).removesuffix(" | None"))
+        required = base is None and key.default is key.default_factory is MISSING and key.name != "name"
+        if read_value is not None and (key.name in table or required):
+            limits = _LIMITS.get(f"{table.section[0]}.{key.name}".lstrip("."), {})
+            values[key.name] = read_value(key.name, **limits)
+    return values
+
+
+def _faults_of_words(dialect: Dialect) -> Iterator[tuple[str, Message]]:
+    """Yield the keys of a dialect with inconsistent words, and the errors: both the controller and leafcut must support
+    every word that leafcut writes.
+    """
+    yield from _faults_of_texts(dialect)
+    g_words, m_words = dialect.g_words.split(), dialect.m_words.split()
+    for key, words, letter, known in (
+        ("g_words", g_words, "G", {f"G{code / 10:g}" for code in GROUP_OF}),
+        ("m_words", m_words, "M", {f"M{code}" for code in M_GROUP_OF}),
+    ):
+        for word in words:
+            if word not in known:
+                yield key, Message("has '{}', which is no {} word that leafcut understands", printable(word), letter)
+    for key, value in _REQUIRED.get(dialect.language, {}).items():
+        if getattr(dialect, key) != value:
+            yield (
+                key,
+                Message("is '{}', but must be {} in the language {}", getattr(dialect, key), value, dialect.language),
             )
-    torch = {**_default_values(Torch), **table["torch"]} if "torch" in table else None
-    for key, words in faults_of_words({**_default_values(Dialect), **table, "torch": torch}):
-        raise refused(key, Message("'{}' {}", key, words))
-    table["torch"] = None if torch is None else Torch(**_lists_to_tuples(torch))
-    return Dialect(name=name, family=base or "", **_lists_to_tuples(table))
+    known_words = {*g_words, *m_words}
+    for key in ("units_mm", "units_inch", "end_word"):
+        word = getattr(dialect, key)
+        if word and word not in known_words:
+            yield key, Message("is {}, which is not one of its words", word)
+    written: dict[str, Any] = {"opening": dialect.opening, "preamble": dialect.preamble}
+    if dialect.cycle_words == "rs274":
+        written["cycles"] = dialect.cycles
+    if dialect.torch is not None:
+        yield from _faults_of_torch(dialect.torch)
+        torch_words = vars(dialect.torch).items()
+        written |= {f"torch.{key}": value for key, value in torch_words if key not in ("cuts", "compensation")}
+    for key, value in written.items():
+        for word in re.findall(r"[GM]\d[\d.]*", _joined_text(value)):
+            if word not in known_words:
+                yield key, Message("has {}, which is not one of its words", word)
 
 
-#: Nested tables of a dialect; keys missing in them are inherited from the base, too.
-_TABLES = ("torch", "sources")
+def _faults_of_texts(dialect: Dialect) -> Iterator[tuple[str, Message]]:
+    for key, (pattern, description) in _PATTERNS.items():
+        text = getattr(dialect, key)
+        if not re.fullmatch(pattern, text):
+            yield key, Message("is '{}', but must be {}", printable(text), description)
+    for key, value in _REQUIRED.get(dialect.language, {}).items():
+        text = getattr(dialect, key)
+        if text != value:
+            yield key, Message("is '{}', but must be {} in the language {}", text, value, dialect.language)
 
 
-def _merge_with_base(said: dict[str, Any], base: str | None) -> dict[str, Any]:
-    if base is None:
-        return said
-    below = parse_toml(_content(base), base, DIALECT)
-    below = _merge_with_base(below, below.pop("base", None))
-    tables = {key: {**below.get(key, {}), **said.get(key, {})} for key in _TABLES if key in below or key in said}
-    return {**below, **said, **tables}
+def _joined_text(value: Any) -> str:
+    return " ".join(value) if isinstance(value, list | tuple) else str(value)
 
 
-def _key_types(of: type[Dialect] | type[Torch]) -> dict[str, Any]:
-    """Return the allowed keys of a file and their types, without nested tables."""
-    return {key: kind for key, kind in get_type_hints(of).items() if key not in ("name", "family", *_TABLES)}
-
-
-def _check_kinds(
-    table: dict[str, Any], of: type[Dialect] | type[Torch], place: str, refused: Callable[[str, str], DataError]
-) -> None:
-    kinds = _key_types(of)
-    known = [*kinds, *(_TABLES if of is Dialect else ())]
-    for key, value in table.items():
-        if key not in known:
-            raise refused(place + key, Message("unknown key '{}'{}", printable(key), name_suggestion(key[:80], known)))
-        fault = "" if key in _TABLES else fault_of_value(place + key, value, _without_none(kinds[key]))
-        if fault:
-            raise refused(place + key, f"'{place + key}' {fault}")
-    for one in fields(of):
-        if one.name in kinds and one.name not in table and one.default is one.default_factory is MISSING:
-            raise refused(place.rstrip("."), Message("'{}' is missing", place + one.name))
-
-
-def _default_values(of: type[Dialect] | type[Torch]) -> dict[str, Any]:
-    return {one.name: one.default for one in fields(of) if one.default is not MISSING}
-
-
-def _without_none(kind: Any) -> Any:
-    """Return a type without its None alternative, which a file cannot express."""
-    return (
-        next((one for one in get_args(kind) if one is not type(None)), kind) if get_origin(kind) is UnionType else kind
-    )
-
-
-def _lists_to_tuples(table: dict[str, Any]) -> dict[str, Any]:
-    return {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
+def _faults_of_torch(torch: Torch) -> Iterator[tuple[str, Message]]:
+    for key, wanted in (("on", "M3 M4"), ("off", "M5"), ("mark_on", "M3 M4"), ("mark_off", "M5")):
+        words = getattr(torch, key)
+        switches = [word for word in words.split() if word.startswith("M")]
+        if not words and key.startswith("mark"):
+            continue
+        if len(switches) != 1 or switches[0] not in wanted.split():
+            yield (
+                f"torch.{key}",
+                (
+                    Message("must have the word M3 or M4, and no other M word")
+                    if key in ("on", "mark_on")
+                    else Message("must have the word M5, and no other M word")
+                ),
+            )
+    for key, value in vars(torch).items():
+        text = _joined_text(value)
+        rest = text.replace(_PLACES[key], "") if key in _PLACES else text
+        if "{" in rest or "}" in rest:
+            yield (
+                f"torch.{key}",
+                Message("has a brace; only {} in on and mark_on and {} in material are numbers", POWER, NUMBER),
+            )
+    if (POWER in torch.on) != torch.power:
+        yield "torch.on", Message("must have {} where power = true, and only there", POWER)
 
 
 def _content(name: str) -> bytes:

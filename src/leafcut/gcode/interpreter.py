@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
 from dataclasses import replace
 
 from leafcut.errors import ReadError
@@ -23,7 +22,6 @@ from leafcut.gcode.torch import (
     lower_feed,
     material_block,
     run_outputs,
-    set_outputs_after_abort,
     set_speed,
     spindle_number,
 )
@@ -39,10 +37,10 @@ from leafcut.gcode.word_groups import (
     SortedBlock,
     sort_words,
 )
-from leafcut.gcode.words import Block, BlockError, UnclearBlock, Word, lines
+from leafcut.gcode.words import Block, BlockError, UnclearBlock, Word
 from leafcut.message import Message
 from leafcut.model.cycles import PECKING
-from leafcut.model.toolpath import STILL, UNKNOWN, Kind, Toolpath
+from leafcut.model.toolpath import STILL, UNKNOWN, Kind
 
 #: G38.2 as a motion.
 _PROBE = 38
@@ -71,65 +69,6 @@ _ALL = (True, True, True)
 _NONE = (False, False, False)
 #: Maximum number of rows; a longer program has an error in a repeat count, and would fill the memory.
 MAX_ROWS = 10_000_000
-
-
-def interpret(
-    text: str,
-    dialect: Dialect,
-    file: str = "program",
-    *,
-    left_over: bool = False,
-    material_feeds: Mapping[int, float] | None = None,
-) -> Toolpath:
-    """Return the motions and commands of a program; every word must be supported.
-
-    Coordinates are NaN until the program moves their axis. Text after the end of the program is ignored. G28 and G30
-    are assumed to end at machine zero.
-
-    Parameters
-    ----------
-    left_over
-        True: start with modes that another program may have left active (G1, G18, G91, G95, G99), which exposes a
-        program that does not state its own modes. False: start with the power-on modes.
-    material_feeds
-        Feeds in the controller's material table, mm/s, by number. M190 selects the number, and the material F word of
-        the dialect uses its feed. Other numbers are errors. None: any number may be selected; all feeds are unknown.
-
-    Raises ReadError if a word or block is unsupported (the message has its line), or the end required by the controller
-    is missing.
-    """
-    if dialect.language == "klartext":
-        from leafcut.gcode.klartext import interpret_klartext
-
-        return interpret_klartext(text, file)
-    state = InterpreterState(dialect=dialect)
-    state.material_feeds = material_feeds
-    if left_over:
-        state.motion, state.plane, state.incremental, state.to_initial = 1, 18, True, False
-        # A control without G94 has no other feed mode.
-        state.feed_mode = 95 if 940 in dialect.g_codes else 94
-        state.offset_on = dialect.length_offset == "edge"
-        set_outputs_after_abort(state)
-    interpreter = _interpreter_of(dialect.language)(state)
-    for number, line in lines(text):
-        if not line or line.isspace():
-            continue
-        try:
-            interpreter.run_line(line, number)
-        except BlockError as problem:
-            raise ReadError(file, str(problem), number) from None
-        if interpreter.ended:
-            break
-    interpreter.check_end(file)
-    return state.path.build()
-
-
-def _interpreter_of(language: str) -> type[Interpreter]:
-    if language == "sinumerik":
-        from leafcut.gcode.sinumerik import SinumerikInterpreter
-
-        return SinumerikInterpreter
-    return Interpreter
 
 
 def _known_codes(dialect: Dialect) -> frozenset[int]:

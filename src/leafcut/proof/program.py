@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from leafcut.errors import ReadError
 from leafcut.gcode.active_comments import is_active_comment
 from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.own_program import interpret
 from leafcut.gcode.words import COMMENT, lines
 from leafcut.message import Message
 from leafcut.model.cycles import expand

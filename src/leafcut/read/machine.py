@@ -15,6 +15,7 @@ from typing import Any
 from leafcut.errors import DataError, OptionError, name_suggestion, printable
 from leafcut.files.plugins import PluginKind, file_of
 from leafcut.files.schemas import MACHINE
+from leafcut.files.toml_table import TomlTable
 from leafcut.files.whole_files import parse_toml, read_toml
 from leafcut.gcode.dialects import DIALECTS, dialect, dialects
 from leafcut.message import Message
@@ -30,7 +31,6 @@ from leafcut.read.machine_keys import (
     profile_template,
     with_defaults,
 )
-from leafcut.read.toml_table import TomlTable
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Tolerance of axis limits in LinuxCNC and other controllers, mm.

@@ -9,12 +9,12 @@ from typing import Any
 
 from leafcut.errors import DataError, OptionError, printable
 from leafcut.files.schemas import TOOLS
+from leafcut.files.toml_table import TomlTable
 from leafcut.files.whole_files import read_toml
 from leafcut.message import Message
 from leafcut.model.kinds import ToolMaterial
 from leafcut.model.tool import CONES, MILLS, BodySegment, Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.options import CYCLES
-from leafcut.read.toml_table import TomlTable
 from leafcut.read.tool_formats import rows_of
 from leafcut.read.tool_keys import HOLE_KEYS, NO_TOOLS, TOOL_KEYS
 from leafcut.read.tool_kinds import ToolRow

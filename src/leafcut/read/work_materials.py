@@ -11,10 +11,10 @@ from typing import Any
 
 from leafcut.errors import DataError, OptionError, name_suggestion
 from leafcut.files.schemas import MATERIAL
+from leafcut.files.toml_table import TomlTable
 from leafcut.files.whole_files import parse_toml, read_toml
 from leafcut.model.kinds import CuttingWork, ToolMaterial
 from leafcut.model.work_material import ToolLife, WorkMaterial
-from leafcut.read.toml_table import TomlTable
 from leafcut.units import SECONDS_PER_MINUTE
 
 _EXPONENTS = ("diameter", "feed", "width", "depth", "teeth")

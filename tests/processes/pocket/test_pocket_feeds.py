@@ -13,7 +13,7 @@ import shapely
 from leafcut import api
 from leafcut.errors import OptionError, PlanError, VerifyError
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.own_program import interpret
 from leafcut.material.cutting_force import DRIVE_EFFICIENCY
 from leafcut.material.height_field import HeightField, StockBlock
 from leafcut.material.loads import StockBefore, compute_loads

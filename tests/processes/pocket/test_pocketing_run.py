@@ -23,7 +23,7 @@ from leafcut import api
 from leafcut.cli.app import run
 from leafcut.errors import LeafcutError, OptionError, PlanError, VerifyError
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.own_program import interpret
 from leafcut.model.heartbeat import Progress, Trial
 from leafcut.model.outcome import Outcome
 from leafcut.model.pocket import PocketMeasures, PocketPath, PocketResult

@@ -11,7 +11,7 @@ import pytest
 
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import dialect, dialects
-from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.own_program import interpret
 from leafcut.model.cutting import CutData, CutPlan
 from leafcut.model.sheet import Sheet
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder

@@ -18,7 +18,7 @@ from leafcut import api
 from leafcut.cli.app import run
 from leafcut.errors import OptionError, PlanError, PostError, VerifyError
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.own_program import interpret
 from leafcut.model.toolpath import Kind
 from leafcut.processes.registry import report_of
 from leafcut.read.plan_file import load_plan

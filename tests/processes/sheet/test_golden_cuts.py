@@ -12,7 +12,7 @@ import pytest
 from test_cutting_programs import choose, light, written
 
 from leafcut.gcode.dialects import Torch, dialect, dialects
-from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.own_program import interpret
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder
 from leafcut.options import PostOptions
 

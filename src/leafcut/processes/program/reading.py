@@ -289,7 +289,7 @@ def _laser_for(program: Program) -> str:
 
 def _read_leafcut_language(text: str, source: str, settings: Settings, machine: Machine, words: Dialect) -> ProgramRead:
     """Read a program in a language other than G-code, which must be output of leafcut."""
-    from leafcut.gcode.interpreter import interpret
+    from leafcut.gcode.own_program import interpret
     from leafcut.gcode.program import Program
     from leafcut.gcode.program_interpreter import split_lines
 

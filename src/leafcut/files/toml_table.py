@@ -16,29 +16,30 @@ T = TypeVar("T")
 class TomlTable:
     """One table of a TOML file, with typed access to its values.
 
-    `place` is the prefix of messages: the file, and the table in it. `section` is the name of the table, and its number
+    `place` is the prefix of messages, such as the file; "" for none. `section` is the name of the table, and its number
     in an array, from 1; ("", 0) for the whole file.
     """
 
     def __init__(self, values: Any, place: str, keys: Iterable[str], section: tuple[str, int] = ("", 0)) -> None:
-        self.section = section
+        self.section, self.place = section, place
+        name, number = section
+        self._prefix = f"{name}." if name and not number else ""
         if not isinstance(values, Mapping):
-            raise DataError("{}: is not a table", place).at(*section)
+            self.section, self._prefix = ("", 0), ""
+            raise self._error(name, Message("'{}' is not a table; write [{}]", name, name))
         self.values: Mapping[str, Any] = values
-        self.place = place
         known = tuple(keys)
         for key in values:
             if key not in known:
-                raise DataError("{}: unknown key '{}'{}", place, _shown(key), name_suggestion(key[:80], known)).at(
-                    *section, key
-                )
+                shown, suggestion = _shown(self._prefix + key), name_suggestion(key[:80], known)
+                raise self._error(key, Message("unknown key '{}'{}", shown, suggestion))
 
     def __contains__(self, key: str) -> bool:
         return key in self.values
 
     def problem(self, key: str, reason: str, *values: object) -> DataError:
         """Return the error for the value of `key`; `reason` is a template for `values`."""
-        return self._error(key, Message(f"'{{}}' {reason}", key, *values))
+        return self._error(key, Message(f"'{{}}' {reason}", self._prefix + key, *values))
 
     def _error(self, key: str, message: Message) -> DataError:
         message = Message("{}: {}", self.place, message) if self.place else message
@@ -46,7 +47,7 @@ class TomlTable:
 
     def table(self, key: str, keys: Iterable[str]) -> TomlTable:
         """Return the table `key`; empty if missing."""
-        return TomlTable(self.values.get(key, {}), f"{self.place}: [{key}]", keys, (key, 0))
+        return TomlTable(self.values.get(key, {}), self.place, keys, (key, 0))
 
     def text(self, key: str, default: str | None = None, choices: Iterable[str] = ()) -> str:
         """Return a single-line string; without `default` the key is required."""
@@ -55,17 +56,30 @@ class TomlTable:
             raise self.problem(key, "is {}, but must be a text of one line", _shown(value))
         known = tuple(choices)
         if known and value not in known:
-            raise self.problem(key, "is '{}'{}", _shown(value), name_suggestion(value[:80], known))
+            suggestion = name_suggestion(value[:80], [choice for choice in known if choice])
+            raise self.problem(key, "is '{}'{}", _shown(value), suggestion)
         return value
 
-    def flag(self, key: str, default: bool) -> bool:
+    def texts(self, key: str, choices: Iterable[str] = ()) -> tuple[str, ...]:
+        """Return a list of single-line strings that are not blank."""
+        value, known = self._get(key, None), tuple(choices)
+        if not isinstance(value, list):
+            raise self.problem(key, "is {}, but must be a list of texts", _shown(value))
+        for item in value:
+            if not isinstance(item, str) or not item.isprintable() or not item.strip():
+                raise self.problem(key, "has {}, but must be a list of texts of one line", _shown(item))
+            if known and item not in known:
+                raise self.problem(key, "has '{}'{}", _shown(item), name_suggestion(item[:80], known))
+        return tuple(value)
+
+    def flag(self, key: str, default: bool | None = None) -> bool:
         """Return a bool."""
         value = self._get(key, default)
         if not isinstance(value, bool):
             raise self.problem(key, "is {}, but must be true or false", _shown(value))
         return value
 
-    def whole(self, key: str, lowest: int, highest: int) -> int:
+    def whole(self, key: str, lowest: int = 0, highest: int = 9999) -> int:
         """Return an integer within bounds."""
         return self._whole(key, self._get(key, None), lowest, highest)
 
@@ -115,7 +129,7 @@ class TomlTable:
         if key in self.values:
             return self.values[key]
         if default is None:
-            raise self._error(key, Message("the key '{}' is missing", key))
+            raise self._error(key, Message("the key '{}' is missing", self._prefix + key))
         return default
 
     def _whole(self, key: str, value: Any, lowest: int, highest: int) -> int:

@@ -1,0 +1,73 @@
+"""Interpretation of a program that leafcut wrote, in the language of its controller."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from leafcut.errors import ReadError
+from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.interpreter import Interpreter
+from leafcut.gcode.state import InterpreterState
+from leafcut.gcode.torch import set_outputs_after_abort
+from leafcut.gcode.words import BlockError, lines
+from leafcut.model.toolpath import Toolpath
+
+
+def interpret(
+    text: str,
+    dialect: Dialect,
+    file: str = "program",
+    *,
+    left_over: bool = False,
+    material_feeds: Mapping[int, float] | None = None,
+) -> Toolpath:
+    """Return the motions and commands of a program; every word must be supported.
+
+    Coordinates are NaN until the program moves their axis. Text after the end of the program is ignored. G28 and G30
+    are assumed to end at machine zero.
+
+    Parameters
+    ----------
+    left_over
+        True: start with modes that another program may have left active (G1, G18, G91, G95, G99), which exposes a
+        program that does not state its own modes. False: start with the power-on modes.
+    material_feeds
+        Feeds in the controller's material table, mm/s, by number. M190 selects the number, and the material F word of
+        the dialect uses its feed. Other numbers are errors. None: any number may be selected; all feeds are unknown.
+
+    Raises ReadError if a word or block is unsupported (the message has its line), or the end required by the controller
+    is missing.
+    """
+    if dialect.language == "klartext":
+        from leafcut.gcode.klartext import interpret_klartext
+
+        return interpret_klartext(text, file)
+    state = InterpreterState(dialect=dialect)
+    state.material_feeds = material_feeds
+    if left_over:
+        state.motion, state.plane, state.incremental, state.to_initial = 1, 18, True, False
+        # A control without G94 has no other feed mode.
+        state.feed_mode = 95 if 940 in dialect.g_codes else 94
+        state.offset_on = dialect.length_offset == "edge"
+        set_outputs_after_abort(state)
+    interpreter = _interpreter_of(dialect.language)(state)
+    for number, line in lines(text):
+        if not line or line.isspace():
+            continue
+        try:
+            interpreter.run_line(line, number)
+        except BlockError as problem:
+            raise ReadError(file, str(problem), number) from None
+        if interpreter.ended:
+            break
+    interpreter.check_end(file)
+    return state.path.build()
+
+
+def _interpreter_of(language: str) -> type[Interpreter]:
+    """Return the interpreter of a language; all dialects without their own language use that of G-code."""
+    if language == "sinumerik":
+        from leafcut.gcode.sinumerik import SinumerikInterpreter
+
+        return SinumerikInterpreter
+    return Interpreter
