@@ -9,7 +9,7 @@ import pytest
 
 from leafcut.errors import SolveError
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
+from leafcut.options import ALGORITHM_TITLES, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order import algorithms
 from leafcut.order.algorithms import (
     CHOICES,
@@ -59,40 +59,14 @@ def table(n: int, one_way: bool) -> RoutingProblem:
     )
 
 
-def test_the_built_in_algorithms_have_one_or_both_move_sets() -> None:
-    def told(registry: dict[str, Algorithm]) -> dict[str, tuple[object, ...]]:
-        return {name: (a.name, a.has_choices, a.few, a.candidates, a.warm is not None) for name, a in registry.items()}
-
-    assert told(PLACES) == {
-        "colony": ("colony", False, False, 8, True),
-        **{name: (name, False, False, 16, False) for name in (*ANTS, "firefly")},
-        "kicks": ("kicks", False, False, 8, True),
-        **{name: (name, False, False, 16, False) for name in ("2opt", "nn")},
-    }
-    assert told(CHOICES) == {
-        "colony": ("colony", True, False, 8, True),
-        **{name: (name, True, True, 16, False) for name in (*ANTS, "firefly")},
-        "nn": ("nn", True, False, 16, False),
-    }
+def test_each_entry_of_a_registry_has_its_key_as_name_and_the_move_set_of_the_registry() -> None:
+    for registry, has_choices in ((PLACES, False), (CHOICES, True)):
+        assert all((name, has_choices) == (a.name, a.has_choices) for name, a in registry.items())
 
 
-def test_the_built_in_algorithms_run_and_check_what_they_are_named_after() -> None:
-    ants, flies = algorithms.run_ants, algorithms.run_fireflies
-    assert {name: a.search for name, a in PLACES.items() if name != "2opt"} == {
-        "colony": algorithms.run_colony, "kicks": algorithms.run_kicks, "firefly": flies,
-        "nn": algorithms._nearest_tour,
-        **dict.fromkeys(ANTS, ants),
-    }  # fmt: skip
-    assert {name: a.search for name, a in CHOICES.items()} == {
-        "colony": algorithms.run_paths, "firefly": flies, "nn": algorithms._nearest_path, **dict.fromkeys(ANTS, ants),
-    }  # fmt: skip
-    assert (PLACES["colony"].warm, PLACES["kicks"].warm) == (algorithms.warm_colony, algorithms.warm_kicks)
-    assert CHOICES["colony"].warm is algorithms.warm_paths
-    for registry in (PLACES, CHOICES):
-        assert registry["firefly"].check is algorithms.check_fireflies
-        assert all(registry[name].check is algorithms.check_ants for name in ANTS)
-        for name in {"colony", "kicks", "2opt", "nn"} & registry.keys():
-            registry[name].check(name, AcoOptions(parallel="gpu"), FireflyOptions(variant="published"), True)
+def test_every_value_of_the_option_but_auto_and_none_is_an_algorithm_for_places() -> None:
+    assert set(ALGORITHM_TITLES) == {"auto", "none", *PLACES}
+    assert CHOICES.keys() <= PLACES.keys()
 
 
 @pytest.mark.parametrize(

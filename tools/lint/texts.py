@@ -7,6 +7,7 @@ from collections.abc import Iterator, Set
 
 import sources
 
+from leafcut.lab.experiment import COMPARED
 from leafcut.options import AcoOptions
 from leafcut.processes.settings import all_options, group_of
 from leafcut.studio.jobs.history import JobState
@@ -64,12 +65,13 @@ def _differences(file: str, keys: Set[str], wanted: Set[str]) -> Iterator[str]:
 
 
 def faults_of_keys() -> Iterator[str]:
-    """Yield missing keys for groups, commands and states, and keys that belong to none of these."""
+    """Yield missing keys for algorithms, groups, commands and states, and keys that belong to none of these."""
     groups = {key for work in forms.works().values() for key, _ in work.groups} | {"aco", "firefly", "cuts"}
     for key in sorted(key for key in EN.table if key.startswith("option.")):
         if key.removeprefix("option.") not in {name for _, name, _ in all_options()}:
             yield f"{EN_FILE}: unknown key {key}"
     for section, names in {
+        "algorithm": set(COMPARED),
         "group": groups,
         "work": set(forms.works()),
         "state": {state.value for state in JobState},
