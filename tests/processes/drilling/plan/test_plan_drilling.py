@@ -391,7 +391,7 @@ def test_the_end_point_is_reached_high_up_and_last() -> None:
 
 @pytest.mark.parametrize("flag", ["start_point", "end_point"])
 def test_start_and_end_are_places_in_the_plane(flag: str) -> None:
-    with pytest.raises(OptionError, match="needs two numbers"):
+    with pytest.raises(OptionError, match="need two numbers"):
         plan(**{flag: "1,2,3"})
     assert plan(**{flag: "free"}) is not None
 

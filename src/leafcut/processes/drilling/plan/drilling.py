@@ -32,6 +32,7 @@ from leafcut.processes.drilling.plan.depth_rule import (
     tap_lead_issue,
 )
 from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
+from leafcut.processes.job import plane_point
 from leafcut.processes.spindle_moves import check_speeds, check_spindle_heights
 from leafcut.processes.zones import boxes_of, crossing_heights, parse_zones, refuse_higher_zones
 
@@ -224,8 +225,8 @@ def plan_drilling(
         deeper=deeper,
         zones=parse_zones(job.keep_out),
         zone_heights=crossing_heights(job.keep_out, raised_job.clearance_height),
-        start=_checked_point(job.start_point, "--start-point"),
-        end=_checked_point(job.end_point, "--end-point"),
+        start=plane_point(job.start_point),
+        end=plane_point(job.end_point),
         issues=(
             *height_issues,
             *wide_issues,
@@ -711,11 +712,3 @@ def _checked_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:
         peck=cycle.peck if cycle.name in ("G83", "G73") else 0.0,
         dwell=cycle.dwell if cycle.name in ("G82", "G84") else 0.0,
     )
-
-
-def _checked_point(point: tuple[float, ...] | None, flag: str) -> tuple[float, float] | None:
-    if point is None:
-        return None
-    if len(point) != 2:
-        raise OptionError("{}: needs two numbers, x,y", flag)
-    return point[0], point[1]
