@@ -245,7 +245,7 @@ class Process(Work, Protocol):
         from leafcut.processes.ordering import solutions_of_order
 
         solve = plan.job.settings.solve
-        if plan.keeps_given or not plan.unforced or solve.algorithm in ("nn", "none"):
+        if plan.keeps_given or not plan.may_fall_back or solve.algorithm in ("nn", "none"):
             return best
         reference = min(
             [given] if nearest is None else [given, nearest], key=lambda candidate: candidate.cost(solve.objective)
@@ -298,8 +298,11 @@ class Process(Work, Protocol):
         """Read the program back; return its toolpath, and the differences from the request."""
         raise NotImplementedError
 
-    def keep(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
-        """Return an order that leaves the refused tasks at their position in the input; `trial` counts from 1."""
+    def keep_in_place(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
+        """Return an order that leaves the refused tasks at their position in the input; `trial` counts from 1.
+
+        By default the refusal is final. Raises VerifyError if there is no such order.
+        """
         raise VerifyError("the program was not written: {}", refused)
 
     def finish(self, plan: Plan, best: Candidate) -> Candidate:

@@ -38,6 +38,10 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
 
 
 def _search_order(process: Process, plan: Plan) -> Order:
+    """Search for an order and apply the passes of the process, within the deadline of the job.
+
+    `find_order` divides its part of the time among the stages, and computes their lower bounds.
+    """
     order = find_order(plan.job, plan.stages, deadline=plan.job.deadline.part(plan.search_share))
     for improve in process.passes:
         order = improve(plan, order)
@@ -55,8 +59,10 @@ def _refuse_early(plan: Plan, given: Candidate) -> None:
 
 
 def _prove_order(process: Process, plan: Plan, order: Order, given: Candidate, nearest: Candidate | None) -> Candidate:
-    """Prove the program of an order. If a proof refuses some tasks, they keep their original position in the next
-    trial.
+    """Prove the program of an order, and return it with its text.
+
+    If the judge refuses the program, a foreign program gets another trial, in which the tasks at fault keep their
+    original position. For all other processes the refusal is final (`Process.keep_in_place`).
     """
     trial = 0
     while True:
@@ -66,7 +72,7 @@ def _prove_order(process: Process, plan: Plan, order: Order, given: Candidate, n
             return process.prove(plan, given, best)
         except OrderRefused as refused:
             trial += 1
-            order = process.keep(plan, order, refused, trial)
+            order = process.keep_in_place(plan, order, refused, trial)
             check_order(plan.stages, order)
 
 

@@ -45,8 +45,9 @@ class Plan:
         Whether the order of the input must not change; then there is no search.
     search_share
         Share of the remaining time for the search; the passes get the rest.
-    unforced
-        Whether the order of the input or the nearest-neighbour order may replace a slower result of the search.
+    may_fall_back
+        Whether `Process.fastest` may replace the result of the search by the order of the input or the
+        nearest-neighbour order, if that is faster. Passes of a process may do so in any case.
     encoding
         Encoding of the program file.
     limits
@@ -68,7 +69,7 @@ class Plan:
     issues: Sequence[Issue] = ()
     keeps_given: bool = False
     search_share: float = 1.0
-    unforced: bool = True
+    may_fall_back: bool = True
     encoding: str = "utf-8"
     limits: Machine | None = None
 

@@ -127,7 +127,7 @@ class Drilling(Process):
             made_for=drill_plan.made_for,
             start=drill_plan.start,
             issues=(*drill_plan.part.issues, *drill_plan.issues),
-            unforced=not first_nodes,
+            may_fall_back=not first_nodes,
         )
 
     def generate(self, plan: Plan, order: Order) -> Candidate:

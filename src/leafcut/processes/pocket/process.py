@@ -190,7 +190,7 @@ class Pocketing(Process):
             compared_with=f"by {' and '.join(dict.fromkeys(pocket.plan.usual.strategy for pocket in cleared))}",
             start=ours.start,
             issues=issues,
-            unforced=False,
+            may_fall_back=False,
         )
 
     def given(self, plan: Plan) -> Candidate:

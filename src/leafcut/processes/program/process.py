@@ -183,7 +183,7 @@ class ForeignProgram(Process):
 
         return prove_program(plan, best)
 
-    def keep(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
+    def keep_in_place(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
         """Return the order with the faulty pieces of work at their original place."""
         from leafcut.processes.program.proving import keep_tasks_in_place
 

@@ -148,7 +148,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
         issues=[*issues, *_probe_issues(probe)],
         keeps_given=settings.solve.keeps_order,
         search_share=SEARCH_SHARE,
-        unforced=False,
+        may_fall_back=False,
     )
     # The area that leads require does not depend on the order, so it is checked before the searches.
     refuse_too_large(check_envelope(cached_motion(plan, Order((given,))).path, job.machine), part, settings)
