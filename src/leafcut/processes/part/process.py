@@ -92,7 +92,7 @@ class PartMilling(Process):
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
         """Compare the program with the motion, the limits of the machine, and the drawing."""
         from leafcut.model.cutter import bodies_of
-        from leafcut.processes.part.judge import judge_part
+        from leafcut.processes.part.proof.part import judge_part
         from leafcut.processes.zones import crossing_heights, parse_zones
         from leafcut.proof.program import check_program, read_back
 
@@ -112,17 +112,19 @@ class PartMilling(Process):
         return written, [*problems, *judge_part(plan.spec, written)]
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return the operation of each drill with its holes, then that of the end mill with the number of edges."""
+        """Return the operation of each drill with its holes, then that of each mill with the number of its tasks."""
         from leafcut.model.outcome import OperationOutcome
 
-        *drilled, milled = best.order.solutions
+        groups, solutions = plan.work.groups, best.order.solutions
         operations, first = [], 0
-        for group, solution in zip(plan.work.groups, drilled, strict=True):
+        for group, solution in zip(groups, solutions[: len(groups)], strict=True):
             cycle = group.cycle.name if group.cycle.name in plan.dialect.cycles else ""
             holes = tuple(first + int(node) for node in solution.nodes)
             operations.append(OperationOutcome(group.tool, cycle, holes, False, solution))
             first += len(holes)
-        return (*operations, OperationOutcome(plan.tools[-1], "", (), False, milled, cuts=len(milled.nodes)))
+        for stage, solution in zip(plan.work.mills, solutions[len(groups) :], strict=True):
+            operations.append(OperationOutcome(stage.mill.data.tool, "", (), False, solution, cuts=len(solution.nodes)))
+        return tuple(operations)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> PartDetail:
         """Return the numbers of outlines, openings and tabs, and the heights."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,15 +18,16 @@ from leafcut.message import Message
 from leafcut.model.issue import Issue
 from leafcut.model.part import Hole
 from leafcut.model.plan import Candidate, Order, Stage
-from leafcut.model.problem import RoutingProblem
+from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import MillingOptions
 from leafcut.processes.job import Job, check_dialect_options, check_tool_changes, library_of, plane_point
-from leafcut.processes.milling.mill import MillingData, assumed_number, library_mill_for, milling_data
+from leafcut.processes.milling.mill import assumed_number, library_mill_for, milling_data
 from leafcut.processes.part.model import Edge, PartHole, PartRequest, TabRules
 from leafcut.processes.part.options import PartOptions
 from leafcut.processes.part.plan.holes import HoleGroup, fitting_drill, hole_groups
-from leafcut.processes.part.plan.motion import PartHeights, part_motion
+from leafcut.processes.part.plan.motion import part_motion
 from leafcut.processes.part.plan.outlines import OutlineCut, edges_of, missing_paths, plan_cuts
+from leafcut.processes.part.plan.task import Mill, MillTask, PartHeights
 from leafcut.processes.plan import Plan
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 from leafcut.timing.toolpath import measure_toolpath
@@ -41,18 +43,26 @@ _ROUND = 0.005
 
 
 @dataclass(frozen=True, eq=False)
+class MillStage:
+    """The tasks of a mill, ordered together; `nodes` has the task and the choice of each node of its problem."""
+
+    mill: Mill
+    tasks: tuple[MillTask, ...]
+
+    @cached_property
+    def nodes(self) -> tuple[tuple[int, int], ...]:
+        """Task and choice of each node."""
+        return tuple((k, choice) for k, task in enumerate(self.tasks) for choice in range(len(task.choices)))
+
+
+@dataclass(frozen=True, eq=False)
 class PartWork:
-    """The cuts of a part and its drilled holes.
+    """The work of a part: the holes of each drill, and the tasks of each mill; `cuts` are the tasks along edges."""
 
-    `nodes` has the cut and the start point (distance along its path, mm) of each choice of the mill.
-    """
-
-    cuts: tuple[OutlineCut, ...]
     groups: tuple[HoleGroup, ...]
-    nodes: tuple[tuple[int, float], ...]
-    data: MillingData
+    mills: tuple[MillStage, ...]
+    cuts: tuple[OutlineCut, ...]
     heights: PartHeights
-    climb: bool
 
 
 def plan_part(job: Job, source: Source) -> Plan:
@@ -95,21 +105,8 @@ def plan_part(job: Job, source: Source) -> Plan:
     job = job.for_dialect(words_of)
     check_dialect_options(settings, words_of)
     check_tool_changes(job.machine, words_of)
-    refuse_higher_zones(asked.keep_out, asked.clearance_height)
-    retract = asked.clearance_height if asked.retract == "initial" else asked.retract_height
-    high = crossing_heights(asked.keep_out, asked.clearance_height) > retract
-    start, end = plane_point(asked.start_point), plane_point(asked.end_point)
-    heights = PartHeights(
-        clearance=asked.clearance_height,
-        retract=retract,
-        tab_top=tabs.height - thickness,
-        bottom=bottom,
-        step=asked.step_down or 0.5 * diameter,
-        zones=parse_zones(asked.keep_out)[high],
-        end=end,
-    )
-    nodes = tuple((k, s) for k, cut in enumerate(cuts) for s in cut.starts)
-    work = PartWork(tuple(cuts), tuple(groups), nodes, data, heights, climb)
+    main = MillStage(Mill(data, asked.step_down or 0.5 * diameter, climb), tuple(cuts))
+    work = PartWork(tuple(groups), (main,), tuple(cuts), _heights(job, tabs, thickness, bottom))
     return Plan(
         job=job,
         part=replace(
@@ -127,67 +124,94 @@ def plan_part(job: Job, source: Source) -> Plan:
             tabs,
             area,
         ),
-        stages=_stages(job, part.name, work, edges, start, end),
+        stages=_stages(job, part.name, work),
         kind="part",
-        tools=(*(group.tool for group in groups), data.tool),
+        tools=(*(group.tool for group in groups), *(stage.mill.data.tool for stage in work.mills)),
         box=part.extents,
-        start=start,
+        start=plane_point(asked.start_point),
         issues=[*sheet.issues, *left, *other, *more, *deep, *assumed_number(milling, mill, data.tool), *issues],
+    )
+
+
+def _heights(job: Job, tabs: TabRules, thickness: float, bottom: float) -> PartHeights:
+    asked = job.settings.job
+    refuse_higher_zones(asked.keep_out, asked.clearance_height)
+    retract = asked.clearance_height if asked.retract == "initial" else asked.retract_height
+    high = crossing_heights(asked.keep_out, asked.clearance_height) > retract
+    return PartHeights(
+        clearance=asked.clearance_height,
+        retract=retract,
+        tab_top=tabs.height - thickness,
+        bottom=bottom,
+        zones=parse_zones(asked.keep_out)[high],
+        end=plane_point(asked.end_point),
     )
 
 
 def part_candidate(plan: Plan, order: Order) -> Candidate:
     """Generate and time the motion of an order."""
     work: PartWork = plan.work
-    *drilled, milled = order.choices
-    chosen = [work.nodes[node] for node in milled.tolist()]
+    drilled, milled = order.choices[: len(work.groups)], order.choices[len(work.groups) :]
     path = part_motion(
         [replace(group, places=group.places[nodes]) for group, nodes in zip(work.groups, drilled, strict=True)],
-        [(work.cuts[cut], start) for cut, start in chosen],
+        [
+            (
+                stage.mill,
+                [(stage.tasks[task], choice) for task, choice in (stage.nodes[node] for node in nodes.tolist())],
+            )
+            for stage, nodes in zip(work.mills, milled, strict=True)
+        ],
         work.heights,
-        work.data,
         plan.job.machine,
-        climb=work.climb,
         coolant=plan.job.settings.post.coolant,
         pause=plan.dialect.hand_change_pause and not plan.job.machine.tool_changer,
     )
     return Candidate(order, path, measure_toolpath(path, plan.job.machine, start=plan.start))
 
 
-def _stages(
-    job: Job, name: str, work: PartWork, edges: Sequence[Edge], start: Point | None, end: Point | None
-) -> tuple[Stage, ...]:
-    """Return a stage for each drill, and a last stage for the mill."""
+def _stages(job: Job, name: str, work: PartWork) -> tuple[Stage, ...]:
+    """Return a stage for each drill, then a stage for each mill."""
     metric = travel_metric(job.machine, job.settings.solve.objective)
-    stages = []
+    start, end = plane_point(job.settings.job.start_point), work.heights.end
+    stages: list[Stage] = []
     for number, group in enumerate(work.groups):
         title = f"{name}: {group.tool.label}"
         problem = RoutingProblem.of_points(group.places.round(6), metric, start=None if number else start, name=title)
         given = np.arange(len(group.places), dtype=np.int32)
         stages.append(Stage(problem, number > 0, given, Message("ordering {}", group.tool.label)))
-    places = np.array([work.cuts[cut].path.point_at(s) for cut, s in work.nodes], dtype=np.float64)
-    cluster = np.array([cut for cut, _ in work.nodes], dtype=np.int32)
+    for mill in work.mills:
+        problem = _mill_problem(mill, metric, None if stages else start, end if mill is work.mills[-1] else None, name)
+        # The order of the drawing, with the edges inside an edge before it.
+        drawn = sorted(range(len(mill.tasks)), key=lambda task: -len(mill.tasks[task].later))
+        first = np.searchsorted(problem.cluster, drawn).astype(np.int32)
+        stages.append(Stage(problem, bool(stages), first, Message("ordering the edges")))
+    return tuple(stages)
+
+
+def _mill_problem(
+    stage: MillStage, metric: Metric, start: Point | None, end: Point | None, name: str
+) -> RoutingProblem:
+    ends = np.array([pair for task in stage.tasks for pair in task.choices], dtype=np.float64)
+    cuts_of: dict[int, list[int]] = {}
+    for number, task in enumerate(stage.tasks):
+        if isinstance(task, OutlineCut):
+            cuts_of.setdefault(task.edge, []).append(number)
     pairs = [
-        (inner, outer)
-        for inner, cut in enumerate(work.cuts)
-        for outer, around in enumerate(work.cuts)
-        if around.edge in edges[cut.edge].within
+        (number, after)
+        for number, task in enumerate(stage.tasks)
+        for after in sorted(cut for edge in task.later for cut in cuts_of.get(edge, ()))
     ]
-    problem = RoutingProblem(
-        entry=places,
-        exit=places,
-        cluster=cluster,
-        service=np.zeros(len(places)),
+    return RoutingProblem(
+        entry=ends[:, 0],
+        exit=ends[:, 1],
+        cluster=np.array([task for task, _ in stage.nodes], dtype=np.int32),
+        service=np.zeros(len(stage.nodes)),
         precedence=np.array(pairs, dtype=np.int32).reshape(-1, 2),
         metric=metric,
-        start=None if stages else start,
+        start=start,
         end=end,
         name=name,
     )
-    # The order of the drawing, with the edges inside an edge before it.
-    drawn = sorted(range(len(work.cuts)), key=lambda cut: -len(edges[work.cuts[cut].edge].within))
-    first = np.searchsorted(cluster, drawn).astype(np.int32)
-    return (*stages, Stage(problem, bool(stages), first, Message("ordering the edges")))
 
 
 def _split_holes(

@@ -1,4 +1,4 @@
-"""The tool path along each edge of a part, with its tabs and possible start points."""
+"""Outlines and openings: the tool path along each edge, with its tabs, possible start points, and motion."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork, Severity
+from leafcut.model.toolpath import ToolpathBuilder
+from leafcut.processes.milling.entries import ABOVE, enter_level, follow
 from leafcut.processes.part.model import Edge, TabRules
+from leafcut.processes.part.plan.task import Mill, PartHeights
 
 #: Tolerance of the tool path, mm.
 TOLERANCE = 0.01
@@ -38,12 +41,23 @@ class OutlineCut:
     """A closed path of the tool's centre along an edge, in milling direction.
 
     `tabs` are intervals (from, to) along the path, and `starts` are start points as distances along the path, mm.
+    `later` are the edges around it.
     """
 
     edge: int
     path: Polyline
     tabs: tuple[tuple[float, float], ...]
     starts: tuple[float, ...]
+    later: tuple[int, ...]
+
+    @property
+    def choices(self) -> list[tuple[Point, Point]]:
+        """Entry and exit of each start point."""
+        return [(self.path.point_at(start),) * 2 for start in self.starts]
+
+    def mill(self, builder: ToolpathBuilder, choice: int, mill: Mill, heights: PartHeights) -> None:
+        """Spiral down along the path, and cut between the tabs."""
+        _cut_outline(builder, self, self.starts[choice], mill, heights)
 
 
 def edges_of(contours: Sequence[Contour]) -> tuple[list[Edge], list[Issue]]:
@@ -128,7 +142,7 @@ def plan_cuts(
             s for s in (np.arange(STARTS) * path.length / STARTS).tolist()
             if not any(low - margin <= s <= high + margin for low, high in intervals)
         )  # fmt: skip
-        cuts.append(OutlineCut(number, path, intervals, starts))
+        cuts.append(OutlineCut(number, path, intervals, starts, edge.within))
     return cuts, [
         *_narrow_issues(narrow, radius),
         *_neck_issues(list(necks.values()), radius),
@@ -281,3 +295,61 @@ def _loose_issues(loose: Sequence[Edge], tabs: TabRules) -> list[Issue]:
     if tabs.count:
         words = Message("{} too short for {} tabs: the slug inside comes loose", number, tabs.count)
     return [Issue("L708", words, severity=Severity.NOTE)]
+
+
+# -- motion ----------------------------------------------------------------------------------------------------------
+
+
+def _cut_outline(builder: ToolpathBuilder, cut: OutlineCut, start: float, mill: Mill, heights: PartHeights) -> None:
+    """Spiral down along the whole path to the tops of the tabs, cut a level turn there, then cut between the tabs."""
+    data = mill.data
+    length, feed = cut.path.length, data.tool.feed
+    loop = cut.path.piece(start, start + length)
+    level = heights.tab_top if cut.tabs else heights.bottom
+    builder.feed(z=ABOVE, feed=feed)
+    drop = ABOVE - level
+    # From the second turn on, the tool cuts as deep as it has descended in a turn.
+    turns = math.ceil(drop / min(mill.step, length * math.tan(data.entry_angle)) - 1e-9)
+    slope = math.atan2(drop / turns, length)
+    for turn in range(turns):
+        high, low = (ABOVE - drop * (turn + k) / turns for k in (0, 1))
+        follow(builder, loop, min(feed, data.plunge_feed / math.sin(slope)), (high, low))
+    follow(builder, loop, feed)
+    if cut.tabs:
+        _cut_between_tabs(builder, cut, start, mill, heights)
+
+
+def _cut_between_tabs(
+    builder: ToolpathBuilder, cut: OutlineCut, start: float, mill: Mill, heights: PartHeights
+) -> None:
+    data = mill.data
+    feed, nowhere = data.tool.feed, shapely.Polygon()
+    count = max(math.ceil((heights.tab_top - heights.bottom) / mill.step - 1e-9), 1)
+    top = heights.tab_top
+    for level in (heights.tab_top - (heights.tab_top - heights.bottom) * k / count for k in range(1, count + 1)):
+        for piece, is_tab in _pieces_from(cut, start):
+            if is_tab:
+                builder.feed(z=heights.tab_top, feed=feed)
+                follow(builder, piece, feed)
+            else:
+                descent = enter_level(builder, piece, top, level, data, nowhere, mill.climb)
+                if descent.kind == "plunge":
+                    raise PlanError(
+                        "no room for a ramp of {:.3g} degrees between two tabs; give a larger --entry-angle, a smaller "
+                        "--step-down, or fewer --tabs",
+                        math.degrees(data.entry_angle),
+                    )
+                follow(builder, piece, feed)
+        top = level
+
+
+def _pieces_from(cut: OutlineCut, start: float) -> list[tuple[Polyline, bool]]:
+    """Return the pieces of the path from a start point on, each with whether it lies over a tab."""
+    length, pieces, position = cut.path.length, [], start
+    ahead = sorted(
+        (low + (length if low < start else 0.0), high + (length if low < start else 0.0)) for low, high in cut.tabs
+    )
+    for low, high in ahead:
+        pieces += [(cut.path.piece(position, low), False), (cut.path.piece(low, high), True)]
+        position = high
+    return [*pieces, (cut.path.piece(position, start + length), False)]

@@ -1,0 +1,1 @@
+"""The judge of a part: a module for each operation, which reads neither the plan nor its motion."""

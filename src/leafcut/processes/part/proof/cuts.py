@@ -1,0 +1,67 @@
+"""The cuts of a program, and the verdict of an operation about them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from leafcut.material.straight_moves import StraightMoves
+from leafcut.message import Message
+from leafcut.model.difference import Difference
+from leafcut.proof.difference import position_text
+
+#: Largest distance between the tool's path and the ideal path, mm: tolerance of the plan, chords, and written decimals.
+TOLERANCE = 0.03
+#: Maximum distance of chords from the arcs of the program and of the drawing, mm.
+CHORD = 0.002
+#: Tolerance of heights, mm.
+HEIGHT = 0.002
+#: Half of the width of the strip along a cut in which the ideal path must lie, mm.
+STRIP = 2.0 * TOLERANCE
+
+
+class Cuts:
+    """Straight moves of the mills below the top of the plate: ends, float64[n, 6], their lines, rows and tools."""
+
+    def __init__(self, moves: StraightMoves, chosen: NDArray[np.bool_]) -> None:
+        self.ends, self.rows, self.tools = moves.ends[chosen], moves.row[chosen], moves.tool[chosen]
+        self.lines: NDArray[np.object_] = np.asarray(shapely.linestrings(self.ends.reshape(-1, 2, 3)[:, :, :2]))
+        self.lowest, self.highest = self.ends[:, [2, 5]].min(axis=1), self.ends[:, [2, 5]].max(axis=1)
+        self._text_line = moves.path.line
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def difference(self, what: Message, k: int, text: Message) -> Difference:
+        """Return a difference at a cut."""
+        return Difference(what, 0, int(self._text_line[self.rows[k]]), text)
+
+    def place(self, k: int) -> str:
+        """Return the end of a cut for a message."""
+        return position_text(*self.ends[k, 3:].tolist())
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """The verdict of an operation: the cuts that belong to it, bool[n], and its differences from the request.
+
+    `works` are its works that are done before the edges which enclose or cross them: name, cuts, and area.
+    """
+
+    explained: NDArray[np.bool_]
+    differences: Sequence[Difference]
+    works: Sequence[tuple[str, NDArray[np.int64], shapely.Geometry]] = ()
+
+
+def strip_along(lines: NDArray[np.object_]) -> shapely.Geometry:
+    """Return the strip along some cuts; its round ends reach `STRIP` mm beyond them."""
+    return shapely.union_all(shapely.buffer(lines, STRIP))
+
+
+def paths_of(shape: shapely.Geometry, lines: NDArray[np.object_]) -> NDArray[np.int64]:
+    """Return the cuts that lie within `TOLERANCE` of a path."""
+    return np.sort(shapely.STRtree(lines).query(shape.buffer(TOLERANCE), predicate="covers"))

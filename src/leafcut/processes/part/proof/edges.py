@@ -1,0 +1,154 @@
+"""Check that each edge of the part is milled on the right side, through the plate, and that it has its tabs.
+
+The path beside each edge is computed with shapely, not with the offset of the planner.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from leafcut.message import Message
+from leafcut.model.difference import Difference
+from leafcut.processes.part.model import Edge, PartRequest
+from leafcut.processes.part.proof.cuts import CHORD, HEIGHT, STRIP, TOLERANCE, Cuts, Verdict, strip_along
+from leafcut.proof.difference import position_text
+
+#: Smallest width of the path in an opening that is hardly wider than the tool, mm.
+_NARROWEST = 0.01
+#: Chords per quarter of the circle that grows an edge.
+_QUARTER = 256
+
+
+def check_edges(request: PartRequest, cuts: Cuts) -> Verdict:
+    """Check that each edge is cut through all around, except at its tabs, which are as wide and high as requested."""
+    shapes, tabs = [shape_of(edge) for edge in request.edges], request.tabs
+    material = material_of(shapes)
+    rings = [
+        _centre_rings(shape, edge, request.radius, material) for shape, edge in zip(shapes, request.edges, strict=True)
+    ]
+    owner = _owners(cuts.lines, rings)
+    into_tabs = shapely.STRtree(cuts.lines[cuts.lowest < tabs.height - request.thickness - HEIGHT])
+    differences, works = [], []
+    for number, (edge, own_rings) in enumerate(zip(request.edges, rings, strict=True)):
+        mine = np.flatnonzero(owner == number)
+        for ring in own_rings:
+            differences += _check_ring(request, edge, ring, cuts, mine, into_tabs)
+        works.append((edge.name, mine, shapes[number]))
+    differences += _check_held(request, cuts.lines[cuts.highest <= HEIGHT - request.thickness], material)
+    return Verdict(owner >= 0, differences, works)
+
+
+def shape_of(edge: Edge) -> shapely.Polygon:
+    """Return the area inside an edge."""
+    return shapely.Polygon(edge.path.flattened(CHORD))
+
+
+def material_of(shapes: Sequence[Any]) -> Any:
+    """Return the area of the finished part."""
+    material = shapely.Polygon()
+    for shape in sorted(shapes, key=lambda one: -one.area):
+        # An edge inside another one always has the smaller area, so that openings cut outlines and contain others.
+        material = material.symmetric_difference(shape)
+    shapely.prepare(material)
+    return material
+
+
+def _centre_rings(shape: Any, edge: Edge, radius: float, material: Any) -> list[Any]:
+    """Return the closed paths of the tool's centre along an edge, as shapely lines.
+
+    A path that would take the tool into the finished part, as in a gap narrower than the tool, is left out.
+    """
+    grown = shape.buffer(-radius if edge.inside else radius, quad_segs=_QUARTER)
+    pieces = [piece for piece in getattr(grown, "geoms", [grown]) if not piece.is_empty]
+    # The remainder of a passage exactly as wide as the tool is no path.
+    rings = [piece.exterior for piece in pieces if 2.0 * piece.area > _NARROWEST * piece.exterior.length]
+    return [ring for ring in rings if not shapely.dwithin(ring, material, radius - TOLERANCE)]
+
+
+def _owners(lines: NDArray[Any], rings: Sequence[Sequence[Any]]) -> NDArray[np.int64]:
+    """Return the edge whose path each move follows, int64[n]; -1 if a move follows none."""
+    paths = [(number, ring) for number, own in enumerate(rings) for ring in own]
+    owner = np.full(len(lines), -1, dtype=np.int64)
+    if not paths or not len(lines):
+        return owner
+    tree = shapely.STRtree(lines)
+    for number, ring in paths:
+        owner[tree.query(ring.buffer(TOLERANCE), predicate="covers")] = number
+    return owner
+
+
+def _check_ring(
+    request: PartRequest, edge: Edge, ring: Any, cuts: Cuts, mine: NDArray[np.int64], into_tabs: shapely.STRtree
+) -> list[Difference]:
+    """Check that the moves along a ring cut through the plate, apart from its tabs.
+
+    `into_tabs` has all cuts below the tops of tabs.
+    """
+    tabs, diameter = request.tabs, 2.0 * request.radius
+    lines, highest = cuts.lines[mine], cuts.highest[mine]
+    through = ring.difference(strip_along(lines[highest <= request.bottom + HEIGHT]))
+    left = [piece for piece in shapely.get_parts(_joined(through)) if piece.length > TOLERANCE]
+    wanted = None if edge.inside else tabs.count
+    differences = []
+    if wanted is not None and len(left) != wanted:
+        words = Message(
+            "{} has {} places that are not cut through, and {} tabs were requested", edge.name, len(left), wanted
+        )
+        differences.append(Difference(Message("tabs"), 0, 0, words))
+    if wanted is None and left and len(left) != tabs.count:
+        words = Message("{} is not cut through at {}", edge.name, position_text(*left[0].coords[0][:2]))
+        differences.append(Difference(Message("not cut"), 0, 0, words))
+    for piece in left:
+        (x, y), *_, last = piece.coords
+        width = math.dist((x, y), last) + 2.0 * STRIP - diameter
+        if not -2.0 * STRIP <= width - tabs.width <= 4.0 * STRIP:
+            words = Message("a tab of {} at {} is {:.3g} mm wide", edge.name, position_text(x, y), width)
+            differences.append(Difference(Message("tabs"), 0, 0, words))
+        elif _is_cut_through(piece, ring, edge, request, into_tabs):
+            words = Message("a cut goes through a tab of {} at {}", edge.name, position_text(x, y))
+            differences.append(Difference(Message("tabs"), 0, 0, words))
+    top = tabs.height - request.thickness
+    above = ring.difference(strip_along(lines[highest <= (top if left else request.bottom) + HEIGHT]))
+    if not above.is_empty and above.length > TOLERANCE:
+        at = shapely.get_parts(above)[0].coords[0]
+        words = Message("material above the tabs of {} is not cut at {}", edge.name, position_text(*at[:2]))
+        differences.append(Difference(Message("not cut"), 0, 0, words))
+    return differences
+
+
+def _is_cut_through(piece: Any, ring: Any, edge: Edge, request: PartRequest, into_tabs: shapely.STRtree) -> bool:
+    """Return whether a cut reaches the area that must remain of the tab on a piece of the ring."""
+    start, end = piece.coords[0], piece.coords[-1]
+    middle = piece.interpolate(0.5, normalized=True).coords[0]
+    left = shapely.Point(middle[0] - _NARROWEST * (end[1] - start[1]), middle[1] + _NARROWEST * (end[0] - start[0]))
+    waste_left = shapely.Polygon(ring).contains(left) == edge.inside
+    area = request.tabs.area(start, end, middle, request.radius, waste_left=waste_left)
+    return len(into_tabs.query(area, predicate="dwithin", distance=request.radius - 2.0 * STRIP)) > 0
+
+
+def _joined(pieces: Any) -> Any:
+    """Return pieces of a ring with the two pieces at the start of the ring joined."""
+    return shapely.line_merge(pieces) if pieces.geom_type == "MultiLineString" else pieces
+
+
+def _check_held(request: PartRequest, through: NDArray[Any], material: Any) -> list[Difference]:
+    """Check that the cuts through the plate leave each part connected to its surroundings, if tabs were requested."""
+    if not request.tabs.count or material.is_empty:
+        return []
+    plate = request.sheet or shapely.box(*shapely.bounds(material.envelope.buffer(8.0 * request.radius)))
+    pieces = shapely.get_parts(plate.difference(shapely.union_all(through).buffer(request.radius)))
+    around = pieces[shapely.intersects(pieces, plate.exterior)]
+    inside = [part.representative_point() for part in shapely.get_parts(material)]
+    return [
+        Difference(
+            Message("tabs"), 0, 0, Message("no tab connects the part at {} to the plate", position_text(at.x, at.y))
+        )
+        for at in inside
+        if not shapely.intersects(around, at).any()
+    ]

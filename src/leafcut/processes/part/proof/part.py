@@ -1,0 +1,89 @@
+"""Check that a program does what was asked of a part: nothing is missing, and nothing else is cut.
+
+The program is read as straight moves of its tools. Each operation claims the moves that do its work; a move that none
+claims is a difference.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+
+from leafcut.material.straight_moves import straight_moves
+from leafcut.message import Message
+from leafcut.model.difference import Difference
+from leafcut.model.toolpath import Toolpath
+from leafcut.processes.part.model import PartRequest
+from leafcut.processes.part.proof.cuts import CHORD, HEIGHT, TOLERANCE, Cuts, Verdict
+from leafcut.processes.part.proof.edges import check_edges, material_of, shape_of
+from leafcut.processes.part.proof.holes import check_holes
+from leafcut.proof.difference import limit_differences
+
+#: Maximum length of a straight move, mm; no move is divided.
+_WHOLE = 1e9
+
+
+def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
+    """Return the differences between a program and the request; an empty list is the proof.
+
+    1. No cut takes the tool into the finished part or below the request's `bottom`.
+    2. Each cut runs along an edge, and each edge is cut through all around, except at its tabs.
+    3. Each tab is as wide as requested, the cut over it is at its top, and no cut goes through it.
+    4. An edge is finished before the cut of an edge around it starts.
+    5. With tabs, each part is connected to the plate after all cuts.
+    6. Each hole is drilled once, with its tool, to its depth, before the cuts; nothing else is drilled.
+    """
+    moves = straight_moves(written, CHORD, _WHOLE)
+    low = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < -HEIGHT)
+    drills = {hole.tool for hole in request.holes}
+    cutting = low & ~np.isin(moves.tool, list(drills - {request.tool}))
+    cuts = Cuts(moves, cutting)
+    edges = check_edges(request, cuts)
+    return limit_differences(
+        [
+            *_check_places(request, cuts, edges),
+            *edges.differences,
+            *_check_order(request, cuts, edges),
+            *check_holes(request, moves, low & ~cutting, cuts),
+        ]
+    )
+
+
+def _check_places(request: PartRequest, cuts: Cuts, edges: Verdict) -> list[Difference]:
+    """Check that each cut belongs to an operation, and that none is too deep or inside the finished part."""
+    material = material_of([shape_of(edge) for edge in request.edges])
+    in_part = shapely.dwithin(cuts.lines, material, request.radius - TOLERANCE)
+    differences = [
+        cuts.difference(
+            Message("tool"), k, Message("the cut uses tool {}, not tool {}", int(cuts.tools[k]), request.tool)
+        )
+        for k in np.flatnonzero(cuts.tools != request.tool).tolist()
+    ]
+    differences += [
+        cuts.difference(Message("gouge"), k, Message("the cut ends inside the part, at {}", cuts.place(k)))
+        for k in np.flatnonzero(in_part).tolist()
+    ]
+    differences += [
+        cuts.difference(Message("depth"), k, Message("the cut is below Z{:g}, at {}", request.bottom, cuts.place(k)))
+        for k in np.flatnonzero(cuts.lowest < request.bottom - HEIGHT).tolist()
+    ]
+    differences += [
+        cuts.difference(Message("cut not drawn"), k, Message("a cut at {} follows no edge", cuts.place(k)))
+        for k in np.flatnonzero(~edges.explained).tolist()
+    ]
+    return differences
+
+
+def _check_order(request: PartRequest, cuts: Cuts, edges: Verdict) -> list[Difference]:
+    """Check that each edge is finished before an edge around it is started."""
+    rows = [cuts.rows[own] for _, own, _ in edges.works]
+    return [
+        cuts.difference(
+            Message("order"),
+            int(edges.works[number][1][-1]),
+            Message("{} is milled after {}", edge.name, request.edges[around].name),
+        )
+        for number, edge in enumerate(request.edges)
+        for around in edge.within
+        if len(rows[number]) and len(rows[around]) and rows[number][-1] > rows[around][0]
+    ]
