@@ -202,8 +202,17 @@ def test_a_program_that_stays_as_long_says_why_in_place_of_nothing_saved() -> No
     found = saving_headline(answer, w)
     assert (found.large, found.kind) == ("2 of 2 sections stay: nothing to reorder it with", "same")
     assert saving_headline({**answer, "staying": []}, w).large == "Already in the best order found"
-    assert saving_headline({**answer, "after": {"time_s": 10.0}, "saved_percent": 20.0}, w).kind == "better"
-    assert saving_headline({**answer, "after": {"time_s": 13.0}, "saved_percent": -4.0}, w).kind == "worse"
+
+
+def test_the_large_figure_is_the_machine_time_as_in_the_player() -> None:
+    w = words("en")
+    answer = {"before": {"time_s": 1576.6}, "after": {"time_s": 1265.8}, "saved_percent": 19.7}
+    found = saving_headline(answer, w)
+    assert (found.large, found.kind) == ("21 min 06 s", "better")
+    assert found.small == "5 min 11 s saved: 19.7 % less machine time"
+    found = saving_headline({**answer, "after": {"time_s": 1639.7}, "saved_percent": -4.0}, w)
+    assert (found.large, found.kind) == ("27 min 20 s", "worse")
+    assert found.small == "1 min 03 s longer: 4.0 % more machine time"
 
 
 def test_what_was_said_of_local_search_holds_when_the_page_comes_back(studio: Studio) -> None:

@@ -44,6 +44,8 @@ OTHER_WORKS = {
 _COMMAND_OF = {"program": "reorder"}
 #: Default process for each kind of input.
 _USUAL = {"drawing": "drill", "program": "program"}
+#: Process for a drawing that is a whole part, if the machine is a mill.
+_PART = "part"
 #: Other commands and values of ``--process``; plug-ins cannot have these names.
 OTHER_COMMANDS = (
     "auto", "optimize", "filter", "nest", "solve", "simulate", "stock", "verify", "machine", "tools", "list", "install",
@@ -247,14 +249,21 @@ def machine_can_do(name: str, head: Head) -> bool:
 def guess_command(inputs: Sequence[tuple[Format, Source]], settings: Settings) -> str:
     """Return the command for an input that suits several kinds of work; "auto" for the usual command.
 
-    The head of a named machine decides, then the given options, and then the layers of the drawing. Raises OptionError
-    if the input has no usual command and nothing decides.
+    The head of a named machine decides, then the given options, and then the drawing: by the names of its layers, or,
+    on a named mill, because it is a part with more than holes. Raises OptionError if the input has no usual command and
+    nothing decides.
     """
     format_, source = inputs[0]
     names, usual_name = [name for name in format_.processes if name in BUILT_IN], _USUAL["drawing"]
     if len(inputs) > 1 or len(names) < 2:
         return "auto"
     names = _fitting_options(_fitting_machine(names, settings), settings)
+    others = [name for name in names if name != _PART]
+    if others != names and others:
+        if _is_part_for_mill(names, source, settings):
+            return _PART
+        if len(others) == 1 or usual_name in others:
+            names = others
     if len(names) > 1 and usual_name not in names:
         choices = " or ".join(f"leafcut {_COMMAND_OF.get(name, name)} {source.path}" for name in names)
         raise OptionError("{}: several kinds of work are possible; type {}", source.path, choices)
@@ -279,20 +288,33 @@ def _fitting_options(names: list[str], settings: Settings) -> list[str]:
 
 def _named_by_layers(names: list[str], source: Source, settings: Settings) -> str:
     """Return the process to which layer names of the drawing refer, if the drawing has few holes; otherwise ""."""
-    from leafcut.processes.suitability import COUNTED, WholeDrawing
-    from leafcut.read import read_whole
+    from leafcut.processes.suitability import COUNTED
 
     stems = {pattern.rstrip("*").encode() for name in names for pattern in process(name).layer_names}
     if settings.read.layers or not any(stem in source.data.upper() for stem in stems):
         return ""
-    try:
-        ratings = rate_works(names, WholeDrawing(read_whole(source, settings.read)))
-    except LeafcutError:  # the process reports it
-        return ""
+    ratings = _ratings(names, source, settings)
     likeliest = next(iter(ratings), "")
     holes = ratings.get(_USUAL["drawing"])
     clear = likeliest and ratings[likeliest].score > COUNTED and (holes is None or 2.0 * holes.score < COUNTED)
     return likeliest if clear else ""
+
+
+def _is_part_for_mill(names: list[str], source: Source, settings: Settings) -> bool:
+    """Return whether the user named a mill and no option of other work, and a drawing is rated highest as a part."""
+    usable = "machine" in settings.given and settings.asked <= process(_PART).used().keys()
+    return usable and next(iter(_ratings(names, source, settings)), "") == _PART
+
+
+def _ratings(names: list[str], source: Source, settings: Settings) -> dict[str, Suitability]:
+    """Return the suitability of a drawing for the processes, the best first; empty if it cannot be read."""
+    from leafcut.processes.suitability import WholeDrawing
+    from leafcut.read import read_whole
+
+    try:
+        return rate_works(names, WholeDrawing(read_whole(source, settings.read)))
+    except LeafcutError:  # the process reports it
+        return {}
 
 
 def check_asked(word: str) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.model.contour import Contour, layer_matcher
@@ -96,15 +97,35 @@ class WholeDrawing:
         return int(np.count_nonzero(self.drilled_mask) + np.count_nonzero(self.narrow)) + len(self.part.slots)
 
     @cached_property
+    def _outlines(self) -> list[Contour]:
+        """The contours that are not drilled."""
+        return self._contours_of(self.worked_mask & ~self.drilled_mask)
+
+    @cached_property
+    def _chains(self) -> list[list[Contour]]:
+        return _chains([c for c in self._outlines if not c.path.closed])
+
+    @cached_property
     def n_outlines(self) -> int:
         """Number of outlines that are not drilled; open lines that meet count as one outline."""
-        others = [
-            c
-            for c, is_outline in zip(self.part.contours, self.worked_mask & ~self.drilled_mask, strict=True)
-            if is_outline
-        ]
         wide = int(np.count_nonzero(~self.narrow))
-        return wide + sum(c.path.closed for c in others) + _count_chains([c for c in others if not c.path.closed])
+        return wide + sum(c.path.closed for c in self._outlines) + len(self._chains)
+
+    @cached_property
+    def has_openings(self) -> bool:
+        """Whether a closed outline surrounds a round hole or another contour; open lines that meet are joined."""
+        outlines = [_area(c) for c in self._outlines if c.path.closed]
+        outlines += [area for chain in self._chains for area in _areas(chain)]
+        inside = [(hole.x, hole.y) for hole in self.part.holes if hole.diameter > 0.0]
+        inside += [c.path.start for c in self._contours_of(self.worked_mask)]
+        if not outlines or not inside:
+            return False
+        # The points of an outline, which joining moves, do not lie inside it.
+        areas = shapely.buffer(outlines, -4.0 * _JOIN_TOLERANCE)
+        return bool(shapely.STRtree(shapely.points(inside)).query(areas, predicate="contains").size)
+
+    def _contours_of(self, mask: NDArray[np.bool_]) -> list[Contour]:
+        return [c for c, chosen in zip(self.part.contours, mask, strict=True) if chosen]
 
     @property
     def share_of_outlines(self) -> float:
@@ -126,7 +147,28 @@ def _diameter(contour: Contour) -> float:
     return float(np.hypot(*(vertices[0, :2] - vertices[1, :2])))
 
 
-def _count_chains(lines: Sequence[Contour]) -> int:
+def _area(outline: Contour) -> shapely.Polygon:
+    corners = outline.path.flattened()
+    return shapely.Polygon(corners) if len(corners) > 2 else shapely.Polygon()
+
+
+def _areas(chain: Sequence[Contour]) -> list[shapely.Polygon]:
+    """Return the areas that open lines enclose; ends within the tolerance are joined."""
+    paths = [line.path.flattened() for line in chain]
+    ends = np.concatenate([path[[0, -1]] for path in paths])
+    points = shapely.points(ends)
+    end, near = shapely.STRtree(points).query(points, predicate="dwithin", distance=2.0 * _JOIN_TOLERANCE)
+    joined = np.full(len(ends), len(ends))
+    np.minimum.at(joined, end, near)
+    lines = [
+        shapely.LineString([ends[first], *path[1:-1], ends[last]])
+        for path, (first, last) in zip(paths, joined.reshape(-1, 2).tolist(), strict=True)
+    ]
+    return list(shapely.polygonize(lines).geoms)
+
+
+def _chains(lines: Sequence[Contour]) -> list[list[Contour]]:
+    """Return the open lines in groups that meet."""
     leader = list(range(len(lines)))
 
     def lead(k: int) -> int:
@@ -146,4 +188,7 @@ def _count_chains(lines: Sequence[Contour]) -> int:
                     round(y / (2 * _JOIN_TOLERANCE) + 0.5 * grid),
                 )
                 leader[lead(k)] = lead(first_of_cell.setdefault(cell, k))
-    return len({lead(k) for k in range(len(lines))})
+    chains: dict[int, list[Contour]] = {}
+    for k, line in enumerate(lines):
+        chains.setdefault(lead(k), []).append(line)
+    return list(chains.values())

@@ -35,7 +35,7 @@ BUILT_IN = (
         contours=_reader("dxf_contours:read_dxf_contours"),
         pockets=_reader("dxf_contours:read_dxf_pockets"),
         whole=_reader("dxf_whole:read_dxf_whole"),
-        processes=("drill", "cut", "pocket"),
+        processes=("drill", "cut", "pocket", "part"),
     ),
     Format(
         "svg",
@@ -45,7 +45,7 @@ BUILT_IN = (
         recognition.sniff_svg,
         contours=_reader("svg:read_svg_contours"),
         pockets=_reader("svg:read_svg_pockets"),
-        processes=("cut", "pocket"),
+        processes=("cut", "pocket", "part"),
     ),
     Format(
         "step",
@@ -56,7 +56,7 @@ BUILT_IN = (
         contours=_reader("step:read_outlines_of_step"),
         pockets=_reader("step:read_pockets_of_step"),
         whole=_reader("step:read_step"),
-        processes=("drill", "pocket", "cut"),
+        processes=("drill", "pocket", "cut", "part"),
     ),
     Format(
         "sirius",

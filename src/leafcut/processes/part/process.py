@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from leafcut.processes.part.model import PartDetail
     from leafcut.processes.part.report import PartReport
     from leafcut.processes.plan import Plan
+    from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
 
 _MAIN = (
@@ -35,6 +36,8 @@ _JOB = (
     "tools", "thickness", "break_through", "clearance_height", "retract_height", "retract", "keep_out", "tool_diameter",
     "feed", "spindle_speed", "step_down", "diameter_tolerance", "material", "start_point", "end_point",
 )  # fmt: skip
+#: Suitability relative to that of cutting, so that a drawing is suggested for cutting unless the machine is a mill.
+_AFTER_CUTTING = 0.99
 
 
 class PartMilling(Process):
@@ -76,6 +79,18 @@ class PartMilling(Process):
         ("post", (*POST, "coolant")),
         ("solve", SEARCH_MORE),
     )
+
+    def suits(self, drawing: WholeDrawing) -> Suitability | None:
+        """Rate a drawing by its share of outlines, below cutting; None unless an outline surrounds holes or openings.
+
+        The rating therefore exceeds that of drilling only where cutting would be suggested for a beam or torch.
+        """
+        from leafcut.processes.suitability import COUNTED, Suitability
+
+        if not drawing.has_openings:
+            return None
+        works = drawing.worked_mask, drawing.part.diameters > 0.0
+        return Suitability(_AFTER_CUTTING * COUNTED * drawing.share_of_outlines, "openings", drawing.figures, *works)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
         """Return a plan with a stage for each tool; an edge is a task of the mill, with its start points as choices."""

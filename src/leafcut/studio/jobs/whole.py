@@ -18,6 +18,9 @@ from leafcut.read.format import Format, Source
 from leafcut.read.machine import load_machine
 from leafcut.studio.drawing.thumbnail import Thumbnails
 
+#: Largest suitability of a work that is clearly worse than another, relative to that of the other.
+_CLEARLY_WORSE = 0.5
+
 
 @dataclass(frozen=True)
 class WholeInput:
@@ -58,13 +61,29 @@ def read_whole_input(format_: Format, source: Source, kinds: Sequence[str], sett
         part = read_whole(source, settings.read)
     except LeafcutError:
         return WholeInput(machine=machine)  # the reader for the kind of work reports the error
-    suits = registry.rate_works(kinds, WholeDrawing(part))
+    suits = _machine_first(registry.rate_works(kinds, WholeDrawing(part)), settings)
     drawn = Thumbnails(part)
     pictures = {
         work: drawn.picture(selection.contours, selection.holes, registry.work(work).pictured)
         for work, selection in suits.items()
     }
     return WholeInput(part, suits, pictures, machine)
+
+
+def _machine_first(suits: dict[str, Suitability], settings: Settings) -> dict[str, Suitability]:
+    """Return the ratings with the works of the chosen machine first, unless another work suits much better."""
+    if "machine" not in settings.given or not suits:
+        return suits
+    try:
+        head = load_machine(settings.machine.machine).head
+    except LeafcutError:
+        return suits  # the job reports the error
+    least = _CLEARLY_WORSE * next(iter(suits.values())).score
+
+    def rank(work: str) -> bool:
+        return suits[work].score <= least or not registry.machine_can_do(work, head)
+
+    return {work: suits[work] for work in sorted(suits, key=rank)}
 
 
 def _filtered(read: ReadOptions) -> bool:

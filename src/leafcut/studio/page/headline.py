@@ -26,20 +26,17 @@ class Headline:
 
 
 def saving_headline(answer: dict[str, Any], words: Words) -> Headline:
-    """Return the time that a program saves, or the reason why it was not improved."""
+    """Return the time of a program and what it saves, or the reason why it was not improved."""
     seconds = (answer["before"]["time_s"] or 0.0) - (answer["after"]["time_s"] or 0.0)
     if format_time(abs(seconds)) == format_time(0.0):
         return Headline(
             _why_same(answer, words), words("result.stays", time=format_time(answer["after"]["time_s"])), "same"
         )
-    percent = f"{abs(answer['saved_percent'] or 0.0):.1f}"
-    if seconds > 0:
-        other = compared_strategy(answer)
-        small = (
-            words("result.less_than", percent=percent, other=other) if other else words("result.less", percent=percent)
-        )
-        return Headline(format_time(seconds), small)
-    return Headline(format_time(-seconds), words("result.longer", percent=percent), "worse")
+    time, other = format_time(answer["after"]["time_s"]), compared_strategy(answer)
+    figures = {"time": format_time(abs(seconds)), "percent": f"{abs(answer['saved_percent'] or 0.0):.1f}"}
+    if seconds < 0:
+        return Headline(time, words("result.longer", **figures), "worse")
+    return Headline(time, words("result.less_than", other=other, **figures) if other else words("result.less", **figures))
 
 
 def compared_strategy(answer: dict[str, Any]) -> str:

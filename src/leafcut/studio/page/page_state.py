@@ -255,6 +255,8 @@ class View:
         if self.work == "nest":
             inputs = tuple(part.word for part in self.parts)
         process = self.process if self.work == "program" else work.process
+        if self.work == "drill" and next(iter(self.seen.whole.suits if self.seen else ()), "drill") != "drill":
+            process = self.work  # leafcut would choose other work
         origin = self.origin if self.work == "cut" else ""
         kind = self.seen.format if self.seen is not None else ""
         options = without_idle(forms.values_of_work(self.work, self.values), self.table.places, self.work, kind)

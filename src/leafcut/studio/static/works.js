@@ -13,6 +13,7 @@ const ICONS = {
   cut: { style: "lines", faint: "M8 4H88V52H8Z", strong: "M18 44V26a14 14 0 0 1 28 0v18ZM32 22a4 4 0 1 0 .1 0ZM56 12H80V44H56ZM68 22a6 6 0 1 0 .1 0Z" },
   nest: { style: "lines", faint: "M8 4H88V52H8Z", strong: "M13 9H40V24H26V47H13ZM44 47V32H30V47ZM48 9H83V22H48ZM48 27H62V47H48ZM67 27H83V47H67Z" },
   pocket: { style: "areas", faint: "M8 4H88V52H8Z", strong: "M24 10H72a8 8 0 0 1 8 8V38a8 8 0 0 1-8 8H24a8 8 0 0 1-8-8V18a8 8 0 0 1 8-8ZM48 20a8 8 0 1 0 .1 0Z" },
+  part: { style: "lines", faint: "M8 4H88V52H8Z", strong: "M20 46V20a10 10 0 0 1 10-10H66a10 10 0 0 1 10 10V46ZM34 20a4 4 0 1 0 .1 0ZM62 20a4 4 0 1 0 .1 0ZM36 34H60V40H36Z" },
   program: { style: "lines", faint: "M16 12H34M16 22H34M16 32H34M16 42H34", strong: "M46 12H80M46 22H68M46 32H80M46 42H62" },
   solve: { style: "lines", faint: "", strong: "M18 40 26 14 48 22 72 10 80 34 58 32 50 46Z" },
   simulate: { style: "lines", faint: "", strong: "M48 8a20 20 0 1 0 .1 0ZM48 16V28L57 34" },

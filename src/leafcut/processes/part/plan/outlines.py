@@ -262,9 +262,9 @@ def _name(contour: Contour) -> str:
 
 
 def missing_paths(what: str, paths: Sequence[Polyline]) -> MissingWork:
-    """Return missing work with its paths; `what` is the noun for one of them."""
+    """Return missing work with its closed paths; `what` is the noun for one of them."""
     places: list[Point] = [path.start for path in paths]
-    return MissingWork(what, len(paths), tuple(places), tuple(paths))
+    return MissingWork(what, len(paths), tuple(places), tuple(path for path in paths if path.closed))
 
 
 def _narrow_issues(narrow: Sequence[Edge], radius: float) -> list[Issue]:
