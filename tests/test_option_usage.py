@@ -271,7 +271,7 @@ def test_a_table_of_a_process_holds_all_that_it_uses_and_each_option_stands_once
         (
             "holes.csv",
             {"depth": 3, "tools": "tools.toml", "feed": 9},
-            "--feed: every tool of .* has its own; leave it out",
+            "--feed: the tools in .* have values of their own; leave it out",
         ),
         (
             "holes.csv",

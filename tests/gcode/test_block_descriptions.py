@@ -51,13 +51,13 @@ def test_comments_and_digests_follow_the_words() -> None:
     ("left", "right", "names"),
     [
         (("1", "2", "3"), ("1", "2", "3"), []),
-        (("1",), ("2",), ["a parameter that it may read has another value"]),
-        (("1",), (None,), ["a parameter that it may read has another value"]),
+        (("1",), ("2",), ["a parameter that it may read has a different value"]),
+        (("1",), (None,), ["a parameter that it may read has a different value"]),
         ((None, "1"), (None,), ["the text of a subprogram that it may call has changed"]),
         (
             ("1", "", "1"),
             ("2", "", "2"),
-            ["a parameter that it may read has another value", "the code that it may repeat has changed"],
+            ["a parameter that it may read has a different value", "the code that it may repeat has changed"],
         ),
     ],
 )

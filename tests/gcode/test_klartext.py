@@ -277,5 +277,5 @@ def test_a_drawing_is_drilled_verified_and_its_program_is_not_reordered(tmp_path
     assert not leafcut.verify(files[0], files[2], dialect="heidenhain").same
     with pytest.raises(OptionError, match="does not reorder"):
         leafcut.optimize(files[0], dialect="heidenhain")
-    with pytest.raises(ReadError, match="Heidenhain's plain language"):
+    with pytest.raises(ReadError, match="Heidenhain conversational"):
         leafcut.simulate(files[0])

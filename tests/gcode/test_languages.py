@@ -7,9 +7,9 @@ import pytest
 from leafcut.gcode.languages import other_language
 
 ORDERS = "leafcut orders the work of mills, drills, lasers and torches whose programs are in G-code"
-KLARTEXT = "a program in Heidenhain's plain language ({}), not in G-code"
-ISO = "a program in Heidenhain's DIN/ISO ({})"
-SIEMENS = "a program in the language of Siemens ({}), not in plain G-code"
+KLARTEXT = "a Heidenhain conversational (Klartext) program ({}), not G-code"
+ISO = "a Heidenhain DIN/ISO program ({})"
+SIEMENS = "a Siemens (SINUMERIK) program ({}), not plain G-code"
 PRINT = "a program for a 3D printer ({})"
 LATHE = "a program for a lathe ({}, and no Y; line {})"
 TURNED = "G0 X50 Z2\n"

@@ -116,7 +116,7 @@ def test_a_value_is_as_worked_by_hand(text: str, value: float) -> None:
         ("#<_hal[x]>=5", "#<_hal[x]> cannot be set"),
         ("#<_ini[a]b>=5", "#<_ini[a]b> cannot be set"),
         ("#<own>=5", "#<own> cannot be set"),
-        ("X" + "[" * 41 + "1" + "]" * 41, "an expression has more than 40 brackets inside each other"),
+        ("X" + "[" * 41 + "1" + "]" * 41, "an expression has more than 40 nested brackets"),
         ("]X1", "unexpected character ']'"),
         ("= X1", "unexpected character '='"),
         ("X[1" + "0" * 400 + "]", f"'1{'0' * 58}…' exceeds the number range of controllers"),

@@ -64,7 +64,7 @@ def test_each_row_is_described_in_words() -> None:
     assert [describe_motion(row) for row in builder.build()] == [
         "change to tool 3",
         "length offset 2",
-        "spindle at rpm -1200.5",
+        "spindle speed -1200.5 rpm",
         "rapid to X1.000 Y2.000 Z3.000",
         "feed to X4.000 Y2.000 Z3.000",
         "rapid in machine coordinates to Z0.000",
@@ -87,7 +87,7 @@ def test_each_row_is_described_in_words() -> None:
         "arc counter-clockwise to X5.000 Y2.000 Z3.000",
         "drilling cycle to X5.000 Y6.000 Z2.000",
         "probe to X5.000 Y6.000 Z-1.000",
-        "dwell of seconds 0.25",
+        "dwell of 0.25 s",
         "coolant 2",
         "torch off",
         "height control on",

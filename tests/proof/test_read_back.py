@@ -285,19 +285,19 @@ def drilled(**values: float | str) -> Rows:
         ),
         (
             lambda b: b.dwell(1.0, 3), lambda b: b.dwell(1.001, 3), lambda b: b.dwell(1.0011, 3),
-            "dwell", "planned dwell of seconds 1, written dwell of seconds 1.0011",
+            "dwell", "planned dwell of 1 s, written dwell of 1.0011 s",
         ),
         (
             lambda b: b.spindle(300.0, 3), lambda b: b.spindle(300.5, 3), lambda b: b.spindle(300.6, 3),
-            "speed", "planned spindle at rpm 300, written spindle at rpm 300.6",
+            "speed", "planned spindle speed 300 rpm, written spindle speed 300.6 rpm",
         ),
         (
             lambda b: b.spindle(9000.0, 3), lambda b: b.spindle(9008.9, 3), lambda b: b.spindle(9009.1, 3),
-            "speed", "planned spindle at rpm 9000, written spindle at rpm 9009.1",
+            "speed", "planned spindle speed 9000 rpm, written spindle speed 9009.1 rpm",
         ),
         (
             lambda b: b.spindle(0.2, 3), lambda b: b.spindle(0.1, 3), lambda b: b.spindle(-0.2, 3),
-            "speed", "planned spindle at rpm 0.2, written spindle at rpm -0.2",
+            "speed", "planned spindle speed 0.2 rpm, written spindle speed -0.2 rpm",
         ),
         (
             lambda b: b.radius(41, 1.5, 3), lambda b: b.radius(41, 1.5006, 3), lambda b: b.radius(41, 1.6, 3),
@@ -375,7 +375,7 @@ def test_each_value_has_its_tolerance_and_its_text(planned: Rows, near: Rows, fa
 def test_the_first_row_in_another_order_is_reported_with_the_numbers_of_rows() -> None:
     one = rows_of(lambda b: b.rapid(x=5.0, line=3), lambda b: b.dwell(1.0, 4), lambda b: b.rapid(x=9.0, line=5))
     other = rows_of(lambda b: b.rapid(x=5.0, line=3), lambda b: b.rapid(x=9.0, line=4))
-    planned, written = "dwell of seconds 1", "rapid to X9.000 Y0.000 Z10.000"
+    planned, written = "dwell of 1 s", "rapid to X9.000 Y0.000 Z10.000"
     assert compare_motion(one, other, TOLERANCE) == [
         Difference("order of moves", 4, 4, f"planned {planned}, written {written}; 5 rows planned, 4 written")
     ]

@@ -60,7 +60,7 @@ def edited(change: dict[str, Any], cut: dict[str, Any] | None = None) -> str:
         ('{"leafcut_plan": 1}', "'contours' is missing"),
         (edited({"cuts": {}}), "'cuts': a list was expected"),
         (edited({"cuts": [7]}), "cut 1: a JSON object was expected"),
-        (edited({"sheet": 3}), "'sheet': 3 is not a text"),
+        (edited({"sheet": 3}), "'sheet': 3 is not a string"),
         (edited({}, {"contours": [3]}), "cut 2: unknown contour 3; contours are numbered 1 to 2"),
         (edited({}, {"contours": [True]}), "unknown contour true"),
         (edited({}, {"start": [1]}), r"cut 2: 'start': a point \[x, y\]"),

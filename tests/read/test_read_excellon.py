@@ -167,7 +167,7 @@ def test_a_doubled_hit_is_drilled_once(text_file):
         ("M48\nMETRIC\nT1C1.0\n%\nX1.0Y1.0\nM30\n", 5, "before any tool is selected"),
         (body("X1.0Y1.0\nM30\nX2.0Y1.0"), 8, "before any tool is selected"),
         (body("X" + "1" * 300), 6, "not an Excellon command"),
-        (body("R999999999X1.0"), None, "repeats (R) make more than 100,0"),
+        (body("R999999999X1.0"), None, "repeats (R) expand to more than 100,0"),
         (body(""), None, "no holes"),
     ],
 )
@@ -307,7 +307,9 @@ def test_repeats_make_no_more_holes_than_the_size_of_the_file_allows(text_file, 
     """Refused before the holes are made: one line asks for a million."""
     repeats = f"R{999_999 // count}X0.1\n" * count
     path = text_file("a.drl", f"M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y1.0\n{repeats}M30\n")
-    with pytest.raises(ReadError, match=r"repeats \(R\) make more than 100,\d\d\d holes of a file of 1 kB"):
+    with pytest.raises(
+        ReadError, match=r"repeats \(R\) expand to more than 100,\d\d\d holes, too many for a file of 1 kB"
+    ):
         read(path)
 
 

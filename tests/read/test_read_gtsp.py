@@ -83,7 +83,7 @@ def test_a_colon_behind_the_name_of_a_section_is_no_matter(text_file):
         ("1 5 1 -1", "1 5 1.5 -1", "1.5 is not the number of a node"),
         ("1 5 1 -1", "1 5 x -1", "five.gtsp:13: 'x' is not a number"),
         ("4 3 -1", "4 3", "does not end with -1"),
-        ("GTSP_SETS : 2", "GTSP_SETS : 3", "five.gtsp:4: GTSP_SETS says 3, the section has 2"),
+        ("GTSP_SETS : 2", "GTSP_SETS : 3", "five.gtsp:4: GTSP_SETS is 3, but the section has 2 sets"),
         ("TYPE : GTSP", "TYPE : CVRP", "TYPE 'CVRP' is not supported; expected GTSP"),
         ("GTSP_SET_SECTION", "EXTRA_SECTION", "GTSP_SET_SECTION is missing"),
         ("EOF", "GTSP_SET_ORDERING\n1 9 -1\nEOF", "five.gtsp:16: unknown set 9"),

@@ -60,7 +60,7 @@ def coordinates(section, n=2, weight="EUC_2D"):
 @pytest.mark.parametrize(
     "text, line, words",
     [
-        (coordinates("1 0 0\n", 2), 7, "DIMENSION says 2 nodes"),
+        (coordinates("1 0 0\n", 2), 7, "DIMENSION is 2"),
         (coordinates("1 0 0\n2 0 x\n"), 8, "'x' is not a number"),
         (coordinates("1 0 0\n2 0 -1e999\n"), 8, "is not a number"),
         (coordinates("1 0 0\n1 0 5\n"), 8, "occurs twice"),
@@ -71,7 +71,7 @@ def coordinates(section, n=2, weight="EUC_2D"):
         (coordinates("1 0 0\n2 1 1\n").replace("TYPE : TSP", "TYPE : ATSP"), 2, "TYPE 'ATSP'"),
         (HEAD.format(2, "EUC_2D") + "EOF\n", None, "NODE_COORD_SECTION is missing"),
         ("NAME: x\nTYPE: TSP\nEOF\n", None, "DIMENSION is missing"),
-        (coordinates("1 0 0\n2 1 1\n").replace("COMMENT", "?"), 3, "neither a key nor numbers"),
+        (coordinates("1 0 0\n2 1 1\n").replace("COMMENT", "?"), 3, "neither a keyword nor a number"),
         (explicit("UPPER_ROW", "1 2 3 4 5"), 8, "needs 6 numbers"),
         (explicit("FULL_MATRIX", "0 1 2 3 9 0 4 5 2 4 0 6 3 5 6 0"), None, "not symmetric"),
         (explicit("FUNNY", "1"), 6, "'FUNNY' is unknown; choose one of FULL_MATRIX"),

@@ -47,7 +47,7 @@ REFUSED = {
     "number = 0": "[[tool]] 1: 'number' is 0, but must be a whole number from 1 to 99999999",
     "number = true": "[[tool]] 1: 'number' is True, but must be a whole number from 1 to 99999999",
     "number = 1": "[[tool]] 1: the key 'diameter' is missing",
-    "number = 1\ndiameter = 5": "[[tool]] 1: 'diameter' is 5, but must be a text with a unit, such as '1 mm'",
+    "number = 1\ndiameter = 5": "[[tool]] 1: 'diameter' is 5, but must be a string with a unit, such as '1 mm'",
     "number = 1\ndiameter = '0 mm'": "[[tool]] 1: 'diameter' is 0 mm, but must be above 0 and at most 1000 mm",
     "number = 1\ndiameter = '1001 mm'": "[[tool]] 1: 'diameter' is 1001 mm, but must be above 0 and at most 1000 mm",
     "number = 1\ndiameter = '5 mm'\nfeed = '0 mm/min'": "[[tool]] 1: 'feed' is 0 mm/min, but must be above 0",
@@ -56,9 +56,9 @@ REFUSED = {
     "number = 1\ndiameter = '5 mm'\ncycle = 'G82'":
         "[[tool]] 1: 'cycle' is G82, which needs 'dwell', the dwell at the bottom",
     "number = 1\ndiameter = '5 mm'\ncycle = 'G84'":
-        "[[tool]] 1: 'cycle' is G84 for a drill; G84 is for taps, and taps are for G84",
+        "[[tool]] 1: 'cycle' is G84 for a drill; G84 requires a tap, and a tap requires G84",
     "number = 1\ndiameter = '5 mm'\nkind = 'tap'\npitch = '1 mm'\ncycle = 'G81'":
-        "[[tool]] 1: 'cycle' is G81 for a tap; G84 is for taps, and taps are for G84",
+        "[[tool]] 1: 'cycle' is G81 for a tap; G84 requires a tap, and a tap requires G84",
     "number = 1\ndiameter = '5 mm'\nkind = 'tap'":
         "[[tool]] 1: a tap needs 'pitch', mm per revolution, such as '1 mm' for M6",
     "number = 1\ndiameter = '5 mm'\nkind = 'tap'\npitch = '5 mm'":

@@ -95,7 +95,7 @@ def test_an_unknown_material_is_refused_with_the_nearest_name(name: str, words: 
         ("mc = 0.25", "mc = 1.2", "'cutting_force.mc' is 1.2, but must be below 1"),
         ("mc = 0.25", "mc = -0.1", "'cutting_force.mc' is -0.1, but an exponent must be from 0 to 4"),
         ('"1700 MPa"', '"-1 MPa"', "'cutting_force.kc11' is -1 MPa, but must be above 0"),
-        ('"1700 MPa"', "1700", "'cutting_force.kc11' is 1700, but must be a text with a unit"),
+        ('"1700 MPa"', "1700", "'cutting_force.kc11' is 1700, but must be a string with a unit"),
         ("constant = 9.8", "constant = 0", "[[life]] 1: 'constant' is 0, but must be above 0"),
         ("constant = 9.8", "", "[[life]] 1: the key 'constant' is missing"),
         ("constant = 9.8", "constant = 9.8\nspeed = '20 m/min'", "have the same meaning"),

@@ -53,7 +53,7 @@ class TomlTable:
         """Return a single-line string; without `default` the key is required."""
         value = self._get(key, default)
         if not isinstance(value, str) or not value.isprintable():
-            raise self.problem(key, "is {}, but must be a text of one line", _shown(value))
+            raise self.problem(key, "is {}, but must be a string without line breaks", _shown(value))
         known = tuple(choices)
         if known and value not in known:
             suggestion = name_suggestion(value[:80], [choice for choice in known if choice])
@@ -64,10 +64,10 @@ class TomlTable:
         """Return a list of single-line strings that are not blank."""
         value, known = self._get(key, None), tuple(choices)
         if not isinstance(value, list):
-            raise self.problem(key, "is {}, but must be a list of texts", _shown(value))
+            raise self.problem(key, "is {}, but must be a list of strings", _shown(value))
         for item in value:
             if not isinstance(item, str) or not item.isprintable() or not item.strip():
-                raise self.problem(key, "has {}, but must be a list of texts of one line", _shown(item))
+                raise self.problem(key, "has {}, but must be a list of strings without line breaks", _shown(item))
             if known and item not in known:
                 raise self.problem(key, "has '{}'{}", _shown(item), name_suggestion(item[:80], known))
         return tuple(value)
@@ -140,7 +140,7 @@ class TomlTable:
     def _quantity(self, key: str, unit: str, value: Any) -> float:
         if not isinstance(value, str):
             raise self.problem(
-                key, "is {}, but must be a text with a unit, such as '1 {}'", _shown(value), BARE_UNIT[unit]
+                key, "is {}, but must be a string with a unit, such as '1 {}'", _shown(value), BARE_UNIT[unit]
             )
         try:
             return parse_quantity(value[:80], unit)

@@ -57,7 +57,7 @@ class BlockDescription(NamedTuple):
 
 #: Meaning of a difference, by digest of a description.
 _INPUTS = (
-    Message("a parameter that it may read has another value"),
+    Message("a parameter that it may read has a different value"),
     Message("the text of a subprogram that it may call has changed"),
     Message("the code that it may repeat has changed"),
 )

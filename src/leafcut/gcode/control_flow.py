@@ -333,7 +333,7 @@ class Flow:
         calls = [(c.back, c.again, dict(c.numbered), dict(c.local), dict(c.counters)) for c in self.calls]
         now = own.asks, dict(self._counters), dict(own.numbered), dict(own.shared), dict(own.local), calls
         if self._iterations.get(line) == now:
-            raise BlockError("this loop is endless: no parameter changes from one round to the next")
+            raise BlockError("this loop is endless: no parameter changes between its iterations")
         self._iterations[line] = now
 
     def _obey_endwhile(self, construct: Construct, _scanner: Scanner, _line: int) -> int:

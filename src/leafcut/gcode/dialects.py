@@ -61,7 +61,7 @@ _PATTERNS = {
     "extension": (r"\.[A-Za-z0-9]{1,8}", Message("a point and up to eight letters and digits, such as .nc")),
     "dwell_letter": (r"[A-Z]", Message("a capital letter")),
     "repeat_letter": (r"[A-Z]?", Message("a capital letter, or empty")),
-    "description": (r".+", Message("a text")),
+    "description": (r".+", Message("a string")),
 }
 
 #: Values of keys that a language requires, because its writer and its reader know no others.
@@ -450,7 +450,7 @@ def _faults_of_words(dialect: Dialect) -> Iterator[tuple[str, Message]]:
     ):
         for word in words:
             if word not in known:
-                yield key, Message("has '{}', which is no {} word that leafcut understands", printable(word), letter)
+                yield key, Message("has '{}', which is not a {} word that leafcut understands", printable(word), letter)
     for key, value in _REQUIRED.get(dialect.language, {}).items():
         if getattr(dialect, key) != value:
             yield (
@@ -461,7 +461,7 @@ def _faults_of_words(dialect: Dialect) -> Iterator[tuple[str, Message]]:
     for key in ("units_mm", "units_inch", "end_word"):
         word = getattr(dialect, key)
         if word and word not in known_words:
-            yield key, Message("is {}, which is not one of its words", word)
+            yield key, Message("is {}, which is not among the words of this dialect", word)
     written: dict[str, Any] = {"opening": dialect.opening, "preamble": dialect.preamble}
     if dialect.cycle_words == "rs274":
         written["cycles"] = dialect.cycles
@@ -472,7 +472,7 @@ def _faults_of_words(dialect: Dialect) -> Iterator[tuple[str, Message]]:
     for key, value in written.items():
         for word in re.findall(r"[GM]\d[\d.]*", _joined_text(value)):
             if word not in known_words:
-                yield key, Message("has {}, which is not one of its words", word)
+                yield key, Message("has {}, which is not among the words of this dialect", word)
 
 
 def _faults_of_texts(dialect: Dialect) -> Iterator[tuple[str, Message]]:
@@ -511,10 +511,14 @@ def _faults_of_torch(torch: Torch) -> Iterator[tuple[str, Message]]:
         if "{" in rest or "}" in rest:
             yield (
                 f"torch.{key}",
-                Message("has a brace; only {} in on and mark_on and {} in material are numbers", POWER, NUMBER),
+                Message(
+                    "has a brace; braces are allowed only in {} (keys on and mark_on) and in {} (key material)",
+                    POWER,
+                    NUMBER,
+                ),
             )
     if (POWER in torch.on) != torch.power:
-        yield "torch.on", Message("must have {} where power = true, and only there", POWER)
+        yield "torch.on", Message("must contain {} if power = true, and must not contain it otherwise", POWER)
 
 
 def _content(name: str) -> bytes:

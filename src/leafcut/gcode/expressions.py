@@ -278,7 +278,7 @@ class Scanner:
             return number
         self._depth += 1
         if self._depth > MAX_DEPTH:
-            raise BlockError("an expression has more than {} brackets inside each other", MAX_DEPTH)
+            raise BlockError("an expression has more than {} nested brackets", MAX_DEPTH)
         try:
             if sign == "[":
                 return self.expression()

@@ -475,7 +475,7 @@ class Interpreter:
         state = self.state
         other = words.letters.get("$") if state.keeps_unknown else None
         if "spindle" in words.m and "speed" in state.unknown_modes and 5 not in words.m["spindle"]:
-            self._record_unclear(Message("its speed is not known"), _NONE)
+            self._record_unclear(Message("its speed is unknown"), _NONE)
             state.spindle = self._turning[words.m.pop("spindle")[0]]
             words.letters.pop("$", None)
         torch = state.dialect.torch
@@ -588,7 +588,7 @@ class Interpreter:
         if word.letter in "XU" and "." in word.text and word.value >= 0.0 and dialect.groups == "fanuc":
             self.state.path.dwell(word.value, line=self.state.line)
         else:
-            self._record_unclear(Message("how long it dwells with {} is not known", word), _NONE)
+            self._record_unclear(Message("the duration of the dwell with {} is unknown", word), _NONE)
         return False
 
     # -- offsets -------------------------------------------------------------------------------------------------------
@@ -651,7 +651,7 @@ class Interpreter:
         if cycle not in (None, 800):
             start_cycle(state, cycle // 10)
         if self._separate and cycle == 800 and state.motion is None:
-            state.unknown_motion = state.unknown_motion or Message("what was active before the cycle")
+            state.unknown_motion = state.unknown_motion or Message("the motion mode before the cycle")
         else:
             state.unknown_motion = ""
         if state.cycle is None or (state.cycle != before and not self._separate):
@@ -708,7 +708,7 @@ class Interpreter:
         else:
             self._move(words)
         if state.cycle == 84 and state.cycle_values.dwell is None and state.last_dwell and not self._separate:
-            self.reason = Message("the tap dwells as a cycle before it does")
+            self.reason = Message("the tapping cycle repeats the dwell of an earlier cycle")
 
     def _check_clear(self, special: int | None, words: SortedBlock, moving: bool) -> None:
         """Raise `UnclearBlock` for a move with unsupported axes, motion or modes."""
@@ -745,12 +745,12 @@ class Interpreter:
         state = self.state
         needed = {"distance": "G90 or G91"}
         if state.cycle is not None:
-            needed |= {"plane": Message("which plane"), "retract": "G98 or G99"}
+            needed |= {"plane": "G17, G18 or G19", "retract": "G98 or G99"}
         elif state.motion is not None and state.motion >= 2:
-            needed |= {"plane": Message("which plane")}
+            needed |= {"plane": "G17, G18 or G19"}
         for name, words in needed.items():
             if name in state.unknown_modes:
-                raise UnclearBlock("{} is active is not known", words)
+                raise UnclearBlock("it is unknown whether {} is active", words)
 
     def _drill_or_keep(self, words: SortedBlock) -> None:
         """Drill a hole of a cycle; if it is unclear, so are the following holes."""

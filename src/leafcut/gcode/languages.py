@@ -65,12 +65,12 @@ def other_language(text: str) -> str:
     for words, kind in (
         (
             _heidenhain_program(lines),
-            partial(Message, "this is a program in Heidenhain's plain language ({}), not in G-code"),
+            partial(Message, "this is a Heidenhain conversational (Klartext) program ({}), not G-code"),
         ),
-        (_heidenhain_iso_program(lines), partial(Message, "this is a program in Heidenhain's DIN/ISO ({})")),
+        (_heidenhain_iso_program(lines), partial(Message, "this is a Heidenhain DIN/ISO program ({})")),
         (
             _siemens_program(lines),
-            partial(Message, "this is a program in the language of Siemens ({}), not in plain G-code"),
+            partial(Message, "this is a Siemens (SINUMERIK) program ({}), not plain G-code"),
         ),
         (_printer_program(lines, code), partial(Message, "this is a program for a 3D printer ({})")),
         (lathe := _lathe_program(code, text), partial(Message, "this is a program for a lathe ({})")),

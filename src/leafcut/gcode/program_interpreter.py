@@ -63,7 +63,7 @@ _COMPUTED = Message("its numbers come from parameters or expressions")
 _NESTED = Message("a comment is inside a comment: controllers differ in where it ends")
 _SENDS = Message("it sends a record")
 _GOAL = Message("a jump leads here")
-_PIERCED = Message("the controller makes only a pierce of it (#<pierce-only>=1)")
+_PIERCED = Message("the controller only pierces there (#<pierce-only>=1)")
 _AGAIN = Message("it may be run again")
 #: Mask of the line number: `on_progress` is called every 4,096 lines.
 _LINES_BETWEEN_CHECKS = 0xFFF

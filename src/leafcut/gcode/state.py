@@ -114,9 +114,7 @@ class InterpreterState(Modal):
         if self.keeps_unknown:
             # The state at switch-on: Fanuc has G98, RS274/NGC G99 (seen with rs274).
             self.to_initial = self.stores_cycles
-            self.unknown_motion = (
-                Message("what is active when the control is switched on") if self.stores_cycles else ""
-            )
+            self.unknown_motion = Message("the motion mode at power-on") if self.stores_cycles else ""
 
     @property
     def stores_cycles(self) -> bool:
@@ -151,7 +149,7 @@ class InterpreterState(Modal):
         self.path.position = [UNKNOWN, UNKNOWN, UNKNOWN]
         self.path.initial_plane = None
         self.cycle, self.cycle_values, self.cycle_words = None, CycleValues(), ()
-        self.motion, self.unknown_motion = None, Message("what {} left active", cause)
+        self.motion, self.unknown_motion = None, Message("the motion mode that {} left active", cause)
         self.unknown_modes = {"plane", "distance", "retract", "feed", "speed"}
         self.feed = 0.0
         self.tool = self.next_tool = self.offset_number = None

@@ -58,10 +58,12 @@ def material_block(state: InterpreterState, line: str, number: int) -> Block:
         chosen = (
             Message("no material is selected")
             if state.material is None
-            else Message("that of material {} is not known", state.material)
+            else Message("the feed of material {} is unknown", state.material)
         )
         raise BlockError(
-            "'{}' is the feed of the controller's material, and {} before it; select it with M190", word, chosen
+            "'{}' is the feed of the controller's material, but {}; select the material with M190 before this line",
+            word,
+            chosen,
         )
     if state.unit is None:
         raise BlockError("'{}' comes before the units are stated ({} for mm)", word, state.dialect.units_mm)

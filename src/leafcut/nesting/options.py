@@ -94,7 +94,7 @@ class NestOptions(OptionGroup):
         unpriced = next((sheet.name for sheet in sheets if sheet.size is not None and sheet.price is None), None)
         if unpriced is not None and any(sheet.price is not None for sheet in sheets):
             raise OptionError(
-                "--sheet: {} has no price but others do; give every size a price, such as {}@180",
+                "--sheet: {} has no price, but other sizes do; give every size a price, such as {}@180",
                 printable(unpriced),
                 unpriced,
             )

@@ -94,7 +94,7 @@ def _check_inside_sheet(nest: Nest, layout: Layout, margin: float) -> list[Messa
         if min(x0, y0) < min_edge or x1 > stock.length - min_edge or y1 > stock.width - min_edge:
             errors.append(
                 Message(
-                    "{}: reaches from ({:.3f}, {:.3f}) to ({:.3f}, {:.3f})", nest.parts[p.part].name, x0, y0, x1, y1
+                    "{}: extends from ({:.3f}, {:.3f}) to ({:.3f}, {:.3f})", nest.parts[p.part].name, x0, y0, x1, y1
                 )
             )
     return errors

@@ -374,7 +374,7 @@ _KIND_WORDS = {
     "share": Message("a fraction such as 0.6 or 60%"),
     "whole": Message("a whole number"),
     "flag": Message("true or false"),
-    "text": Message("a text"),
+    "text": Message("a string"),
     "names": Message("a list of names"),
     "point": Message("a point"),
     "place": Message("a place such as lower-left, or a point"),

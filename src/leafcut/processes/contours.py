@@ -165,15 +165,15 @@ def _join_strokes(strokes: list[Contour], kind: str, options: SheetOptions, issu
         issues.append(Issue("L311", message, _places_text([place for place, _ in gaps])))
     if tidied.branches and tidied.doubles and not marked and options.open_paths == "refuse":
         raise PlanError(
-            "lines that several outlines may share meet, {}, "
-            "so their order is ambiguous; draw each outline as one closed polyline",
+            "lines of several outlines meet, {}, so that the outlines are ambiguous; draw each outline as one "
+            "closed polyline",
             _places_text(tidied.branches),
         )
     if tidied.branches and not marked:
         message = Message("more than two ends meet at {}: check the outlines", count_of(len(tidied.branches), "place"))
         issues.append(Issue("L314", message, _places_text(tidied.branches)))
     if tidied.doubles:
-        message = Message("{} drawn on top of others taken once", count_of(len(tidied.doubles), "line"))
+        message = Message("{} drawn on top of other lines: used once", count_of(len(tidied.doubles), "line"))
         issues.append(Issue("L312", message, _places_text(tidied.doubles)))
     made = []
     for path, members, _ in tidied.paths:
@@ -393,12 +393,12 @@ def _select_bore_circles(
             _places_text([shapely.centroid(shapes[k]).coords[0] for k in gone]),
         )
         if concentric == "largest":
-            words = Message("{} inside a larger one with the same centre not cut (--concentric largest)", circles)
+            words = Message("{} inside a larger one with the same centre: not cut (--concentric largest)", circles)
             issues.append(Issue("L302", words, places))
         else:
             words = Message(
-                "{} around a hole with the same centre not cut: countersinks, counterbores and threads are "
-                "left to other machines; to cut every circle, use --concentric all",
+                "{} around a hole with the same centre: not cut, because countersinks, counterbores and threads "
+                "are left to other machines; to cut every circle, use --concentric all",
                 circles,
             )
             issues.append(Issue("L302", words, places, Severity.MISSING))

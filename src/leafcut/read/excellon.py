@@ -156,7 +156,7 @@ def _too_narrow(holes: list[Hole]) -> Issue | None:
 def _translate_commands(source: Source, units: str | None) -> _TranslatedCommands:
     max_holes = FREE_COPIES + COPIES_PER_BYTE * len(source.data)
     reason = Message(
-        "repeats (R) make more than {:,} holes of a file of {}; use fewer repeats, or split the file",
+        "repeats (R) expand to more than {:,} holes, too many for a file of {}; use fewer repeats, or split the file",
         max_holes,
         size_text(source),
     )

@@ -101,7 +101,9 @@ def _grouping(path: str, keys: tsplib.SpecificationKeys, sections: Sections, n: 
         raise ReadError(path, Message("node {} is in no set", alone[0] + 1), sections["GTSP_SET_SECTION"][0])
     text, line = keys.get("GTSP_SETS", ("", 0))
     if text and text != str(len(number)):
-        raise ReadError(path, Message("GTSP_SETS says {}, the section has {}", printable(text), len(number)), line)
+        raise ReadError(
+            path, Message("GTSP_SETS is {}, but the section has {} sets", printable(text), len(number)), line
+        )
     first = _start(path, sections, number)
     return Grouping(cluster, _ordering(path, sections, number), first)
 

@@ -120,7 +120,7 @@ class _PlanReader:
 
     def text(self, value: Any, label: str) -> str:
         if not isinstance(value, str):
-            raise self.refuse(label, Message("{} is not a text", printable(json.dumps(value))))
+            raise self.refuse(label, Message("{} is not a string", printable(json.dumps(value))))
         return printable(value, 200)
 
     def number(self, value: Any, label: str) -> float:

@@ -236,7 +236,7 @@ def _join_strokes(
         message = Message("more than two ends meet at {}: check the outlines", number)
         issues.append(Issue("L314", message, places_text(tidied.branches, len(tidied.branches))))
     if tidied.doubles:
-        message = Message("{} drawn on top of others taken once", count_of(len(tidied.doubles), "line"))
+        message = Message("{} drawn on top of other lines: used once", count_of(len(tidied.doubles), "line"))
         issues.append(Issue("L312", message, places_text(tidied.doubles, len(tidied.doubles))))
     outlines = []
     for path, members, _ in tidied.paths:

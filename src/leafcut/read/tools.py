@@ -235,7 +235,7 @@ def _check_cycle(tool: Tool, table: TomlTable) -> None:
         raise table.problem("cycle", "is G82, which needs 'dwell', the dwell at the bottom")
     if tool.cycle is not None and (tool.cycle == "G84") is not (tool.kind is ToolKind.TAP):
         raise table.problem(
-            "cycle", "is {} for a {}; G84 is for taps, and taps are for G84", tool.cycle, tool.kind.value
+            "cycle", "is {} for a {}; G84 requires a tap, and a tap requires G84", tool.cycle, tool.kind.value
         )
     if tool.depth is not None and tool.kind is not ToolKind.CENTRE_DRILL:
         raise table.problem("depth", "is for centre drills only; set the depth of holes with --depth or --thickness")

@@ -93,7 +93,7 @@ def split_file(source: Source) -> tuple[SpecificationKeys, Sections]:
             continue
         match = _KEY.match(line.rstrip())
         if match is None:
-            raise ReadError(source.path, Message("'{}' is neither a key nor numbers", printable(line)), number)
+            raise ReadError(source.path, Message("'{}' is neither a keyword nor a number", printable(line)), number)
         key = match.group(1).upper()
         if key == "EOF":
             break
@@ -170,7 +170,7 @@ def _coordinates(path: str, section: DataSection, n: int, issues: list[Issue]) -
     last = section[0] + len(section[1]) - 1
     if len(values) != 3 * n:
         raise ReadError(
-            path, Message("DIMENSION says {} nodes, the section has {:g} (number, x, y)", n, len(values) / 3), last
+            path, Message("DIMENSION is {}, but the section has {:g} nodes (number, x, y)", n, len(values) / 3), last
         )
     table = values.reshape(n, 3)
     ids = table[:, 0]
@@ -206,7 +206,7 @@ def matrix(
         last = section[0] + len(section[1]) - 1
         needed = MATRIX_FORMATS[form](n)
         raise ReadError(
-            path, Message("{} of {} nodes needs {} numbers, the section has {}", form, n, needed, len(values)), last
+            path, Message("{} of {} nodes needs {} numbers, but the section has {}", form, n, needed, len(values)), last
         )
     if form == "FULL_MATRIX":
         full = values.reshape(n, n)
@@ -272,7 +272,7 @@ def read_tour(path: str | Path) -> NDArray[np.int64]:
     ends = np.flatnonzero(values == -1)
     order = (values[: ends[0]] if len(ends) else values) - 1
     if "DIMENSION" in keys and node_count(source.path, keys) != len(order):
-        raise ReadError(path, Message("DIMENSION says {} nodes, the tour has {}", keys["DIMENSION"][0], len(order)))
+        raise ReadError(path, Message("DIMENSION is {}, but the tour has {} nodes", keys["DIMENSION"][0], len(order)))
     if not len(order) or not np.array_equal(np.sort(order), np.arange(len(order))):
         raise ReadError(path, Message("the tour does not visit each of its {} nodes once", len(order)))
     return order.astype(np.int64)

@@ -32,7 +32,7 @@ _CODES = {"rapid below clearance": "L801", "rapid into the part": "L802"}
 #: States that only the operator can end.
 _STANDING = ("Check", "Hold", "Door")
 
-_UNSURE = Message("the controller does not report whether it was homed, and does not insist on it")
+_UNSURE = Message("the controller does not report whether it was homed, and does not require homing")
 
 
 def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family: str = "") -> None:

@@ -465,7 +465,7 @@ class SendRun:
         try:
             data = text.upper() if text.isascii() and text.isprintable() else ""
             if not data or len(data) > 79 or set(data) & set("!?~"):
-                return [Message("not a line for a controller")]
+                return [Message("this text is not a valid command line")]
             replies = [str(getattr(answer, "text", answer)) for answer in self.talk.ask(data, 600.0)]
             return [*replies, "ok"]
         except PortLost:

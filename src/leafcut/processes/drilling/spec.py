@@ -107,7 +107,7 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
         from leafcut.read.tool_formats import WITH_PRESETS
 
         if tools.suffix.lower() not in WITH_PRESETS:
-            raise OptionError("--material: only selects a preset of a Fusion tool library; leave it out")
+            raise OptionError("--material selects only a preset of a Fusion tool library here; leave it out")
     on_progress, reading = job.start_step(Message("reading")), job.settings.read
     options, drill_options = job.settings.job, job.settings.of(DrillOptions)
     of_step = any(sniff_step(source.data[:SNIFF_BYTES]) is Match.YES for source in sources)
@@ -147,7 +147,9 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
         )
     for name in ("feed", "spindle_speed"):
         if name in job.settings.asked and not any(tool.assumed for tool in plan.tools):
-            raise OptionError("{}: every tool of {} has its own; leave it out", flag_name(name), options.tools)
+            raise OptionError(
+                "{}: the tools in {} have values of their own; leave it out", flag_name(name), options.tools
+            )
     return plan, request
 
 

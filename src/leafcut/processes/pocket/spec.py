@@ -132,7 +132,7 @@ def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> 
     if run.settings.of(PocketOptions).pocket_top == "highest":
         return None, [0.0] * len(part.pockets)
     if any(one.top is None for one in part.pockets):
-        raise OptionError("--pocket-top surface: a drawing has no surface; leave it out, or give a STEP file")
+        raise OptionError("--pocket-top surface: only a STEP file has a surface; leave it out, or give a STEP file")
     from leafcut.model.mesh import Mesh
     from leafcut.processes.placing import place_mesh
     from leafcut.processes.pocket.plan.stock_top import fill_pockets, stock_tops

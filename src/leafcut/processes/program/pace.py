@@ -103,7 +103,7 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
         return PacedProgram(text, program, PaceChange())
     if line := _first_skippable_line(program):
         message = Message(
-            "speeds and heights are unchanged: a block-delete switch (/) can skip moves, so that their material remains"
+            "speeds and heights are unchanged: the block-delete switch (/) can skip moves and leave their material"
         )
         return PacedProgram(text, program, PaceChange(), (Issue("L513", message, Message("line {}", line)),))
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
@@ -114,8 +114,8 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     loads = steps.loads(program, Message("cutting the stock"))
     if steps.stock.known and not loads.removed.cuts.any():
         raise OptionError(
-            "--workpiece: {} never touches this stock, so every cut would be in the air; give the "
-            "block in the program's coordinates",
+            "--workpiece: {} never touches this stock, so every cut would be in air; give the block in the "
+            "program's coordinates",
             source,
         )
     found = PacedProgram(text, program, PaceChange(assumed=not steps.stock.known), tuple(steps.stock_notes()))
@@ -560,11 +560,11 @@ class _PaceSteps:
 _KEPT_WORDS = {
     "chip": partial(
         Message,
-        "the chip thickness of its library feed and speed is the limit in {:.0f} % of its cutting time, "
-        "first at line {}",
+        "in {:.0f} % of its cutting time its chips are as thick as its feed and speed in the library allow, first "
+        "at line {}",
     ),
     "rate": partial(
-        Message, "it removes material as fast as in its worst cut in {:.0f} % of its cutting time, first at line {}"
+        Message, "in {:.0f} % of its cutting time it removes material as fast as in its worst cut, first at line {}"
     ),
     "spindle": partial(
         Message, "power or torque of the spindle is the limit in {:.0f} % of its cutting time, first at line {}"
@@ -588,15 +588,15 @@ def _kept_feed_text(why: KeptFeed, limit: ToolLimits, diameter: float) -> Messag
     if reason == "chip" and not limit.stated:
         if why.width < _SLOT * diameter:
             return Message(
-                "its worst cut is {:.3g} mm wide at line {}, and its chips are equally thick in {:.0f} % of its "
-                "cutting time; give its own feed and speed with --tools",
+                "its worst cut is {:.3g} mm wide at line {}, and its chips are as thick as there in {:.0f} % of "
+                "its cutting time; give the feed and speed of the tool with --tools",
                 why.width,
                 why.line,
                 share,
             )
         return Message(
-            "its worst cut is a full slot at line {}, and its chips are equally thick in {:.0f} % of its cutting time; "
-            "give its own feed and speed with --tools",
+            "its worst cut is a full slot at line {}, and its chips are as thick as there in {:.0f} % of its "
+            "cutting time; give the feed and speed of the tool with --tools",
             why.line,
             share,
         )

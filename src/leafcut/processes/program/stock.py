@@ -240,7 +240,9 @@ def _stock_issues(one: _Cuts, settings: Settings, block: StockBlock, cell: float
     found = stock_issues(settings.stock, one.read.program, one.cutters, block, ChosenSolid.of(settings.read))
     if cell > COARSEST * one.smallest * (1.0 + 1e-9):
         message = Message(
-            "cells of {:g} mm are coarse for a tool of {:g} mm; give a smaller stock or --cell", cell, one.smallest
+            "cells of {:g} mm are coarse for a tool of {:g} mm; use a smaller --cell or a smaller stock",
+            cell,
+            one.smallest,
         )
         found.append(Issue("L812", message))
     return found

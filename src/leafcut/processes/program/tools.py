@@ -65,8 +65,8 @@ def other_tools(program: Program, settings: Settings, machine: Machine) -> list[
         named = tool_width(program, block)
         if tool is not None and named and abs(named - tool.diameter) > max(_OTHER_TOOL, _OTHER_SHARE * named):
             message = Message(
-                "T{} has Ø{:.4g} mm in the library, but in the program's comment "
-                "Ø{:.4g} mm; name the library of this program with --tools",
+                "T{} is Ø{:.4g} mm in the library, but Ø{:.4g} mm in the program's comment; name the library of "
+                "this program with --tools",
                 number,
                 tool.diameter,
                 named,

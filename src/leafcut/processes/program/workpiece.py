@@ -54,7 +54,7 @@ def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
 
         return block_of_mesh(solid_file(text, which))
     if which != THE_ONLY:
-        raise OptionError("--solid, --up, --z-zero: a block has no solids, a STEP file has; leave them out")
+        raise OptionError("--solid, --up and --z-zero apply to STEP files only, not to a block; leave them out")
     parts = text.replace(";", ",").split(",")
     if len(parts) != 6:
         raise OptionError(

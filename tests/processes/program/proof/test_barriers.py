@@ -296,10 +296,10 @@ def test_a_removed_or_added_tool_or_work_offset_implies_changes_of_cuts() -> Non
     [
         ((1, 2, 5), (1, 2, 5), True, None),
         ((1, 2, 5), (1.002, 2, 4.998), True, None),
-        ((1, 2, 5), (1.0021, 2, 5), True, ("barrier at another place",
+        ((1, 2, 5), (1.0021, 2, 5), True, ("barrier at another position",
          "'pause M0' may start at the current position of the tool, which changed: "
          "X1.000 Y2.000 Z5.000 became X1.002 Y2.000 Z5.000")),
-        ((1, 2, 5), (1, 2, NAN), True, ("barrier at another place",
+        ((1, 2, 5), (1, 2, NAN), True, ("barrier at another position",
          "'pause M0' may start at the current position of the tool, which changed: "
          "X1.000 Y2.000 Z5.000 became X1.000 Y2.000 and an unknown Z")),
         ((NAN, 2, 5), (NAN, 2, 5), True, None),

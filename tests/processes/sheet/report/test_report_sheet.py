@@ -268,7 +268,7 @@ def test_the_table_has_the_figures_of_every_part_of_the_sheet_and_of_the_batch(s
     assert rows[1:] == [
         ["1", "", "2 + 1 mark", "56.86", "382.8 mm", "2", "6 min 22 s", "1.40 s", "0.00 s", "6 min 23 s", "4.25"],
         ["2", "", "1", "16", "160.0 mm", "1", "1 min 05 s", "0.70 s", "3.00 s", "1 min 09 s", "0.75"],
-        ["beginning and end", "", "", "", "", "1.00 s", "1.00 s", ""],
+        ["start and end", "", "", "", "", "1.00 s", "1.00 s", ""],
         ["Sheet", "542.8 mm", "3", "7 min 27 s", "2.10 s", "4.00 s", "7 min 33 s", "5.00"],
         ["10 sheets", "5.43 m", "30", "1 h 14 min", "21.0 s", "40.0 s", "1 h 15 min", "50.00"],
     ]

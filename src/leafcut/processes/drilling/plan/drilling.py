@@ -640,8 +640,7 @@ def _order_tools(steps: list[Step], sequences: Sequence[Sequence[Step]]) -> list
         if ready is None:
             names = ", ".join(s.tool.label for s in remaining)
             raise PlanError(
-                "the recipes contradict each other: each of {} would have to come before another one of them; "
-                "change a recipe",
+                "the recipes contradict each other: they require a circular order of {}; change a recipe",
                 names,
             )
         order.append(ready)

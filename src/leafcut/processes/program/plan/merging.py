@@ -118,7 +118,9 @@ class _Merger:
                 self.program, self.rows, both, self.process, self.check_cancelled
             )
             self.items[place] = replace(earlier, pieces=pieces, precedence=precedence, ties=ties)
-        self.dropped.append(replace(change, reasons=(Message("a change to a tool that did all its work before"),)))
+        self.dropped.append(
+            replace(change, reasons=(Message("a change to a tool that has already finished its work"),))
+        )
         self.saved += self._kinds(change).count(Kind.TOOL)
         del self.items[at - 1 : at + 1]
 

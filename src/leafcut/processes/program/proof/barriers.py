@@ -476,7 +476,7 @@ def find_misplaced_barriers(
             text = Message(
                 "'{}' may start at the current position of the tool, which changed: {} became {}", mark.said, was, now
             )
-            yield Difference(Message("barrier at another place"), mark.line, new.line, text)
+            yield Difference(Message("barrier at another position"), mark.line, new.line, text)
         elif new.unsure and not mark.unsure:
             text = Message("at '{}' the height of the tool is no longer known", mark.said)
             yield Difference(Message("unknown height"), mark.line, new.line, text)

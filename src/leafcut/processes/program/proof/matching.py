@@ -234,8 +234,8 @@ def _stated_changes(was: int, now: int) -> Iterator[Message]:
         ),
         (
             4,
-            Message("length offset no longer taken after the tool change or the machine move"),
-            Message("length offset now taken after the tool change or the machine move"),
+            Message("length offset no longer applied after the tool change or the machine move"),
+            Message("length offset now applied after the tool change or the machine move"),
         ),
     ):
         if (was ^ now) & bit:

@@ -356,7 +356,7 @@ def _checks_of_features(
     yield (
         Message("torn apart"),
         lambda row: (
-            Message("the cut to {} continued the cut before it without a rapid, and does not any more", ""),
+            Message("the cut to {} used to follow the previous cut without a rapid; now it does not", ""),
             at(row),
         ),
         *lines,

@@ -193,8 +193,8 @@ def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue
     if not lengths or rules.half > 0.0:
         return []
     words = Message(
-        "{:.6g} mm of edges that coincide are cut twice: only edges whose line can start in the "
-        "scrap are cut once, without options that rule out common lines",
+        "{:.6g} mm of coincident edges are cut twice: a shared edge is cut once only if its line can start in the "
+        "scrap and no option rules out common lines",
         math.fsum(lengths),
     )
     return [Issue("L617", words, Message("at {}", ", ".join(places[:3])) + (" …" if len(places) > 3 else ""))]
@@ -253,9 +253,9 @@ def _refusal(one: str, other: str, length: float, rules: CutRules) -> Message:
             length,
         )
     return Message(
-        "{} coincides with {} over {:.4g} mm, more than half of its length, and would be cut twice: "
-        "move the parts apart; only edges whose line can start in the scrap are cut once, without options that rule "
-        "out common lines",
+        "{} coincides with {} over {:.4g} mm, more than half of its length, and would be cut twice: move the parts "
+        "apart. A shared edge is cut once only if its line can start in the scrap and no option rules out common "
+        "lines",
         one,
         other,
         length,

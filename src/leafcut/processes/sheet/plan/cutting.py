@@ -256,7 +256,12 @@ def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutR
     for group, message in (
         (
             lesser,
-            Message("{} × no room for a lead-in of {:g} mm ({}): reduced", len(lesser), wanted.length, wanted.style),
+            Message(
+                "{} × no room for a lead-in of {:g} mm ({}): shortened or replaced",
+                len(lesser),
+                wanted.length,
+                wanted.style,
+            ),
         ),
         (without, Message("{} × no room for a lead-out of {:g} mm: left out", len(without), rules.lead_out.length)),
     ):

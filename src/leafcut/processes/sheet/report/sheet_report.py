@@ -297,7 +297,7 @@ def parts_table(plan: CutPlan) -> PageRow:
     if rest >= _LEAST_REST:
         ends = CutTimes(rapid_s=rest)
         only = {"perimeter": "", "pierces": "", "cutting": "", "piercing": "", "cost": "", "total": time_words(rest)}
-        feet.append({"name": Message("beginning and end"), **_cells(ends, 0.0, places), **only})
+        feet.append({"name": Message("start and end"), **_cells(ends, 0.0, places), **only})
     feet.append({"name": Message("Sheet"), **_cells(norm.sheet, norm.cost, places)})
     if norm.quantity > 1:
         sheets = Message("{} sheets", f"{norm.quantity:,}")
