@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -13,10 +14,11 @@ from leafcut.options.removed import REMOVED, why_removed
 from leafcut.processes.settings import all_options, collect_settings, options_of_file
 
 
-def test_no_removed_option_exists_and_the_new_name_of_each_does() -> None:
-    known = {name for _, name, _ in all_options()}
+def test_no_removed_option_exists_and_every_replacement_does() -> None:
+    known = {name for _, name, _ in all_options()} | {"report"}
     assert not known & REMOVED.keys()
-    new = [words.removeprefix("now --").split()[0] for words in REMOVED.values() if words.startswith("now ")]
+    values = " ".join(value for _, *values in REMOVED.values() for value in values)
+    new = re.findall(r"--([a-z-]+)", values)
     assert new and {name.replace("-", "_") for name in new} <= known
 
 

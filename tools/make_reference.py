@@ -9,7 +9,7 @@ from leafcut.gcode.dialects import dialect, dialects
 from leafcut.model.issue import CODES
 from leafcut.options import ALGORITHM_TITLES
 from leafcut.options.option_spec import flag_name, typed_text
-from leafcut.options.removed import REMOVED
+from leafcut.options.removed import REMOVED, why_removed
 from leafcut.processes import registry
 from leafcut.read import formats
 from leafcut.read.machine import machine_descriptions
@@ -64,13 +64,14 @@ def shortest_list(names: list[str], of: list[str]) -> str:
 
 
 def removed_options() -> list[str]:
-    """Return the options of earlier versions with their replacements; options with the same replacement share a
-    line.
-    """
+    """Return the options of earlier versions; options with the same message share a line."""
     flags: dict[str, list[str]] = {}
-    for name, words in REMOVED.items():
+    for name in REMOVED:
+        words = (
+            why_removed(name).partition(" ")[2].removeprefix("was removed").lstrip(":; ").removesuffix("; leave it out")
+        )
         flags.setdefault(words, []).append(f"`{flag_name(name)}`")
-    lines = ["### Removed options", "", "They are refused by name wherever an option can be given.", ""]
+    lines = ["### Removed options", "", "leafcut refuses them by name and states the replacement.", ""]
     return [*lines, *(f"* {', '.join(names)}: {words}" for words, names in flags.items()), ""]
 
 

@@ -261,10 +261,10 @@ def test_the_costs_of_the_library_count(library: Path) -> None:
         ({"material": None}, "no material given; name it with --material"),
         ({"material": "c54"}, "unknown material 'c54'; did you mean 'c45'?"),
         ({"tool_diameter": None}, "no tool given: give a drawing, --tools or --tool-diameter"),
-        ({"holes": 20}, "--holes was removed: without a drawing, the results are for one hole"),
+        ({"holes": 20}, "--holes was removed: its value is always 1"),
         ({"depth": None}, "no depth of holes: give --depth or --thickness"),
         ({"shop_rate": -3}, "--shop-rate: -3 is below the minimum of 0"),
-        ({"min_life": "5h"}, "--min-life was removed: a tool lasts for at least 5 min of cutting"),
+        ({"min_life": "5h"}, "--min-life was removed: its value is always 5 min"),
         ({"step_down": 3}, "--step-down: only used with --tools"),
         (
             {"material": "6061", "tool_material": "carbide"},
