@@ -283,7 +283,7 @@ def _process_command(process: Process) -> tuple[Callable[..., int], Sequence[Wor
 
 
 def _helps_of(work: Work) -> dict[str, tuple[str, str]]:
-    """Return help texts and defaults of a kind of work that differ from the options' own, such as its machine."""
+    """Return the help texts and defaults that a kind of work replaces, such as its default machine."""
     return {**work.helps, "machine": ("", work.usual(Settings()).machine.machine)}
 
 

@@ -174,7 +174,7 @@ def _program_file(inputs: Sequence[str], output: str | None, given: Mapping[str,
 
 
 def _report_replaced(file: str | None, before: bytes | None) -> None:
-    """Report that a program replaced an earlier one with other contents, `before`."""
+    """Report that a program replaced an earlier program with different contents, `before`."""
     if file is not None and before is not None and Path(file).read_bytes() != before:
         print_line(f"{file}: replaced leafcut's earlier program; name another file with -o to keep both", DONE)
 
@@ -357,8 +357,8 @@ def filter_program(
 
 
 def _sheets_beside(parts: Sequence[str]) -> str | None:
-    """Return the default file of nested sheets, which is named after the first part and next to it; None without that
-    part.
+    """Return the default file of nested sheets, in the folder of the first part and named after it; None without a
+    first part.
 
     Raises OutputError if it cannot be written.
     """

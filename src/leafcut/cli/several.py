@@ -23,9 +23,9 @@ _DASH = "-"
 def inputs_of(words: Iterable[str]) -> list[str]:
     """Return the inputs; a folder is replaced by its files, and a list (.list) by the inputs on its lines.
 
-    Only those files of a folder are used that leafcut can read, by content or extension. Lines of a list that start
-    with # are comments; relative paths are relative to the list. Raises OptionError if a folder has no input, a list
-    cannot be read, or there are too many inputs.
+    Of a folder, only files that leafcut can read (by content or extension) are used. Lines of a list that start with #
+    are comments; relative paths are relative to the list. Raises OptionError if a folder has no input, a list cannot be
+    read, or there are too many inputs.
     """
     inputs: list[str] = []
     for word in words:

@@ -1,4 +1,4 @@
-"""Parts that several commands share: exit statuses, flags, error lines, files."""
+"""Code that several commands share: exit statuses, flags, error lines, files."""
 
 from __future__ import annotations
 

@@ -46,8 +46,9 @@ _OF_ALL_KINDS = ("optimize", "filter")
 class DefaultRow:
     """The value of an option that is not on the command line.
 
-    `option` is the flag and `value` its value as typed. `source` is a file and line, ``leafcut``, or leafcut for this
-    kind of work. `used_by` are the commands that use the option; it is empty if all rows belong to a single command.
+    `option` is the flag and `value` its value as typed. `source` is a file and line, ``leafcut``, or ``leafcut`` for
+    this kind of work. `used_by` are the commands that use the option; it is empty if all rows belong to a single
+    command.
     """
 
     option: str

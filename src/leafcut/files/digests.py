@@ -1,4 +1,6 @@
-"""Marks in the header of a file: the command that wrote it, and a digest that shows whether it was edited since."""
+"""Marks in the header of a file: the command that wrote it, and a digest that shows whether the file was edited
+afterwards.
+"""
 
 from __future__ import annotations
 

@@ -108,8 +108,8 @@ def _number(text: str) -> float | str:
 
 
 def _figures(line: str, bare: str) -> Sequence[object]:
-    """Return the parameters of a comment such as ``(o=0, kw=1.5, na=steel)``, by name (the last of duplicates, none
-    with a space before the equals sign); otherwise its text.
+    """Return the parameters of a comment such as ``(o=0, kw=1.5, na=steel)`` by name; the last of duplicates counts. A
+    name with a space before the equals sign is not recognised. If the line is not such a comment, return its text.
     """
     if not bare.startswith("("):
         return [bare]

@@ -155,8 +155,8 @@ class Dialect:
     name, description, extension
         The extension includes the dot. The name of a dialect loaded from a file is the file name, ``my.toml``.
     family
-        The shipped dialect itself, or the one it is based on. Knowledge about that controller outside its table applies
-        here too. Empty for an independent dialect.
+        The shipped dialect itself, or the one it is based on. Code for that controller also applies to this dialect.
+        Empty for an independent dialect.
     g_words, m_words
         All G and M words that both the controller and leafcut support, separated by spaces: ``"G0 G1 …"``.
     language

@@ -284,7 +284,9 @@ class Interpreter:
                 unknown.remove(word)
 
     def _run_without_values(self, words: SortedBlock, unknown: set[str]) -> None:
-        """Execute a block in which the numbers of the letters `unknown` are not known; it becomes a row FOREIGN."""
+        """Execute a block in which the numbers after the letters `unknown` have unknown values; it becomes a row
+        FOREIGN.
+        """
         state, g = self.state, words.g
         named = named_axes({**words.letters, **dict.fromkeys(unknown, Word("", 0.0, ""))})
         clear = unknown <= _CLEAR_LETTERS and g.keys() <= _CLEAR_GROUPS and not words.unknown
@@ -391,7 +393,7 @@ class Interpreter:
     # -- feed, speed, tool, spindle, coolant ---------------------------------------------------------------------------
 
     def _run_settings(self, words: SortedBlock) -> None:
-        """Units, feed mode, F and S."""
+        """Execute the words for units, feed mode, feed and speed."""
         state, letters, g = self.state, words.letters, words.g
         unit_before, mode_before, feed = state.unit, state.feed_mode, letters.get("F")
         if "units" in g:
@@ -471,7 +473,7 @@ class Interpreter:
         state.next_tool = None if state.dialect.changes_by_hand else number
 
     def _run_switches(self, words: SortedBlock, off: bool | None) -> None:
-        """All words, or only those that switch off (True) or on (False)."""
+        """Execute all switching words, or only those that switch off (True) or on (False)."""
         state = self.state
         other = words.letters.get("$") if state.keeps_unknown else None
         if "spindle" in words.m and "speed" in state.unknown_modes and 5 not in words.m["spindle"]:
@@ -519,8 +521,8 @@ class Interpreter:
             self._path_control(path, letters)
 
     def _path_control(self, code: int, letters: dict[str, Word]) -> None:
-        """G61, G61.1, or G64 with P (corner tolerance) and Q (for short moves; without Q, P applies). Source:
-        LinuxCNC, G64; confirmed with rs274.
+        """Execute G61, G61.1, or G64 with P (corner tolerance) and Q (tolerance for short moves; P if Q is missing).
+        Source: LinuxCNC, G64; confirmed with rs274.
         """
         state = self.state
         given = [letters.pop(letter, None) if code == 640 else None for letter in "PQ"]
@@ -538,7 +540,7 @@ class Interpreter:
             state.path.blending(code, tolerance, line=state.line)
 
     def _compensation(self, code: int, letters: dict[str, Word]) -> None:
-        """Radius compensation: a row RADIUS when the mode changes or D is stated."""
+        """Execute radius compensation: add a row RADIUS when the mode changes or D is stated."""
         state, mode = self.state, code // 10
         word = letters.pop("D", None) if mode != 40 else None
         if not state.keeps_unknown:
@@ -594,7 +596,9 @@ class Interpreter:
     # -- offsets -------------------------------------------------------------------------------------------------------
 
     def _offsets(self, words: SortedBlock) -> None:
-        """Tool length and work offset; in programs of other CAMs, the position is unknown after a change."""
+        """Execute the words for tool length and work offset; in programs of other CAMs, a change makes the position
+        unknown.
+        """
         state, g, letters = self.state, words.g, words.letters
         length, off, torch = g.get("length"), state.dialect.length_offset_off, state.dialect.torch
         if length == 430:

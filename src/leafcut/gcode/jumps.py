@@ -35,8 +35,8 @@ _AFTER_WHILE = re.compile(r"[ \t]*DO[ \t]*([0-9]{1,9})[ \t]*$", re.IGNORECASE)
 
 
 class UndecidedJump(Exception):
-    """The next line depends on a value that only the machine knows. `last` is the last line, from 0, whose execution
-    is undecided, or None for the last line of the program; `again` is the first line that may be repeated, or None.
+    """The next line depends on a value that only the machine knows. `last` is the last line, from 0, that may or may
+    not be executed, or None for the last line of the program; `again` is the first line that may be repeated, or None.
     """
 
     def __init__(self, last: int | None, again: int | None = None) -> None:

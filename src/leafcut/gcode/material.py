@@ -72,7 +72,7 @@ class MaterialFeeds:
     """
 
     def __init__(self, lines: Sequence[str], word: str, otherwise: float) -> None:
-        """`otherwise` is the feed of materials that the program does not define, mm/s."""
+        """Take the feeds from the materials of a program; `otherwise` is the feed, mm/s, of all other materials."""
         self.word, self.words = word, dict[float, str]()
         self._choices, self._otherwise = read_materials(lines), otherwise
         self._starts = [line for line, _ in self._choices]

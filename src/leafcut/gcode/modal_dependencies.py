@@ -1,5 +1,5 @@
-"""Modal dependencies of a range of blocks: modes inherited from earlier blocks (`G1 Z-1`: the feed; `X5`: the motion
-and the Y position), which must be restated after a move, and modes that it sets.
+"""Modal dependencies of a range of blocks: the modes that it inherits from earlier blocks (`G1 Z-1`: the feed; `X5`:
+the motion and the Y position), and the modes that it sets. Inherited modes must be restated when the range moves.
 """
 
 from __future__ import annotations

@@ -66,7 +66,7 @@ class InterpreterState(Modal):
     blending_stated
         The program has stated G61, G61.1 or G64.
     default_unit, assumed_units
-        Unit, mm, of a program that does not state its units before the first length, and whether that was the case.
+        Unit, mm, that is assumed for a length before the units are stated, and whether it was used.
     unknown_modes
         Modes that may have changed invisibly: plane, distance, retract, feed, speed.
     unknown_motion

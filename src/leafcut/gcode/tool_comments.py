@@ -81,8 +81,8 @@ _AFTER_OTHER = re.compile(r"[^a-z0-9]{0,3}(?:deep|depth|stock|left|long|steps?|p
 
 
 def sizes_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
-    """Return line and text of the first size in a comment with a unit other than `unit` (``mm`` or ``in``); line 0
-    without one, or if other comments give sizes in `unit`.
+    """Return line and text of the first size in a comment with a unit other than `unit` (``mm`` or ``in``); line 0 if
+    there is none, or if other comments give sizes in `unit`.
     """
     first = (0, "")
     for number, text in enumerate(lines, 1):

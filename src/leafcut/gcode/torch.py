@@ -168,7 +168,7 @@ class _TorchWriter:
         self.displaced = False
 
     def write(self, row: Motion, before: np.ndarray) -> None:
-        """`before` is the position of the torch before the row."""
+        """Write a row; `before` is the position of the torch before it."""
         torch, kind = self.torch, row.kind
         if kind is Kind.SPINDLE:
             self._light(row)

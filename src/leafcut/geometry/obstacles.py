@@ -94,14 +94,14 @@ class ObstacleMap:
         ] = {}
 
     def polygons_crossed(self, a: Point, b: Point) -> frozenset[int]:
-        """Return the polygons, standing or not, that a straight move crosses; walls are excluded."""
+        """Return all polygons that a straight move crosses, whether standing or not; walls are excluded."""
         if (a, b) not in self._crossed:
             hit = self._inner.query(shapely.LineString([a, b]), predicate="intersects")
             self._crossed[a, b] = frozenset(self._numbers[k] for k in hit.tolist()) - self._walls
         return self._crossed[a, b]
 
     def polygons_approached(self, a: Point, b: Point, radius: float) -> frozenset[int]:
-        """Return the polygons, standing or not, that a straight move crosses or approaches within a radius."""
+        """Return all polygons that a straight move crosses or approaches within a radius, whether standing or not."""
         if (a, b, radius) not in self._met:
             _, near = self._approaching_pairs(np.array([[a, b]]), np.array([[True, True]]), radius)
             self._met[a, b, radius] = self.polygons_crossed(a, b) | {self._numbers[k] for k in near.tolist()}

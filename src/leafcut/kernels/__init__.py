@@ -1,4 +1,4 @@
-"""Compiled code: small Numba kernels, each of which is a single step of an algorithm.
+"""Compiled code: small Numba kernels. Each kernel is a single step of an algorithm.
 
 A kernel takes arrays, numbers, and named tuples of these. It does not validate its input, keeps no state, and releases
 the GIL. The caller supplies all buffers. With ``NUMBA_DISABLE_JIT=1``, each kernel is plain Python.

@@ -26,7 +26,8 @@ def _drop_farthest(points: NDArray, distances: NDArray, per_quadrant: int) -> No
 
 @part
 def _choose(points: NDArray, distances: NDArray, per_quadrant: int, k: int, chosen: NDArray) -> int:
-    """Choose k points, and return their number: coincident ones, the nearest in each quadrant, the nearest of the rest.
+    """Choose k points: first coincident points, then the nearest in each quadrant, then the nearest of the rest. Return
+    the number chosen.
 
     Changes: points, chosen int32[≥k + 4·per_quadrant].
     """
@@ -75,7 +76,8 @@ def fill_candidates(
     lengths: NDArray,
     nearby: Nearby,
 ) -> None:
-    """Fill the lists of points first … last - 1 of the tree: twins, the nearest per quadrant, and the nearest overall.
+    """Fill the lists of points first … last - 1 of the tree with coincident points, the nearest points per quadrant,
+    and the nearest overall.
 
     Drill patterns are clustered: nearest-neighbour lists never leave a cluster, but quadrant lists do.
     Changes: rows first … last - 1 of candidates int32[n, k] (sorted by cost; -1 if there are fewer points) and of

@@ -1,6 +1,6 @@
 """Number and duration of kernel compilations, and the message on the first run.
 
-This module does not load Numba, so that the user does not wait for that if a file or option is refused.
+This module does not load Numba, so that a file or an option is refused without that delay.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Compilations:
 
     @property
     def seconds(self) -> float:
-        """Total compile time, s, including that of a running compilation."""
+        """Total compile time, s, including the time of a compilation that is still running."""
         with self._lock:
             return self._spent + (time.perf_counter() - self._began if self._depth else 0.0)
 
@@ -70,7 +70,9 @@ def compile_seconds() -> float:
 
 @contextmanager
 def announced_compilations(on_start: Callable[[Message], None]) -> Iterator[Compilations]:
-    """Count the compilations in the block; `on_start` receives a message for the user when the first one starts."""
+    """Count the compilations in the block; `on_start` receives a message for the user when the first compilation
+    starts.
+    """
     compilations = Compilations(on_start)
     listeners.append(compilations.note)
     try:

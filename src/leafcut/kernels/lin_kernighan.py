@@ -300,7 +300,7 @@ def _is_plain(free: int, tied_a: int, tied_b: int, v: int) -> bool:
 def edge_and_return(cost: CostModel, c: int, d: int, t0: int, leaves: bool) -> tuple[float, float]:
     """Return the costs of travel from c to d and from d to t0; the second is ∞ if the move does not yield one tour.
 
-    Machine times are expensive: skipping them for impossible moves saves a twentieth of a kick.
+    Machine times are expensive: leaving them out for impossible moves saves 5 % of the time of a kick.
     """
     return travel(cost, c, d), travel(cost, d, t0) if leaves else math.inf
 

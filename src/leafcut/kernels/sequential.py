@@ -230,7 +230,7 @@ def cut_after(
 def find_exchange(
     cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: NDArray, min_gain: float, s: int, t0: int,
 ) -> float:  # fmt: skip
-    """Search for an exchange that gains more than `min_gain` and gives t0 another successor; return its gain, or 0.
+    """Search for an exchange with a gain above `min_gain` in which t0 gets another successor; return its gain, or 0.
 
     ======= ======== ===============================================================
     lists   Lists    candidates in direction s

@@ -56,7 +56,7 @@ class Level:
     """A level of a factor: the options that it sets, and its value if it is numeric.
 
     With a `folder`, runs of this level read the files in that folder that have the same names as the files of the
-    instances. Runs of this level do not use the options `without`, which other levels set.
+    instances. `without` lists options that other levels set and that runs of this level do not use.
     """
 
     name: str

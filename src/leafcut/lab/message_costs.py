@@ -23,7 +23,7 @@ class IterationCost:
     messages: float
 
     def simulated(self, workers: float) -> float:
-        """Return C / p + U + p·M for p workers, which share the ants; messages do not overlap with any other work."""
+        """Return C / p + U + p·M for p workers, which share the ants; messages do not overlap with other work."""
         return self.ants / workers + self.update + workers * self.messages
 
 

@@ -43,8 +43,7 @@ def overview(results: Results) -> ReportBlock:
 def searches(results: Results) -> ReportBlock | None:
     """Return convergence and time-to-target charts of each instance, or None if no run recorded a curve.
 
-    There is one curve per variant. If there are more than `_MAX_CURVES` variants, there is one per level of the first
-    factor.
+    Each variant has a curve. With more than `_MAX_CURVES` variants, each level of the first factor has a curve instead.
     """
     description = results.description
     n_variants = len({cell[1:] for cell in results.cells()})

@@ -60,7 +60,7 @@ class Results:
         return tuple(row for row in self.rows if not row.failed)
 
     def missing(self, count: int) -> int:
-        """Return the number of missing runs of a cell that has `count` results."""
+        """Return the number of runs that are missing in a cell with `count` results."""
         return len(self.description.seeds) - count
 
     def figures(self, response: str) -> dict[DesignCell, list[float]]:

@@ -395,7 +395,8 @@ def _in_new_process(task: RunTask) -> dict[str, Any]:
 def _response_values(answer: Mapping[str, Any], task: RunTask) -> dict[str, float | None]:
     """Return the responses of an answer.
 
-    A response is a sum of values. Each value is the first that exists at one of several paths.
+    A response is a sum of values. If several paths are given for a value, the first path that exists in the answer is
+    used.
     """
     figures: dict[str, float | None] = {}
     for name, (sum_of, scale) in task.responses.items():
@@ -427,7 +428,7 @@ def _inputs_with_hashes(description: Description) -> dict[str, tuple[str | Sourc
 
 
 def _input_and_hash(command: str, name: str, instance: str) -> tuple[str | Source, str]:
-    """Return an input and its hash, which is that of the content, or of the name if there is no file."""
+    """Return an input and its hash: the hash of the content, or of the name if there is no file."""
     if command == "nest":  # the input is a list of drawings, which the command reads itself
         from leafcut.files.whole_files import check_is_there
 

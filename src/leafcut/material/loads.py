@@ -36,7 +36,7 @@ _ABOVE = 1.0
 class StockBefore:
     """The material before a program.
 
-    `field` contains its cells, `beside` is the height of the material around them, mm, and `known` tells whether the
+    `field` contains its cells, `beside` is the height of the material around them, mm, and `known` states whether the
     user described the stock.
     """
 

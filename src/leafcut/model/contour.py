@@ -71,7 +71,7 @@ class Contour:
         Lines and arcs, mm; closed for the outline of a part or a hole in it, open for marking and trimming.
     kind
         ``cut``, ``mark``, ``sheet`` for the outline of the sheet, which is not cut, or ``text`` for a stroke of a text.
-        A text is a mark on mark layers, and is ignored on other layers.
+        A text on a mark layer is marked; texts on other layers are ignored.
     part
         Number of the part, from 1, common to its outline, holes and marks; 0 if not assigned.
     z

@@ -78,7 +78,7 @@ class Pocket:
 class PocketLevels:
     """Heights of a pocket's levels, mm: 0 at the top of the program's pockets, negative below.
 
-    `begin` is the top of the material: 0, the floor of an enclosing pocket that is cleared first, or the surrounding
+    `begin` is the top of the material: 0, or the floor of an enclosing pocket that is cleared first, or the surrounding
     surface of the solid.
     """
 

@@ -107,6 +107,6 @@ class Observer:
         """
 
     def show(self, take: Callable[[], Snapshot], alone: bool) -> None:
-        """Called after `note`. `take` returns a snapshot and is valid only during the call; take one only if a user
-        watches. `alone`: the whole search waits for the call, with its clock stopped.
+        """Called after `note`. `take` returns a snapshot and is valid only during the call; call it only if a user is
+        watching. `alone`: the whole search waits for the call, with its clock stopped.
         """

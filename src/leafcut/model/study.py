@@ -72,7 +72,7 @@ class Study(Observer):
             self.searches[-1].add(row)
 
     def iterations(self, search: int = -1) -> list[Iteration]:
-        """Return the recorded iterations of a search, by default of the latest, including the newest iteration."""
+        """Return the recorded iterations of a search (the latest by default), including the newest iteration."""
         with self._lock:
             return self.searches[search].all() if self.searches else []
 

@@ -109,7 +109,7 @@ class Tool:
 
     @property
     def reach(self) -> float:
-        """Greatest depth of the tip, mm: the flutes do not end in the hole, and the holder stays above it."""
+        """Greatest depth of the tip, mm: there, the flutes still reach out of the hole, and the holder is above it."""
         return min(
             math.inf if self.flute_length is None else self.flute_length,
             math.inf if self.stickout is None else self.stickout,

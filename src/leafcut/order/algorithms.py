@@ -113,7 +113,7 @@ def algorithm_for(problem: RoutingProblem, options: SolveOptions) -> Algorithm:
 
 @cache
 def _packaged(name: str) -> Algorithm:
-    """Always the same entry, so that its warm-up runs once."""
+    """Return the algorithm of another package; it is always the same object, so that its warm-up runs once."""
     from leafcut.order.packaged import run_packaged
 
     return Algorithm(name, partial(run_packaged, name))
@@ -125,7 +125,9 @@ def fits_cost_table(problem: RoutingProblem) -> bool:
 
 
 def needs_choices(problem: RoutingProblem) -> bool:
-    """Return whether the move set of choices is needed; above `MOST_CHOICES`, mean positions are used instead."""
+    """Return whether the search needs the move set of choices. With more than `MOST_CHOICES` clusters, it uses mean
+    positions instead.
+    """
     if len(problem.precedence):
         return True
     if problem.n_nodes > problem.n_clusters:
@@ -166,8 +168,8 @@ def check_options(
 
 
 def warm_up(problem: RoutingProblem, options: SolveOptions, firefly: FireflyOptions | None = None) -> None:
-    """Compile every kernel that the search needs, or load it from disk, before the clock starts, by an iteration or
-    two on a small problem of the same kind. After Ctrl-C, the next call runs it again.
+    """Compile every kernel that the search needs, or load it from disk, before the clock starts, by running an
+    iteration or two on a small problem of the same kind. After Ctrl-C, the next call runs it again.
     """
     algorithm, firefly = algorithm_for(problem, options), firefly or FireflyOptions()
     iterations = 2 if algorithm.name == "firefly" else 1  # fireflies move from the second one

@@ -61,7 +61,7 @@ class PathAnnealing:
     """The annealing of a path, with its buffers."""
 
     def __init__(self, instance: DirectedInstance, words: NDArray[np.uint64], layers: Clusters | None = None) -> None:
-        """`words` is a random state uint64[1], `layers` the clusters if they already exist."""
+        """Create the buffers; `words` is a random state uint64[1], and `layers` are the clusters, if already built."""
         self.instance, self.words, self.layers = instance, words, layers or build_clusters(instance)
         self.turn = 0
         m, widest = instance.n, int(np.diff(self.layers.begin).max())

@@ -170,7 +170,7 @@ def _bound_of_small_instance(instance: Instance, upper: float, stop: StopAsked) 
 
 
 def _cost_matrix(cost: CostModel, n: int) -> CostModel:
-    """Return the costs as a matrix, without tied or free edges: moves with heights are slow to compute."""
+    """Return the costs as a matrix, without tied and free edges, because moves with heights are slow to compute."""
     if cost.code == codes.EXPLICIT:
         return cost
     leave, arrive = np.indices((n, n), dtype=np.int32).reshape(2, -1)

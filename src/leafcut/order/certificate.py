@@ -41,8 +41,8 @@ def _prove_bound(
     problem: RoutingProblem, instance: AnyInstance | None, cost: float | None, cancelled: threading.Event,
     late: Callable[[], bool],
 ) -> float | None:  # fmt: skip
-    """Return a lower bound on the cost of any path of the problem, or None. `cost` is that of a known path, if any;
-    `instance` is used again if the relaxed problem is the same.
+    """Return a lower bound on the cost of any path of the problem, or None. `cost` is the cost of a known path, if
+    there is one; `instance` is used again if the relaxed problem is the same.
     """
     from leafcut.order.bound import lower_bound
 

@@ -191,7 +191,7 @@ def kick_repeatedly(
 def kick_until(
     instance: Instance, tour: Tour, word: NDArray[np.uint64], kicks: int, stop: Stop, spare: float = 0.0
 ) -> None:
-    """Kick a tour `kicks` times, or fewer if only `spare` seconds are left. Changes: tour, word uint64[1]."""
+    """Kick a tour `kicks` times; stop earlier if only `spare` seconds remain. Changes: tour, word uint64[1]."""
     breadth = search_breadth(instance, BREADTH)
     for made in range(0, kicks, KICKS_PER_LOOK):
         if stop.now(spare):

@@ -73,7 +73,7 @@ def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResu
 
 
 class _ProgressForwarder:
-    """Forwards progress and remembers the exception with which the receiver ends the search."""
+    """Forwards progress and keeps the exception by which the receiver ends the search."""
 
     def __init__(self, progress: OnProgress | None) -> None:
         self.progress = progress

@@ -1,6 +1,6 @@
 """The search for paths with choices: clusters of several nodes, costs that differ by direction, and precedence. As in
-`order.kicks`, but the path may become longer from time to time: with asymmetric costs and precedence, many more
-paths are local optima. Small problems start from a few ants, and alternate with `order.annealing`.
+`order.kicks`, but the path may temporarily become longer: with asymmetric costs and precedence, many more paths are
+local optima. Small problems start from a few ants, and alternate with `order.annealing`.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class PathSearch:
         self, instance: DirectedInstance, seed: int, best: Best, number: int = 0, layers: Clusters | None = None,
         log: WorkerLog | None = None,
     ) -> None:  # fmt: skip
-        """Searches that share `best`, `layers` and the `log` of their work have different numbers."""
+        """Create a search; searches that share `best`, `layers` and `log` have different numbers."""
         self.instance, self.stop, self.best, self.layers = instance, best.stop, best, layers
         self.log = log or WorkerLog.of(1)
         self.alone = len(self.log.ants) == 1
@@ -86,7 +86,9 @@ class PathSearch:
         self.iteration = self.kicks = 0
 
     def run(self, most: float, start: Route, phase: float = PHASE) -> int:
-        """Improve a path to a local optimum, then by kicks, until `stop` or `most` kicks; return the iterations."""
+        """Improve a path to a local optimum, then by kicks, until `stop` returns true or `most` kicks are done; return
+        the number of iterations.
+        """
         instance = self.instance
         self.route = route_of(instance, start.node, start.enter, log=3 * instance.n + 1000)
         self._offer()

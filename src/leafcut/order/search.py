@@ -42,7 +42,7 @@ class SearchView:
         self, shown: AnyInstance | None = None, log: WorkerLog | None = None,
         pheromone: Callable[[], Pheromone] | None = None,
     ) -> None:  # fmt: skip
-        """Without the instance `shown`, snapshots have no path."""
+        """Create a view; without the instance `shown`, snapshots have no path."""
         self.shown, self.log, self.pheromone = shown, WorkerLog.of(0) if log is None else log, pheromone
 
     def result(self, tour: Ints) -> Ints:

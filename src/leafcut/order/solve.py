@@ -44,10 +44,10 @@ def solve(
     cancelled
         Set it from another thread to stop and keep the best path. Ctrl-C does the same.
     bounds
-        Deadline of lower bounds, which the time limit does not include; None for no limit.
+        Deadline for the lower bounds, in addition to the time limit of the search; None for no limit.
 
     Raises OptionError if the algorithm belongs to a package and cannot be used; SolveError if the precedence cannot be
-    satisfied, or not by this algorithm, or there are too many nodes for full candidate lists.
+    satisfied, the algorithm does not support it, or there are too many nodes for full candidate lists.
     """
     options, aco, firefly = options or SolveOptions(), aco or AcoOptions(), firefly or FireflyOptions()
     cancelled, bounds = cancelled or threading.Event(), bounds or Deadline()

@@ -116,7 +116,7 @@ class Deadline:
     """
 
     def __init__(self, limit: float | None = None, parent: Deadline | None = None) -> None:
-        """`limit` in seconds, None for no limit; `parent` is the enclosing deadline."""
+        """Start the clock; `limit` is in seconds, None for no limit, and `parent` is the enclosing deadline."""
         self.limit = math.inf if limit is None else limit
         self._spent, self._parent = 0.0, parent
         self._started: float | None = None

@@ -1,4 +1,6 @@
-"""Find commands that the controller does not know, or executes although they are probably a mistake."""
+"""Find commands that are probably mistakes: the controller does not know them, or it executes them although they make
+little sense.
+"""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ LARGEST, NARROWEST, WIDEST = 1e6, 0.001, 50.0
 
 @dataclass(frozen=True)
 class ChartRow:
-    """A row of a chart; None for values not given. Feed in mm/s."""
+    """A row of a chart. Missing values are None; the feed is in mm/s."""
 
     process: str
     material: str
@@ -210,10 +210,11 @@ def find_cut_data(
 ) -> tuple[CutData, list[Issue]]:
     """Return the cutting data of a sheet, and issues.
 
-    Uses the row of the given thickness, or interpolates between the two rows around it, of the same process, material
-    and current: the speed in logarithms, because it falls with a power of the thickness, all else linearly. The most
-    trusted chart wins; estimates are the last resort. Of several currents, the fastest wins that pierces the sheet and
-    has complete data. If the user gives speed, kerf and pierce delay, no row is needed.
+    The data come from the row of the given thickness, or are interpolated between the next thinner and the next thicker
+    row with the same process, material and current. The speed is interpolated logarithmically, because it is a power of
+    the thickness, and all other values linearly. The most trusted chart is preferred; estimates are the last resort. Of
+    several currents with complete data that pierce the sheet, the fastest is used. If the user gives speed, kerf and
+    pierce delay, no row is needed.
 
     Parameters
     ----------
@@ -271,7 +272,7 @@ def find_cut_data(
 
 
 def _no_process_message(rows: list[ChartRow], process: str, material: str) -> Message:
-    """Another power or kind is never used as a substitute."""
+    """Return the message for a missing process; another power or kind is never a substitute."""
     kinds = sorted(
         kinds_for(rows, process, material) or {r.process for r in rows if is_kind_of_process(r.process, process)}
     )
@@ -329,7 +330,7 @@ def _column_values(rows: Iterable[ChartRow], field: str) -> list[str]:
 def _best_row(
     rows: list[ChartRow], thickness: float, given: dict[str, float | None]
 ) -> tuple[ChartRow, list[Issue]] | None:
-    """Complete rows that pierce win over others, then charts over estimates, then the faster row."""
+    """Return the best row: complete rows that pierce come first, then charts before estimates, then faster rows."""
     groups: dict[float, list[ChartRow]] = {}
     for row in rows:
         groups.setdefault(row.amps or 0.0, []).append(row)
@@ -364,7 +365,7 @@ def _row_at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow
 
 
 def _by_nozzle(rows: list[ChartRow]) -> list[list[ChartRow]]:
-    """Mixing nozzles is the last resort, if no nozzle has rows on both sides."""
+    """Group the rows by nozzle, because nozzles are mixed only if none of them has both a thinner and a thicker row."""
     return [[r for r in rows if r.rates.nozzle == name] for name in dict.fromkeys(r.rates.nozzle for r in rows)]
 
 
@@ -381,7 +382,7 @@ def _joined_values(values: list[Message]) -> Message:
 
 
 def _capacity_message(edge: ChartRow, rows: list[ChartRow], thickness: float) -> Message:
-    """Message for the only current with complete data, which cannot pierce the sheet."""
+    """Return the message about the only current with complete data, which cannot pierce the sheet."""
     higher = [r for r in rows if r.pierce_height is not None]
     message = Message("{:g} mm is above the pierce capacity of {}", thickness, _describe_process(edge))
     edge_start = Message("use --amps {:g} to start cuts at the sheet's edge", edge.amps or 0)
@@ -425,7 +426,7 @@ def _interpolate(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, 
 
 
 def _interpolate_rates(a: ConsumptionRates, b: ConsumptionRates, share: float) -> ConsumptionRates:
-    """Interpolate linearly; drop texts that differ, and flows of different gases."""
+    """Interpolate the consumption linearly; drop texts that differ, and flows of different gases."""
     rates: dict[str, Any] = {}
     for name in (field.name for field in fields(ConsumptionRates)):
         first, second = getattr(a, name), getattr(b, name)
@@ -474,7 +475,7 @@ def _values(row: ChartRow, given: dict[str, float | None]) -> dict[str, float | 
 
 
 def _can_pierce(row: ChartRow, given: dict[str, float | None]) -> bool:
-    """Plasma needs a pierce height in the chart or a given pierce delay."""
+    """Return whether a row can pierce; plasma needs a pierce height in the chart or a given pierce delay."""
     if method_of(row.process) != CutMethod.PLASMA:
         return True
     return row.pierce_height is not None or _values(row, given)["pierce_delay"] is not None

@@ -207,7 +207,7 @@ class BlockWalk(Generic[S]):
 
 
 def _layer_of(layer: str, inherited: str | None) -> str:
-    """Entities on layer 0 of a block take the layer of the INSERT."""
+    """Return the layer of an entity; entities on layer 0 of a block take the layer of the INSERT."""
     return inherited if layer == "0" and inherited is not None else layer
 
 

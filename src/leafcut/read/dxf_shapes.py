@@ -108,7 +108,7 @@ def arc_of(entity: Any) -> tuple[Curve, ...]:
 
 
 def _sweep(angle: float) -> float:
-    """0 to 360 degrees is a full turn, 0 to 0 is empty."""
+    """Return the sweep of an arc: 0° to 360° is a full turn, 0° to 0° is empty."""
     if abs(abs(angle) - math.tau) < 1e-9:
         return math.tau
     return angle % math.tau

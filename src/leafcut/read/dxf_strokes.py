@@ -243,7 +243,9 @@ def _transform_polyline(
 def _scaled_arcs(
     flat: Polyline, xy: Floats, axes: tuple[tuple[float, float], ...], tolerance: float, spend: Spend
 ) -> Polyline:
-    """`flat` is in its own plane, `xy` in place; the block scales its arcs to elliptical arcs."""
+    """Return a polyline whose arcs the block scales to elliptical arcs; `flat` is the polyline in its own plane, and
+    `xy` its placed vertices.
+    """
     (ux, uy), (vx, vy) = axes
     rows = []
     for k, s in enumerate(flat.segments()):

@@ -104,7 +104,7 @@ def _mtext(entity: Any) -> list[Floats]:
 
 
 def _wrap(line: str, max_width: float) -> list[str]:
-    """`max_width` in cap heights; 0 means no wrapping."""
+    """Wrap a text at `max_width` cap heights; 0 means no wrapping."""
     if not max_width > 0.0:
         return [line]
     rows: list[list[str]] = []

@@ -62,7 +62,7 @@ def read_dxf_whole(source: Source, options: ReadOptions) -> Part:
 
 
 def _hole_of(stroke: DxfStroke, matrix: Matrix, layer: str, factor: float) -> Hole | None:
-    """Return None unless it is a point, or still a circle after placement."""
+    """Return the hole for a point, or for a shape that is still a circle after placement; otherwise None."""
     if isinstance(stroke.form, DxfPolyline) and stroke.dxftype == "POINT":
         x, y, z = transform_point(matrix, stroke.form.vertices[0].tolist())
         return Hole(x * factor, y * factor, 0.0, layer, stroke.handle, z * factor)
@@ -90,7 +90,7 @@ def _point_of(entity: Any) -> DxfStroke | None:
 
 
 def _annotation_of(entity: Any) -> DxfStroke | None:
-    """Return None for other entities and for those without readable lines."""
+    """Return the lines of an annotation; None for other entities, and if no line can be read."""
     kind = entity.dxftype()
     if kind not in _ANNOTATIONS:
         return None

@@ -254,7 +254,7 @@ def _command(source: Source, prepared: _TranslatedCommands, line: str, number: i
 
 
 def _tool(prepared: _TranslatedCommands, match: re.Match[str], number: int, in_header: bool) -> None:
-    """Feeds and speeds apply to the original machine only."""
+    """Add a tool without its feeds and speeds, which apply to the original machine only."""
     index, diameter = int(match.group(1)), _TOOL_DIAMETER.search(match.group(2))
     name = f"T{index or _TOOL_ZERO}"
     if not diameter and name not in prepared.tools:

@@ -74,7 +74,7 @@ def select_holes(
     """Return the holes to drill, in file order, and issues.
 
     * Holes outside the chosen diameters are left out (L205).
-    * Of holes of one diameter on top of each other, the first is kept (L301).
+    * Of coincident holes with equal diameters, the first is kept (L301).
     * Of concentric circles, the one selected by `options.concentric` is kept (L302).
     * A bare point in the centre of a circle is its centre mark.
 
@@ -192,7 +192,7 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
 
 
 def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolerance: float) -> list[int]:
-    """Like `anchor_points`, with the tolerance of concentric circles."""
+    """Return the anchor of each circle like `anchor_points`, but with the tolerance of concentric circles."""
     anchor_of = anchor_points(centres, tolerance)
     table = np.column_stack([centres[:, :2], radii])
     pairs = []

@@ -285,7 +285,7 @@ def places_text(points: list[tuple[float, float]], number: int) -> Message:
 
 
 def factor_of(options: ReadOptions, own_units: str | None) -> float:
-    """Return mm per unit: of the user's unit, else the file's, else mm."""
+    """Return the millimetres in the user's unit, else in the unit of the file, else 1."""
     return MM_PER_UNIT[options.units or own_units or "mm"]
 
 

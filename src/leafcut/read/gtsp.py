@@ -64,7 +64,7 @@ def read_gtsp(source: Source, options: ReadOptions) -> Part:
 
 
 def _check_costs(path: str, section: DataSection, matrix: NDArray[np.float64]) -> None:
-    """The only negative cost is -1, a forbidden edge."""
+    """Refuse negative costs, except -1 for a forbidden edge."""
     wrong = np.argwhere((matrix < 0) & (matrix != -1))
     if len(wrong):
         i, j = wrong[0].tolist()

@@ -76,7 +76,7 @@ def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
 
 
 def _reference(parts: Sequence[Part]) -> Part | None:
-    """None if every hole is selected."""
+    """Return a part with all holes and slots, as the reference for the origin; None if every hole is selected."""
     if all(part.reference is None for part in parts):
         return None
     complete = [part.reference or part for part in parts]
@@ -93,7 +93,7 @@ def _counts(part: Part) -> str:
 
 
 def _far_apart(parts: Sequence[Part]) -> str:
-    """Name two parts whose distance exceeds the sum of their sizes; otherwise empty."""
+    """Return the names of two parts whose distance exceeds the sum of their sizes; empty if there are none."""
     boxes = [part.extents for part in parts]
     for k, (a, box_a) in enumerate(zip(parts, boxes, strict=True)):
         for b, box_b in zip(parts[k + 1 :], boxes[k + 1 :], strict=True):

@@ -229,7 +229,7 @@ def _controller(top: TomlTable, place: str) -> tuple[str, str]:
 
 
 def _limits(travel: TomlTable, key: str, unlimited: float) -> XYZ:
-    """`unlimited` replaces an unknown limit."""
+    """Return the limits of the travel; `unlimited` replaces an unknown limit."""
     if not travel.values:
         return (unlimited,) * 3
     value = travel.values.get(key)
@@ -262,7 +262,7 @@ def _sources(top: TomlTable) -> dict[str, str]:
 
 
 def _check(machine: Machine, place: str, top: TomlTable) -> None:
-    """Messages show the numbers as written in the file."""
+    """Raise DataError for an invalid value; messages show the numbers as written in the file."""
 
     def refuse(key: str, reason: Message) -> DataError:
         table, _, name = key.rpartition(".")

@@ -39,7 +39,8 @@ class WantedDrawing:
 
 
 def read_wanted(arguments: Sequence[str | WantedDrawing]) -> list[WantedDrawing]:
-    """Return the drawings named by arguments, with lists expanded; the quantity of a list multiplies its lines.
+    """Return the drawings named by arguments, with lists expanded. The quantity of a list multiplies the quantities on
+    its lines.
 
     `WantedDrawing` arguments are returned unchanged.
 

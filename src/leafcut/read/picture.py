@@ -105,7 +105,7 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
 def _pockets(
     part: Part, outlines: list[Polyline], frame: tuple[float, int], joining: SheetOptions, source: Source
 ) -> Part:
-    """`frame` is the pixel size and the number of rows."""
+    """Return the part with the outlines as pockets, mm; `frame` is the pixel size and the number of rows."""
     from leafcut.read.pocket_outlines import as_pockets  # start-up
 
     size, rows = frame

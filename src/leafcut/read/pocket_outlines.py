@@ -223,7 +223,7 @@ def _outlines(
 def _join_strokes(
     strokes: Sequence[tuple[int, Contour]], kind: str, joining: SheetOptions, issues: list[Issue]
 ) -> list[PocketOutline]:
-    """Each outline takes the layer and handle of its first stroke."""
+    """Join strokes to outlines; each outline takes the layer and handle of its first stroke."""
     tidied = tidy_outlines([contour.path for _, contour in strokes], joining.join_tolerance)
     gaps = [gap for joined_path in tidied.paths for gap in joined_path.gaps]
     if gaps:
@@ -393,7 +393,7 @@ def _location(conflict: Conflict) -> Message:
 def _pockets(
     outlines: Sequence[PocketOutline], level: NDArray[np.int64], parent: NDArray[np.int64], name: str
 ) -> tuple[Pocket, ...]:
-    """A single pocket takes the name of the drawing; several are numbered."""
+    """Return the pockets; a single pocket takes the name of the drawing, and several pockets are numbered."""
     islands: dict[int, list[int]] = {}
     for k in np.flatnonzero((level > 0) & (level % 2 == 1)).tolist():
         islands.setdefault(int(parent[k]), []).append(k)

@@ -28,9 +28,10 @@ def read_whole_drawing(format_: Format, loaded: Source, options: ReadOptions) ->
 
 
 def reference_geometry(format_: Format, loaded: Source, options: ReadOptions) -> Part | None:
-    """Return the closed outlines of a drawing, or all of its geometry if none is closed; None if all is machined.
+    """Return the closed outlines of a drawing, or its whole geometry if no outline is closed; None if everything is
+    machined.
 
-    All in drill files, point maps and pictures is machined; their holes count by their centres. Raises like
+    Everything in drill files, point maps and pictures is machined; of their holes, only the centres count. Raises like
     `read_whole_drawing`.
     """
     if format_.whole is None and format_.contours is None:

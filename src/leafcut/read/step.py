@@ -177,7 +177,7 @@ def _with_zero(part: Part, data: dict[str, Any], options: ReadOptions) -> Part:
 
 
 def _is_quarter(angle: float) -> bool:
-    """Rotation by a multiple of 90° keeps a bounding box exact; `angle` in rad."""
+    """Return whether `angle`, rad, is a multiple of 90°; such a rotation keeps a bounding box exact."""
     return abs(math.remainder(angle, 0.5 * math.pi)) < 1e-9
 
 

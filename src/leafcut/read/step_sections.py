@@ -300,7 +300,7 @@ def _count_sloping(faces: Sequence[Any], seen: Callable[[float, float, float], b
 
 
 def _is_vertical(face: Any) -> bool:
-    """Evaluate the normals on a grid."""
+    """Return whether a face is vertical, by its normals on a grid."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepLProp import BRepLProp_SLProps
     from OCP.BRepTools import BRepTools

@@ -161,7 +161,7 @@ def hole_of(column: list[RoundWall]) -> SolidHole | None:
 
 
 def _step_of(wall: RoundWall, column: list[RoundWall], top: float) -> HoleStep:
-    """A wide part is `open` if a tool can reach it from above, and its point has clearance below."""
+    """Return a wide part of a hole. It is `open` if a tool can reach it from above, with clearance below its point."""
     index = column.index(wall)
     above = all(w.low_radius > wall.high_radius - SAME and w.taper >= 0.0 for w in column[:index])
     below = column[index + 1 :]

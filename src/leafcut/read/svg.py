@@ -144,7 +144,7 @@ def _tag(element: Any) -> str:
 
 
 def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
-    """The flag is whether the file states its physical size."""
+    """Return the page, and whether the file states its physical size."""
     try:
         box = view_box(root.get("viewBox", ""))
         sizes = [parts_of_length(root.get(name, "100%")) for name in ("width", "height")]
@@ -255,7 +255,7 @@ class _Walk:
             self.broken.setdefault(Message("<{}>: {}", tag, reason), []).append(printable(element.get("id", "?"), 30))
 
     def _style(self, element: Any) -> dict[str, str]:
-        """Attributes are overridden by classes, classes by the element's style."""
+        """Return the style of an element: classes override attributes, and the style attribute overrides classes."""
         properties = {n: element.get(n) for n in _STYLED if element.get(n)}
         for name in element.get("class", "").split():
             properties.update(self._rules.get(name, {}))

@@ -179,7 +179,7 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
 
 
 def _fusion_presets(tool: dict[str, Any]) -> Iterator[Preset]:
-    """Libraries of 2016 to 2018 have one preset, ``*``."""
+    """Yield the presets of a tool; libraries of 2016 to 2018 have one preset, ``*``."""
     start = _subtable(tool, "start-values")
     presets = start.get("presets")
     for preset in presets if isinstance(presets, list) else [start.get("*")]:
@@ -238,7 +238,7 @@ def _fusion_body(tool: dict[str, Any], geometry: dict[str, Any], unit: str) -> d
 
 
 def _segments(body: dict[str, Any], unit: str) -> list[str]:
-    """Return no segments if one is invalid."""
+    """Return the segments; none if any segment is invalid."""
     segments = body.get("segments")
     texts = []
     for segment in segments if isinstance(segments, list) else []:
@@ -313,7 +313,7 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
 
 
 def _above_0(text: object) -> bool:
-    """FreeCAD writes the tip of a sharp V-bit as ``0.00 mm``."""
+    """Return whether a length is above 0: FreeCAD writes the tip of a sharp V-bit as ``0.00 mm``."""
     return bool(re.search(r"[1-9]", str(text or "")))
 
 

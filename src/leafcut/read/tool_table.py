@@ -149,7 +149,7 @@ def _tool(cells: Mapping[str, tuple[str, str]], number: str, units: str) -> dict
 
 
 def _set_quantity(row: dict[str, Any], cells: Mapping[str, tuple[str, str]], key: str, unit: str) -> None:
-    """The header or `unit` gives the unit of a bare number; 0 means not given."""
+    """Store a quantity; the header or `unit` gives the unit of a bare number, and 0 means that the value is missing."""
     cell, head = cells.get(key, ("", ""))
     if _PLAIN.fullmatch(cell):
         if not re.search(r"[1-9]", cell):

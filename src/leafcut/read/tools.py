@@ -93,7 +93,7 @@ def foreign_rows(path: Path, units: str, material: str) -> tuple[list[dict[str, 
 
 
 def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> tuple[list[dict[str, Any]], ToolLibrary]:
-    """The unusable tools are listed with a reason."""
+    """Return the rows of the usable tools, and the library, which lists the unusable tools with reasons."""
     tools: dict[int, Tool] = {}
     kept: list[dict[str, Any]] = []
     left_out: list[Message] = []
@@ -242,7 +242,7 @@ def _check_cycle(tool: Tool, table: TomlTable) -> None:
 
 
 def _tapping(tool: Tool, table: TomlTable) -> Tool:
-    """The feed of a tap is pitch × speed."""
+    """Return the tap with cycle G84 and the feed pitch × speed."""
     if tool.pitch is None:
         raise DataError("{}: a tap needs 'pitch', mm per revolution, such as '1 mm' for M6", table.place).at(
             *table.section, "pitch"

@@ -87,7 +87,7 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
 
 
 def _geometries(source: Source) -> Iterator[tuple[int, str]]:
-    """A geometry ends where its brackets close; the number is its first line."""
+    """Yield each geometry with its first line; a geometry ends where its brackets close."""
     text = source.text()
     piece_start = depth = counted = 0
     line = 1

@@ -1,4 +1,4 @@
-"""JSON answers of the commands as plain values. Scripts rely on the keys."""
+"""JSON answers of the commands as plain values. The keys must not change, because scripts rely on them."""
 
 from __future__ import annotations
 

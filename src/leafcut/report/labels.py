@@ -1,4 +1,4 @@
-"""Placement of the numbers of holes: clear of other holes and numbers, and of paths if possible."""
+"""Placement of the numbers of holes: clear of other holes and numbers and, if possible, of paths."""
 
 from __future__ import annotations
 

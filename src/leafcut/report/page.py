@@ -117,7 +117,8 @@ def _content(report: PathReport[Any]) -> dict[str, Any]:
 def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
     """Return the pictures of the remaining stock for the page; None if the stock is unknown.
 
-    ``pictures`` lists title, data URL and size. ``same`` is a sentence on the difference between before and after.
+    ``pictures`` lists title, data URL and size. ``same`` is a sentence about the difference between the stock before
+    and after the search.
     """
     from leafcut.material.same_stock import stock_differences
     from leafcut.material.solid import solid_of

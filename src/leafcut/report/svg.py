@@ -17,8 +17,8 @@ STEPS = 32
 def element(tag: str, *children: str, **attributes: str | float | None) -> str:
     """Return ``<tag attributes>children</tag>``; attributes are escaped, children must be SVG already.
 
-    In the name of an attribute, a trailing underscore is dropped, and all others become hyphens. An attribute with the
-    value None is left out.
+    In the name of an attribute, a trailing underscore is dropped, and other underscores become hyphens. An attribute
+    with the value None is left out.
     """
     words = [tag]
     for name, value in attributes.items():

@@ -117,7 +117,7 @@ def money_words(cost: float) -> str:
 
 
 def _gauge_words(mm: float) -> str:
-    """Return a length with two decimals below 10 mm."""
+    """Return a length, with two decimals if it is below 10 mm."""
     return f"{mm:.2f} mm" if abs(mm) < 10.0 else length_words(mm)
 
 

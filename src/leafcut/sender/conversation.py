@@ -125,7 +125,7 @@ class Conversation(ABC):
 
     @abstractmethod
     def hold(self) -> None:
-        """Hold the feed: bring the machine to rest in such a manner that it can continue."""
+        """Hold the feed: bring the machine to rest so that it can continue later."""
 
     @abstractmethod
     def resume(self) -> None:

@@ -76,7 +76,7 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
 def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = False) -> list[Issue]:
     """Return warnings; raise `SendError`, with the line, if the machine cannot run the program in its current state.
 
-    `begun`: the program has reached a pause; its first move was checked before.
+    `begun`: the program has reached a pause, so its first move was checked earlier.
     """
     if job.laser != facts.laser_mode:
         name = facts.names.laser

@@ -6,7 +6,7 @@ line twice. The next line is sent when the last one is answered. Marlin answers 
 is finished. Its look-ahead buffer (BLOCK_BUFFER_SIZE, 16 blocks, up to 64 on large boards) therefore stays full.
 
 Marlin has no realtime byte for a status query. ``M400`` and ``M114`` report whether it is at rest, and its position.
-They wait in the queue like any other line, so they are sent only if no other line is. While a program runs, its
+They wait in the queue like any other line, so they are sent only if no other line is waiting. While a program runs, its
 progress is inferred from the accepted lines, and ``busy:`` shows that the board is alive.
 
 * Hold: send nothing; the machine comes to rest after the planned moves.

@@ -1,4 +1,4 @@
-"""Texts about a run: progress, result, and how to resume."""
+"""Texts about a run: its progress, its result, and the command that resumes it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def progress_in_words(view: RunView, job: SendJob) -> str:
 
 
 def ending_in_words(ending: RunResult, job: SendJob) -> str:
-    """Return the result of a run as one line: reason, machine state, progress, and how to resume."""
+    """Return the result of a run as one line: reason, machine state, progress, and the command that resumes it."""
     lines = job.steps[-1].number
     if ending.complete:
         return Message("{}: all {} done; the machine is {}", job.file, count_of(lines, "line"), ending.state)

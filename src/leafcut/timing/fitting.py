@@ -1,6 +1,6 @@
 """Fit a machine profile to the measured times of programs.
 
-Apart from feeds, two parameters determine most of the time, and both are seldom known: the accelerations (here one
+Apart from the feeds, two parameters determine most of the time, and they are seldom known: the accelerations (here one
 factor for all axes) and the corner value (`Machine.corner_deviation`, which LinuxCNC does not have). Both are positive,
 so their logarithms are fitted to the times by weighted least squares with the Levenberg–Marquardt method.
 

@@ -1,9 +1,9 @@
 """Times of moves with look-ahead.
 
-Every corner has a maximum speed: that of the junction deviation for controllers that only slow down (style ``round``),
-or that of LinuxCNC (`timing.linuxcnc`). The backward pass limits each corner to the speed from which the
-tool can still slow down for the following moves within the look-ahead. The forward pass limits it to the speed that the
-tool can reach. Between two corners, the velocity profile is a trapezoid.
+Every corner has a maximum speed: the speed given by the junction deviation for controllers that only slow down (style
+``round``), or the speed of LinuxCNC's corner model (`timing.linuxcnc`). The backward pass limits each corner to the
+speed from which the tool can still slow down for the following moves within the look-ahead. The forward pass limits it
+to the speed that the tool can reach. Between two corners, the velocity profile is a trapezoid.
 
 Both passes are running minima. Let S be the cumulative sum of 2 a d up to each corner. Because v² ≤ w² + 2 a d between
 corners, v² + S is the minimum of w² + S over the following corners, and v² - S is the minimum of w² - S over the

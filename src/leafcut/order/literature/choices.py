@@ -30,7 +30,7 @@ class Choices:
         self, instance: DirectedInstance, local_search: bool, layers: Clusters | None = None,
         greedy: Route | None = None,
     ) -> None:  # fmt: skip
-        """`layers` and `greedy` are the clusters and the greedy path if they already exist."""
+        """Create the buffers; `layers` and `greedy` are the clusters and the greedy path if they already exist."""
         self.instance, self.local_search = instance, local_search
         self.layers, self.greedy = layers or build_clusters(instance), greedy
         m, widest = instance.n, int(np.diff(self.layers.begin).max())
@@ -83,7 +83,9 @@ class Choices:
         return instance.nodes(self.layers.owner[self.chosen], enter)
 
     def finish(self, order: Ints, stop: Stop) -> float:
-        """Choose the nodes of an order int32[m], improve both if wanted, and return the length. Changes: order."""
+        """Choose the nodes of an order int32[m], improve order and nodes if requested, and return the length. Changes:
+        order.
+        """
         length = self.length(order)
         if not self.local_search or self.instance.n < 5:
             return length

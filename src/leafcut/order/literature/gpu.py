@@ -83,7 +83,7 @@ class _Builder:
         self.made = there.device_array((self.share, n), tours.dtype)
 
     def build(self, words: NDArray[np.uint64]) -> None:
-        """Changes: tours, words."""
+        """Construct the tours of all ants on the GPU. Changes: tours, words."""
         from numba import cuda as there
 
         instance, q0 = self.instance, self.trails.parameters.greedy_probability
@@ -144,7 +144,7 @@ def _copied_to_gpu(arrays: Any) -> Any:
 
 
 def _run_on_gpu(work: Any) -> Any:
-    """Turn the driver's various exceptions into a `SolveError` with their first line."""
+    """Convert the exceptions of the driver to a `SolveError` with their first line."""
     try:
         return work()
     except (ImportError, MemoryError, RuntimeError, OSError) as problem:

@@ -74,7 +74,7 @@ class Places:
         )  # fmt: skip
 
     def finish(self, tour: Ints, stop: Stop) -> float:
-        """Improve a tour if wanted, and return its cost. Changes: tour."""
+        """Improve a tour if requested, and return its cost. Changes: tour."""
         if self.local_search:
             improve_locally(self.instance, tour, stop)
         return float(tour_cost(self.instance.cost, tour))

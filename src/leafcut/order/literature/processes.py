@@ -115,7 +115,7 @@ class AntProcesses(AntColony):
     """The master: each worker has an executor with one process, which starts with the first iteration."""
 
     def __init__(self, moves: MoveSet, run: AlgorithmRun, parameters: AntParameters, c_nn: float) -> None:
-        """The number of workers is set by the options and is at most the number of ants."""
+        """Create the workers; the options set their number, which is at most the number of ants."""
         count, exchange = min(run.aco.n_processes, parameters.ants), run.aco.parallel in ("exchange", "partners")
         self.partners, seed = run.aco.parallel == "partners", run.options.seed
         best, name = run.best, uuid.uuid4().hex

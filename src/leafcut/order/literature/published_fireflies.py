@@ -56,7 +56,7 @@ STEPS_PER_CHECK = 2_000_000
 
 
 class PublishedFireflies(Swarm):
-    """The swarm and its moves, on one thread because iterations are short."""
+    """The swarm and its moves. It uses a single thread, because iterations are short."""
 
     def __init__(self, instance: Instance, flight: Flight, options: SolveOptions, stop: Stop) -> None:
         super().__init__(instance, flight, options)

@@ -1,4 +1,4 @@
-"""Feeds that depend on the engagement at depth, so that no chip is thicker than the tool data allow."""
+"""Feeds that depend on the engagement at depth, so that no chip is thicker than the cutting data of the tool allow."""
 
 from __future__ import annotations
 

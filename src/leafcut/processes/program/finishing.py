@@ -62,7 +62,7 @@ def _comments(areas: AvoidedAreas) -> list[str]:
 
 
 def _new_dangers(work: ForeignWork, program: Program) -> tuple[Issue, ...]:
-    """Return the dangers of kinds that the original program does not have; each of them is a gap in the proof."""
+    """Return the dangers of kinds that the original program does not have; each of them reveals a gap in the proof."""
     if program is work.program:
         return ()
     dangers = replace(work.read, program=program).find_dangers()

@@ -368,7 +368,7 @@ class _PaceSteps:
         return text, self.read(text) if pace.stretches else program
 
     def undo_losses(self, program: Program, pace: Pace) -> tuple[Pace, str, Program]:
-        """Undo raised speeds that cost time, and return the remaining speeds, the program text and the program.
+        """Undo raised speeds that cost time; return the other speeds, and the program as text and as read back.
 
         A raised speed may cost time because a divided cut changes the look-ahead of the controller.
         """

@@ -34,8 +34,8 @@ def stock_judge(job: Job, program: Program, source: str, process: str) -> Judgin
     """Return a judge that compares the stock after new orders of a program with that of the original.
 
     Without ``--workpiece``, the stock is a block around the cuts below Z0. A tool with only a known diameter counts as
-    a flat end mill. Cuts of tools of unknown diameter are left out. A laser or torch program has no judge, and neither
-    has a program that only drills with tools of unknown diameter.
+    a flat end mill. Cuts of tools of unknown diameter are left out. There is no judge for a laser or torch program, or
+    for a program that only drills with tools of unknown diameter.
 
     Raises
     ------

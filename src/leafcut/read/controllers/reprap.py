@@ -102,7 +102,7 @@ def read_marlin(text: str, file: str) -> Values:
 
 
 def _marlin_acceleration(values: Values, settings: _Settings, unit: str) -> Axes:
-    """M204 T (S in old versions), limited by the axis limits (M201)."""
+    """Return the acceleration of M204 T (S in old versions), limited by the axis limits (M201)."""
     limits = _axes(values, settings, "M201", f"{unit}/s2", "highest accelerations")
     path = settings.words.get("M204", {})
     letter = next((candidate for candidate in "TSP" if candidate in path), None)

@@ -188,7 +188,7 @@ class MachineLink:
     def jog(self, holder: str, moves: dict[str, float], feed: float, *, held: bool = False) -> Future[Any]:
         """Jog by distances in mm at a feed in mm/min.
 
-        While a key is `held`, a jog is skipped if enough jogs are queued already.
+        If the jog comes from a key that is `held`, it is skipped while enough jogs are queued.
         """
         with self._lock:
             if held and (len(self._tasks) >= _MAX_JOGS or self._jog_until - self._clock() > _JOG_AHEAD):

@@ -145,7 +145,7 @@ class MachinePanel:
             self._drawing = False
 
     def tick(self, *, shown: bool) -> None:
-        """Show changes. While the page is connected, report at intervals that it is open."""
+        """Show changes of the state. While the page is connected, also report at intervals that it is open."""
         self._ticks += 1
         connected = self._client.has_socket_connection
         if connected and self._ticks % _EVERY == 0:

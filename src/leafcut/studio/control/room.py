@@ -1,4 +1,4 @@
-"""Control as a room of the studio."""
+"""The room of the studio for controlling a machine."""
 
 from __future__ import annotations
 

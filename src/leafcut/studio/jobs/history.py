@@ -349,6 +349,6 @@ def _parts(text: str) -> str:
 
 
 def files_of(tasks: Iterable[Task]) -> set[str]:
-    """Return the texts in tasks that may be ids of uploads: inputs, and files among the options."""
+    """Return the strings in tasks that may be ids of uploads: inputs, and files among the options."""
     words = (w for task in tasks for w in (*task.inputs, *task.options.values()) if isinstance(w, str))
     return {w.partition(":")[0] for w in words}  # a part of a nest is `id:quantity`

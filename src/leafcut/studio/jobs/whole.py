@@ -26,8 +26,8 @@ _CLEARLY_WORSE = 0.5
 class WholeInput:
     """A whole drawing, before it is placed.
 
-    `part` is its entire content; None for an input that is machined completely. `suits` rates each kind of work, the
-    most likely first. `pictures` maps kinds of work to thumbnails (`Thumbnails.picture`). `machine` is the default
+    `part` is its entire content; None for an input that is machined completely. `suits` rates each kind of work, in
+    order of likelihood. `pictures` maps kinds of work to thumbnails (`Thumbnails.picture`). `machine` is the default
     machine for such files, or empty.
     """
 

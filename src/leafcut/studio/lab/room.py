@@ -1,4 +1,4 @@
-"""Lab as a room of the studio."""
+"""The room of the studio for experiments."""
 
 from __future__ import annotations
 

@@ -206,7 +206,7 @@ class SaveBar(Element, component="../static/save_bar.js"):
 
 
 class BrowserState(Element, component="../static/browser_state.js"):
-    """What the browser stores of a page: steps of its history with choices, and drafts of profiles.
+    """The data of a page that the browser stores: steps of its history with their choices, and drafts of profiles.
 
     `on_went` is called after Back or Forward. It receives the query of the address (key → text), the choices of the
     step, and whether the browser had recorded all steps; a step that is still on its way is recorded after it.

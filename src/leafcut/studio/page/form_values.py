@@ -1,4 +1,4 @@
-"""The values of the options form, each with who set it. All else about a form is a function of this table."""
+"""The values of the options form, each with its setter. Everything else in a form follows from this table."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.studio.page.own_defaults import OwnDefaults
 
 
 class Setter(StrEnum):
-    """Who set a value. An option without an entry has leafcut's default."""
+    """The origin of a value. An option without an entry has leafcut's default."""
 
     PERSON = "person"
     #: The person, for an earlier input.

@@ -23,7 +23,7 @@ _ACO, _FIREFLY = "aco", "firefly"
 
 @dataclass(frozen=True)
 class WorkKind:
-    """A kind of work. Of its `groups` (key of the title, option names) the first two are open, the others folded."""
+    """A kind of work. The first two of its `groups` (key of the title, option names) are open, the others folded."""
 
     command: str
     process: str

@@ -71,9 +71,9 @@ class Memory:
         return None if state is None else self._latest(state)
 
     def _latest(self, state: KeptState) -> KeptState:
-        """Return the choices of the page that stored them, if it was closed or reloaded just now.
+        """Return the choices saved by a page that was closed or reloaded a moment ago.
 
-        Its server has received what was typed last, but its browser could not store that any more.
+        The server has received the last edits of that page, but the browser had no time to store them.
         """
         other = self._page.studio.open_pages.get(str(state.get("page")))
         return state if other is None or other.memory.is_open() else dict(other.state())

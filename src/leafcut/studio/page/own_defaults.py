@@ -30,7 +30,7 @@ class OwnDefaults:
     places
         Option → file name and line.
     problem
-        Why the defaults file cannot be used, in one line; empty if it is valid.
+        The reason why the defaults file cannot be used, in one line; empty if the file is valid.
     """
 
     values: dict[str, Any] = field(default_factory=dict)

@@ -46,7 +46,7 @@ class View:
     sheet
         Visible sheet of the job's nests: variant and number.
     table
-        Form: the values, each with who set it.
+        The values of the form, each with its setter.
     job
         The job whose result is visible.
     pace

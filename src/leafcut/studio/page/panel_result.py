@@ -89,7 +89,7 @@ class ResultPanel:
         self.draw()
 
     def show_new_result(self, record: JobRecord) -> None:
-        """Show a new result from its first figures. It is announced without taking the focus."""
+        """Show a new result in the first tab, and announce it without moving the focus."""
         self.tab = "summary"
         self.draw()
         answer = self.view.studio.history.answer(record.id)
@@ -128,7 +128,7 @@ class ResultPanel:
         self.mark.refresh()
 
     def show_input(self) -> None:
-        """Show what depends on the newly read input; an outcome stays as it is."""
+        """Show the content that depends on the newly read input; a result does not change."""
         if self._shows_outcome:
             self.mark.refresh()
         else:

@@ -60,7 +60,7 @@ class RunPanel:
         self.draw()
 
     def invite(self) -> None:
-        """Show again what an empty page offers."""
+        """Show the suggestions of an empty page again."""
         self._unseen = None
         self._show_why_empty()
 

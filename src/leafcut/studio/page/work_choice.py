@@ -1,4 +1,4 @@
-"""The choice of the kind of work by thumbnails, with the reason for the suggested kind."""
+"""The selection of the kind of work by thumbnails, with the reason for the suggested kind."""
 
 from __future__ import annotations
 

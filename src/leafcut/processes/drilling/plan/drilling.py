@@ -142,12 +142,12 @@ def plan_drilling(
     *,
     drawn: bool = False,
 ) -> DrillPlan:
-    """Plan the operations that make every hole and slot of `part`.
+    """Plan the operations for all holes and slots of `part`.
 
-    A hole that needs several tools (centre drill, drill, tap) gets them in the order of its recipe. Every tool is used
-    once if the recipes allow it; tools are sorted by kind and then by diameter. With a `mesh` of the surface, each hole
-    starts on the surface, and travel moves are as low as the surface and the `fixture` allow. With `drawn`, each
-    hole starts at its own height.
+    If a hole needs several tools (centre drill, drill, tap), they are used in the order of its recipe. Each tool is
+    mounted only once if the recipes allow it; tools are sorted by kind and then by diameter. With a `mesh` of the
+    surface, each hole starts on the surface, and travel moves are as low as the surface and the `fixture` allow. With
+    `drawn`, each hole starts at its own height.
 
     Raises PlanError if no tool fits a hole, a hole is too deep for its tool, or the recipes contradict each other.
     Raises OptionError if options are invalid or contradict each other.

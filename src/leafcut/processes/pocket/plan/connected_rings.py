@@ -128,5 +128,7 @@ def _coverage_grid(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
 
 
 def _clearing_distances(radius: float, points: Points, pitch: float) -> Points:
-    """Return the limit of each sample point, mm: a path this close clears the point and the area around it."""
+    """Return the maximum distance between each sample point and the path, mm, at which the path clears the point and
+    the area around it.
+    """
     return np.full(len(points), max(radius - SPARE * pitch / SAMPLE_SPACING, 0.0))

@@ -124,7 +124,7 @@ def _all_levels(samples: list[_LevelSamples], name: str) -> Floats:
 
 
 def _limits(samples: list[_LevelSamples], ramps: list[_Ramp], limits: FeedLimits) -> Iterator[FeedLimit]:
-    """If power is limited, yield the maximum power at a constant feed and at the feeds of the program."""
+    """Yield the maximum power at a constant feed and at the feeds of the program, if power is limited."""
 
     def most(values: Floats) -> float:
         return float(values.max(initial=0.0))

@@ -184,9 +184,10 @@ def thickest_film(rules: PocketRules) -> float:
 def engaged_levels(
     cuts: Sequence[PocketCut], rules: PocketRules, rows: Collection[int]
 ) -> Iterator[tuple[list[PocketCut], ToolSteps, Engaged]]:
-    """Yield the moves at each height at which one of the `rows` ends, their sampled path, and its engagement.
+    """For each height at which one of the `rows` ends, yield the moves at that height, their sampled path, and the
+    engagement along it.
 
-    The ends of descents have no engagement.
+    The engagement at the end of a descent is left out.
     """
     known: dict[bytes, tuple[ToolSteps, Engaged]] = {}
     for z in sorted({round(cut.z, 3) for cut in cuts if cut.row in rows}):

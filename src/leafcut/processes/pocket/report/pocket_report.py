@@ -371,7 +371,7 @@ class PocketReport(PathReport[PocketDetail]):
         ]
 
     def _small(self, scene: PocketScene) -> list[views.PageRow]:
-        """Return a small drawing of each strategy that clears all pockets, with its path length."""
+        """Return a small drawing for each strategy that clears all pockets, with the length of its path."""
         return [
             {
                 "name": row.name,

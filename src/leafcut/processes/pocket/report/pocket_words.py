@@ -25,8 +25,8 @@ class StrategyFigures:
     """Measures of a strategy on one level of all pockets (sums and maxima); None if it is refused.
 
     `program_s` is the time of a program that clears all pockets by this strategy. `passed_over` is the reason why a
-    cheaper strategy was rejected, from the first pocket that has a reason. `usual` tells whether the written program is
-    compared with this strategy in any pocket.
+    cheaper strategy was rejected, from the first pocket that has a reason. `usual` states whether the written program
+    is compared with this strategy in any pocket.
     """
 
     name: str
@@ -41,7 +41,8 @@ class StrategyFigures:
 def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
     """Return the measures of each strategy over all pockets.
 
-    A strategy that is written in every pocket, or usual in every pocket, gets the machine time of that program.
+    If the written program, or the program for comparison, uses a single strategy in all pockets, the strategy gets the
+    machine time of that program.
     """
     detail = outcome.detail
     whole = {

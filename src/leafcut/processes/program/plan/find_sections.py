@@ -235,8 +235,8 @@ class SectionFinder:
         return found
 
     def _speeds_recur(self, starts: list[_TaskStart]) -> bool:
-        """Return whether a run returns to an earlier spindle speed by S words alone, so that reordering can save speed
-        changes.
+        """Return whether a run returns to an earlier spindle speed by S words alone, so that reordering can save
+        changes of the speed.
 
         Speeds set together with M3 or M4 stay in place. So does an S word in its own block before a hole of a drilling
         cycle.

@@ -1,7 +1,7 @@
-"""Find the reasons why pieces of work keep their place, with the line of each.
+"""Find the reason why each fixed piece of work keeps its position, and the line of its cause.
 
-A piece of work is fixed if every other piece has to come before or after it. The reason is the rule without which the
-piece could move; if no single rule suffices, it is a combination of rules.
+A piece of work is fixed if every other piece must come before it, or must come after it. The reason is the rule without
+which the piece could move; if no single rule suffices, it is a combination of rules.
 """
 
 from __future__ import annotations

@@ -72,7 +72,7 @@ def find_sequence(
 
 
 def unchanged_sequence(program: Program, process: str, reason: str) -> Sequence:
-    """Return a sequence in which all work stays for one reason (a key of `staying.PHRASES`)."""
+    """Return a sequence in which all work keeps its position, for a single reason (a key of `staying.PHRASES`)."""
     rows = read_rows(program, process)
     ways, cuts = np.cumsum(rows.travel), np.flatnonzero(rows.cut)
     begins = cuts[np.flatnonzero(np.diff(ways[cuts], prepend=-1))]

@@ -94,7 +94,7 @@ def _numbered(column: NDArray) -> tuple[NDArray, Indices]:
 
 
 class Tables(NamedTuple):
-    """Data of arcs and cycles. Entry 0 of each column is 0; it stands for features that are not arcs, or not cycles.
+    """Data of arcs and cycles. Entry 0 of each column is 0, for features that are neither arcs nor cycles.
 
     Arcs have `center` (float64[a, 3], mm), `plane` and `turns`; cycles have `r_plane` and `peck` (mm).
     """

@@ -176,7 +176,7 @@ def _are_equal(a: Feature, b: Feature, room: MatchTolerance) -> bool:
 
 
 def sorted_into_cells(features: list[Feature], tolerance: float, axes: int) -> dict[CellKey, list[Feature]]:
-    """Group features by their own grid cell (`cells_around`), in order."""
+    """Group features by the grid cell that contains them (`cells_around`), and keep their order."""
     cells: dict[CellKey, list[Feature]] = defaultdict(list)
     for feature in features:
         cells[next(cells_around(feature, tolerance, axes))].append(feature)

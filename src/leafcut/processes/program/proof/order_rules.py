@@ -179,8 +179,8 @@ def passes_at_levels(
 ) -> Iterator[Indices]:
     """Yield pairs of cuts at different depths that are closer than the tool width, int64[k, 2].
 
-    A cut that follows a surface is exempt, and so is a hole. With `KEEP`, a pair is exempt only if both of its cuts
-    follow a surface, or if both are holes.
+    A pair with a cut that follows a surface, or with a hole, is exempt. With `KEEP`, it is exempt only if both cuts
+    follow a surface or both are holes.
     """
     both = np.logical_and if doubt.keep else np.logical_or
     follows, still = visits.cuts & ~visits.level, ~visits.cuts

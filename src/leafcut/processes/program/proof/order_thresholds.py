@@ -1,4 +1,6 @@
-"""Thresholds of the order rules for two policies in doubt: keep the order of two pieces of work, or allow any order."""
+"""Thresholds of the order rules. There are two policies for pieces of work whose order may matter: keep their order, or
+allow any order.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +14,8 @@ class OrderThresholds:
     Attributes
     ----------
     keep
-        Whether the order is kept in doubt. If so, a line with very many points encloses its convex hull, and several
-        lines need not form a ring to enclose an area.
+        Whether the order is kept if it may matter. If so, a line with very many points encloses its convex hull, and
+        several lines need not form a ring to enclose an area.
     sagitta
         Maximum distance of an arc from its chords, mm.
     gap, open_part

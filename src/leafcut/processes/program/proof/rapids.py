@@ -33,8 +33,8 @@ FROM, TO = 1, 2
 class RapidGaps:
     """Rapids between stops, which are features and barriers. Gap k is before stop k; the last gap is after all stops.
 
-    An unknown height (after a move in machine coordinates) counts as infinite, because the tool is retracted there. A
-    sideways rapid moves in x or y.
+    An unknown height (after a move in machine coordinates) counts as infinite, because the tool is retracted there.
+    Sideways rapids are those that move in x or y.
 
     Attributes
     ----------

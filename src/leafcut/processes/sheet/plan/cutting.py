@@ -1,4 +1,5 @@
-"""A sheet as a routing problem: cuts are tasks, their starts are choices, and inner contours precede outer contours.
+"""A sheet as a routing problem: each cut is a task, its possible starts are choices, and inner contours precede outer
+contours.
 
 A choice affects the travel to and from a cut, but hardly the cutting time.
 """

@@ -46,12 +46,12 @@ def check_sheet(
     Without faults, the program is verified:
 
     1. Each contour that the kerf fits is cut exactly once and completely, and marks are marked. 2. No kerf touches the
-    metal of a part, a clamp, or the air beyond the edge of the sheet. 3. Inner contours are cut before outer contours,
-    and marks before the outline around them. 4. Each pierce is in scrap that is still attached. 5. The torch is off
-    during rapids at clearance height; touching off, pierces, feeds and directions are as planned. 6. A run that cuts
-    several contours stays in attached scrap between them, and enters no other kerf. 7. Common lines are cut before the
-    outline around their parts, and by no other run. 8. A head that stays down crosses no more detached parts than the
-    plan reports. 9. All moves are within the travel of the machine.
+       metal of a part, a clamp, or the air beyond the edge of the sheet. 3. Inner contours are cut before outer
+       contours, and marks before the outline around them. 4. Each pierce is in scrap that is still attached. 5. The
+       torch is off during rapids at clearance height; touching off, pierces, feeds and directions are as planned. 6.
+       Between the contours of a run, the torch stays in attached scrap and enters no other kerf. 7. Common lines are
+       cut before the outline around their parts, and by no other run. 8. A head that stays down crosses no more
+       detached parts than the plan reports. 9. All moves are within the travel of the machine.
     """
     by_register = dialect.torch is not None and dialect.torch.compensation == "G41"
     runs = torch_runs(path, plan.data.kerf if by_register else None)

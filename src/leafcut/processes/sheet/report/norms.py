@@ -47,8 +47,8 @@ class NormRow:
 def norm_rows(norm: CutMeasures) -> list[NormRow]:
     """Return a row for each part name, in the order of first appearance.
 
-    Unnamed parts with equal area and perimeter share a row. Contours outside parts, and the moves at the start and end,
-    count only for the sheet.
+    Parts without a name share a row if their area and perimeter are equal. Contours outside parts, and the moves at the
+    start and end, count only for the sheet.
     """
     kinds: dict[object, list[PartTimes]] = {}
     for part in norm.parts:
