@@ -238,7 +238,9 @@ def test_a_grbl_that_is_not_locked_until_it_is_homed_cannot_say_it() -> None:
     """L of [OPT: (gnea/grbl, report.c): HOMING_INIT_LOCK is off."""
     status = Status("Idle", machine=(0.0, 0.0, 0.0))
     answers = [parse(line) for line in ("[VER:1.1h:]", "[OPT:VL,15,128]", "$22=1", "$20=1")]
-    with pytest.raises(SendError, match="does not report whether it was homed, and does not require homing: add --home"):
+    with pytest.raises(
+        SendError, match="does not report whether it was homed, and does not require homing: add --home"
+    ):
         check_ready(facts_of_answers(answers, status, homed=False), unhomed=False)
     check_ready(facts_of_answers(answers, status, homed=True), unhomed=False)
     with pytest.raises(SendError, match=r"does not report the size of its buffer \(\[OPT:V\]\)"):

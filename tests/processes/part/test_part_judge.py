@@ -14,8 +14,8 @@ from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.part.proof.part import judge_part
 from leafcut.processes.part.model import Edge, PartHole, PartRequest, TabRules
+from leafcut.processes.part.proof.part import judge_part
 from leafcut.proof.program import read_back
 
 RADIUS, THICKNESS, BOTTOM = 2.0, 3.0, -3.5

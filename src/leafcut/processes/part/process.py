@@ -36,7 +36,7 @@ _JOB = (
     "tools", "thickness", "break_through", "clearance_height", "retract_height", "retract", "keep_out", "tool_diameter",
     "feed", "spindle_speed", "step_down", "diameter_tolerance", "material", "start_point", "end_point",
 )  # fmt: skip
-#: Suitability relative to that of cutting, so that a drawing is suggested for cutting unless the machine is a mill.
+#: Suitability relative to cutting, so that a drawing is suggested for cutting unless the machine is a mill.
 _AFTER_CUTTING = 0.99
 
 
@@ -83,7 +83,7 @@ class PartMilling(Process):
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
         """Rate a drawing by its share of outlines, below cutting; None unless an outline surrounds holes or openings.
 
-        The rating therefore exceeds that of drilling only where cutting would be suggested for a beam or torch.
+        The rating therefore exceeds the rating of drilling only where cutting would be suggested for a beam or torch.
         """
         from leafcut.processes.suitability import COUNTED, Suitability
 
@@ -127,7 +127,7 @@ class PartMilling(Process):
         return written, [*problems, *judge_part(plan.spec, written)]
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return the operation of each drill with its holes, then that of each mill with the number of its tasks."""
+        """Return an operation for each drill with its holes, then one for each mill with the number of its tasks."""
         from leafcut.model.outcome import OperationOutcome
 
         groups, solutions = plan.work.groups, best.order.solutions

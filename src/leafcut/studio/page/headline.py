@@ -36,7 +36,9 @@ def saving_headline(answer: dict[str, Any], words: Words) -> Headline:
     figures = {"time": format_time(abs(seconds)), "percent": f"{abs(answer['saved_percent'] or 0.0):.1f}"}
     if seconds < 0:
         return Headline(time, words("result.longer", **figures), "worse")
-    return Headline(time, words("result.less_than", other=other, **figures) if other else words("result.less", **figures))
+    return Headline(
+        time, words("result.less_than", other=other, **figures) if other else words("result.less", **figures)
+    )
 
 
 def compared_strategy(answer: dict[str, Any]) -> str:
