@@ -23,7 +23,7 @@ _NO_SHAPES = Message("the shapes of its tools are unknown; give --tools or --too
 
 
 class Judging(NamedTuple):
-    """The judge, or None; its grid, or the reason why there is no judge; and issues of the original."""
+    """The judge or None, its grid or the reason for its absence, and issues of the original program."""
 
     judge: StockJudge | None = None
     proof: StockProof | None = None
@@ -31,10 +31,10 @@ class Judging(NamedTuple):
 
 
 def stock_judge(job: Job, program: Program, source: str, process: str) -> Judging:
-    """Return a judge that compares the stock after new orders of a program with that of the original.
+    """Return a judge that compares the stock after new orders of a program with the stock after the original.
 
     Without ``--workpiece``, the stock is a block around the cuts below Z0. A tool with only a known diameter counts as
-    a flat end mill. Cuts of tools of unknown diameter are left out. There is no judge for a laser or torch program, or
+    a flat end mill. Cuts of tools of unknown diameter are left out. The judge is None for a laser or torch program, and
     for a program that only drills with tools of unknown diameter.
 
     Raises

@@ -126,9 +126,7 @@ def _favicon() -> str:
 
 
 def _language(folder: Folder, request: Request, asked: str) -> str:
-    """Return the requested language and save it. Without a request, return the saved language, or else that of the
-    browser.
-    """
+    """Return the requested language and save it. Without a request, return the saved language, or else the browser's."""
     kept = folder.root / "language"
     if asked in LANGUAGES:
         with suppress(OSError):  # it is requested again next time
@@ -279,7 +277,7 @@ class Page:
             self.memory.push()
 
     async def follow(self, address: dict[str, Any], kept: KeptState | None) -> None:
-        """Show the view of a step to which the browser has gone, and its choices if they are not those of this page."""
+        """Show the view of a step in the history of the browser, and its choices if this page has others."""
         view = str(address.get("view", ""))
         self.show(view if view in self.views else "work")
         if kept is not None:
@@ -287,7 +285,7 @@ class Page:
             await self._show_restored(kept)
 
     async def _load(self) -> None:
-        """Continue with what the browser has stored. The page is invisible until then."""
+        """Load the state that the browser has stored. The page is invisible until then."""
         try:
             kept = await self.memory.load()
             if kept is None and not self._asked:
