@@ -348,9 +348,9 @@ def clearing_motion(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
     from leafcut.timing.toolpath import measure_toolpath
 
     machine = job.run.machine
-    pause = job.words.hand_change_pause and not machine.tool_changer
+    pause = job.dialect.hand_change_pause and not machine.tool_changer
     coolant = job.run.settings.post.coolant
-    corner = job.rules.tolerance if job.words.corner_tolerance else 0.0
+    corner = job.rules.tolerance if job.dialect.corner_tolerance else 0.0
     path, descents = pocket_motion(
         clearings,
         job.heights,
@@ -359,7 +359,7 @@ def clearing_motion(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
         coolant=coolant,
         pause=pause,
         corner_tolerance=corner,
-        rounded=job.words.rounding and job.rounding <= job.rules.stock,
+        rounded=job.dialect.rounding and job.rounding <= job.rules.stock,
     )
     path = raise_path(path, job.top)
     return PocketMotion(path, descents, measure_toolpath(path, machine, start=job.start))

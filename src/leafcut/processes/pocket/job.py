@@ -56,7 +56,7 @@ class PocketJob:
     around: tuple[int | None, ...]
     heights: PocketHeights
     data: MillingData
-    words: Dialect
+    dialect: Dialect
     start: Point | None
     limits: FeedLimits | None = None
     tops: tuple[float, ...] = ()

@@ -180,7 +180,7 @@ class Pocketing(Process):
         return Plan(
             job=ours.run,
             part=ours.part,
-            dialect=ours.words,
+            dialect=ours.dialect,
             work=PocketWork(ours, tuple(cleared)),
             stages=(Stage(problem, False, none, Message("ordering the pockets")),),
             kind="pocket",

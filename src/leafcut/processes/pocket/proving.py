@@ -65,12 +65,12 @@ def prove_pockets(
 
     job.run.report(Message("verifying"))
     heights, tool = job.heights, job.data.tool
-    written = read_back(text, job.words)
+    written = read_back(text, job.dialect)
     refuse_differences(
         check_program(
             motion.path,
             written,
-            job.words,
+            job.dialect,
             job.run.machine,
             job.run.settings.post.output_units,
             zones=parse_zones(job.run.settings.job.keep_out),
@@ -133,12 +133,12 @@ def _uncut_area_issues(job: PocketJob, removed: list[tuple[int, Removal]]) -> li
 
 def stop_notes(job: PocketJob) -> list[Issue]:
     """Return a note if the tool stops after every move and stock on the walls would avoid these stops."""
-    if not job.words.rounding or job.rounding <= job.rules.stock:
+    if not job.dialect.rounding or job.rounding <= job.rules.stock:
         return []
     words = Message(
         "{} stops after every move (G61): with G64 it would round corners by up to {:.2g} "
         "mm at this feed, into the walls; set --stock to this value to rough without stops",
-        job.words.name,
+        job.dialect.name,
         job.rounding,
     )
     return [Issue("L704", words, severity=Severity.NOTE)]

@@ -101,9 +101,9 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
     )
     floors, clearance = [one.floor + surface for one in levels], settings.job.clearance_height + surface
     refuse_clamps(part.pockets, floors, rules, data.tool, keep_out, clearance)
-    words = dialect(settings.post.dialect or run.machine.controller)
-    run = run.for_dialect(words)
-    check_dialect_options(settings, words)
+    post_dialect = dialect(settings.post.dialect or run.machine.controller)
+    run = run.for_dialect(post_dialect)
+    check_dialect_options(settings, post_dialect)
     job = PocketJob(
         run,
         part,
@@ -112,7 +112,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
         tuple(around),
         heights,
         data,
-        words,
+        post_dialect,
         plane_point(settings.job.start_point),
         limits,
         tuple(tops),

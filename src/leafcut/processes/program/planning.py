@@ -100,15 +100,15 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
     """
     from leafcut.gcode.dialects import dialect
 
-    words = dialect(job.settings.post.dialect or job.machine.controller)
-    if words.one_command or words.language != "g-code":
-        reason = Message("has one command per line") if words.language == "g-code" else Message("is not G-code")
+    post_dialect = dialect(job.settings.post.dialect or job.machine.controller)
+    if post_dialect.one_command or post_dialect.language != "g-code":
+        reason = Message("has one command per line") if post_dialect.language == "g-code" else Message("is not G-code")
         raise OptionError(
-            "{} {}: leafcut writes and verifies such programs, but does not reorder them", words.name, reason
+            "{} {}: leafcut writes and verifies such programs, but does not reorder them", post_dialect.name, reason
         )
     text, encoding = decode_text(data)
     read = read_foreign(
-        text, source, job.settings, job.machine, words, job.start_step(Message("reading")), process=process,
+        text, source, job.settings, job.machine, post_dialect, job.start_step(Message("reading")), process=process,
         router=not pace_flags(job.settings),
     )  # fmt: skip
     original, job = read.program, replace(job, machine=read.machine)
@@ -139,7 +139,7 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
         after=(
             *noticed,
             *read.issues,
-            *controller_motion(original, read.words, job.settings.job.clearance_height)[1],
+            *controller_motion(original, read.dialect, job.settings.job.clearance_height)[1],
             *sequence.issues,
             *_merge_offers(job, sequence),
         ),
@@ -147,7 +147,7 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
     return Plan(
         job=job,
         part=part_of_program(source, original, sequence),
-        dialect=read.words,
+        dialect=read.dialect,
         work=work,
         stages=() if job.settings.solve.keeps_order else _stages(job, sequence, obstacles, starts),
         kind=sequence.process,

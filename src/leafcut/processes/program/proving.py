@@ -250,7 +250,7 @@ def _section_at(work: ForeignWork, line: int) -> int:
     return last
 
 
-def with_comments(text: str, comments: Iterable[str], words: Dialect) -> str:
+def with_comments(text: str, comments: Iterable[str], dialect: Dialect) -> str:
     """Insert comments near the top of a program, below the percent sign and the program number."""
     from leafcut.post.comments import comment_lines
 
@@ -259,5 +259,5 @@ def with_comments(text: str, comments: Iterable[str], words: Dialect) -> str:
     at = 0
     while at < len(lines) and (not lines[at].strip() or lines[at].lstrip()[:1] in "%Oo:"):
         at += 1
-    said = [part + end for c in comments for part in comment_lines(c, words.max_line, words.uppercase_comments)]
+    said = [part + end for c in comments for part in comment_lines(c, dialect.max_line, dialect.uppercase_comments)]
     return "".join([*lines[:at], *said, *lines[at:]])

@@ -50,7 +50,7 @@ class ProgramRead:
     """
 
     program: Program
-    words: Dialect
+    dialect: Dialect
     machine: Machine
     issues: tuple[Issue, ...] = ()
     process: str = "mill"
@@ -73,8 +73,8 @@ class ProgramRead:
 
         # On a laser machine, S is the beam power in every program.
         process = ProgramKind.LASER if self.machine.head is Head.LASER else self.process
-        found = find_dangers(self.program, self.checked, process, self.words.has_z_words, simulated)
-        found += find_doubts(self.program, self.words, process)
+        found = find_dangers(self.program, self.checked, process, self.dialect.has_z_words, simulated)
+        found += find_doubts(self.program, self.dialect, process)
         found.sort(key=lambda issue: (RANK[issue.severity], issue.code))
         if stated_part(self.program) is None:
             return found
@@ -94,17 +94,17 @@ def read_file(
     from leafcut.gcode.dialects import dialect
 
     machine = base.machine if base else machine_of(settings)
-    words = base.words if base else dialect(dialect_name or machine.controller)
+    program_dialect = base.dialect if base else dialect(dialect_name or machine.controller)
     return read_foreign(
-        read_program(program), str(program), settings, machine, words, check_cancelled, choose=base is None
+        read_program(program), str(program), settings, machine, program_dialect, check_cancelled, choose=base is None
     )
 
 
-def controller_motion(program: Program, words: Dialect, clearance: float) -> tuple[Toolpath, list[Issue]]:
+def controller_motion(program: Program, program_dialect: Dialect, clearance: float) -> tuple[Toolpath, list[Issue]]:
     """Return the motion with the moves that the controller adds at each cut, and a warning about unknown materials."""
     from leafcut.gcode.material import with_controller_moves
 
-    if words.torch is None or not words.torch.material_comment:
+    if program_dialect.torch is None or not program_dialect.torch.material_comment:
         return program.path, []
     path, unknown = with_controller_moves(program.path, program.lines, clearance)
     message = Message(
@@ -115,11 +115,18 @@ def controller_motion(program: Program, words: Dialect, clearance: float) -> tup
     return path, [Issue("L413", message)] if unknown else []
 
 
-def read_new(job: Job, words: Dialect, text: str) -> Program:
+def read_new(job: Job, program_dialect: Dialect, text: str) -> Program:
     """Interpret a newly written program for the machine of the job."""
     check_cancelled = job.start_step(Message("verifying"))
     return read_foreign(
-        text, "the new program", job.settings, job.machine, words, check_cancelled, process="mill", choose=False
+        text,
+        "the new program",
+        job.settings,
+        job.machine,
+        program_dialect,
+        check_cancelled,
+        process="mill",
+        choose=False,
     ).program
 
 
@@ -139,7 +146,7 @@ def read_foreign(
     source: str,
     settings: Settings,
     machine: Machine,
-    words: Dialect,
+    program_dialect: Dialect,
     check_cancelled: Heartbeat = ignore_heartbeat,
     *,
     process: str = "auto",
@@ -161,15 +168,15 @@ def read_foreign(
     OptionError
         ``--units`` is invalid, or the program states its own units.
     """
-    if words.language != "g-code":
-        return _read_leafcut_language(text, source, settings, machine, words)
+    if program_dialect.language != "g-code":
+        return _read_leafcut_language(text, source, settings, machine, program_dialect)
     refuse_other_languages(text, source)
     named = "machine" in settings.given or settings.machine.machine != MachineOptions().machine
-    free = choose and not named and words.name == machine.controller
+    free = choose and not named and program_dialect.name == machine.controller
     if free and _QTPLASMAC in text:
         return _read_for_plasma(text, source, settings, check_cancelled, process)
     try:
-        read = _read(text, source, settings, machine, words, check_cancelled)
+        read = _read(text, source, settings, machine, program_dialect, check_cancelled)
     except ReadError as error:
         if not free or not _reads(text, source, settings, _HAAS, check_cancelled):
             raise
@@ -287,7 +294,9 @@ def _laser_for(program: Program) -> str:
     return _LASERS[-1]
 
 
-def _read_leafcut_language(text: str, source: str, settings: Settings, machine: Machine, words: Dialect) -> ProgramRead:
+def _read_leafcut_language(
+    text: str, source: str, settings: Settings, machine: Machine, program_dialect: Dialect
+) -> ProgramRead:
     """Read a program in a language other than G-code, which must be output of leafcut."""
     from leafcut.gcode.own_program import interpret
     from leafcut.gcode.program import Program
@@ -295,12 +304,12 @@ def _read_leafcut_language(text: str, source: str, settings: Settings, machine: 
 
     if "units" in settings.asked:
         raise OptionError("--units: the program states its own units; leave it out")
-    program = Program.of_toolpath(interpret(text, words, source), split_lines(text, words, source))
-    return ProgramRead(program, words, machine)
+    program = Program.of_toolpath(interpret(text, program_dialect, source), split_lines(text, program_dialect, source))
+    return ProgramRead(program, program_dialect, machine)
 
 
 def _read(
-    text: str, source: str, settings: Settings, machine: Machine, words: Dialect, check_cancelled: Heartbeat
+    text: str, source: str, settings: Settings, machine: Machine, program_dialect: Dialect, check_cancelled: Heartbeat
 ) -> ProgramRead:
     """Read a G-code program for a machine, with notes on assumed units and feeds."""
     from leafcut.gcode.program_interpreter import interpret_program
@@ -309,8 +318,10 @@ def _read(
     units = settings.read.units or machine.units
     if units not in ("mm", "in"):
         raise OptionError("--units {}: a program is in mm or in inches; use mm or in", units)
-    feed, issues = _material_feed(text, settings, words)
-    program = interpret_program(text, words, source, units=units, on_progress=check_cancelled, material_feed=feed)
+    feed, issues = _material_feed(text, settings, program_dialect)
+    program = interpret_program(
+        text, program_dialect, source, units=units, on_progress=check_cancelled, material_feed=feed
+    )
     if program.title_lines:
         what = Message("line 1 is") if program.title_lines == 1 else Message("lines 1 to {} are", program.title_lines)
         issues.append(Issue("L101", Message("{} not G-code: ignored as a title above the percent sign", what)))
@@ -337,17 +348,17 @@ def _read(
                 whose,
             )
             issues.append(Issue("L102", message, severity=Severity.NOTE))
-    return ProgramRead(program, words, machine, tuple(issues))
+    return ProgramRead(program, program_dialect, machine, tuple(issues))
 
 
 _UNIT_WORDS = {"mm": "mm", "in": Message("inches")}
 
 
-def _material_feed(text: str, settings: Settings, words: Dialect) -> tuple[float | None, list[Issue]]:
+def _material_feed(text: str, settings: Settings, program_dialect: Dialect) -> tuple[float | None, list[Issue]]:
     """Return the feed for materials that the program does not define, mm/s; None if the program uses no
     material feed.
     """
-    word = "" if words.torch is None else words.torch.material_feed
+    word = "" if program_dialect.torch is None else program_dialect.torch.material_feed
     if not word or word not in text:
         for name in _OF_MATERIALS:
             # The material of `reorder --feeds` is that of the milled part.

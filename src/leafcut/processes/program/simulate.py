@@ -40,8 +40,8 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
     from leafcut.timing.toolpath import measure_toolpath
 
     read = read_file(program, settings, dialect, heartbeat_for_step(progress, Message("reading")))
-    _check_lifts(settings, read.words)
-    run, unknown = controller_motion(read.program, read.words, settings.job.clearance_height)
+    _check_lifts(settings, read.dialect)
+    run, unknown = controller_motion(read.program, read.dialect, settings.job.clearance_height)
     # `optimize` starts at X0 Y0 by default too.
     lines = sent_lines(read.program.lines)
     cost = measure_toolpath(run, read.machine, start=(0.0, 0.0), lines=lines)
@@ -54,7 +54,7 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
         *_starvation_issue(run, read.machine, lines, cost.time_s),
     )
     path, told = read.program.path, settings.from_defaults()
-    return Simulation(str(program), read.machine, read.words.name, path, run, cost, issues, told)
+    return Simulation(str(program), read.machine, read.dialect.name, path, run, cost, issues, told)
 
 
 def _starvation_issue(path: Toolpath, machine: Machine, lines: SentLines, seconds: float) -> list[Issue]:
@@ -89,7 +89,11 @@ def _worst_stretch(line: NDArray[np.int32], lost: NDArray[np.float64]) -> tuple[
     return int(line[begins[worst]]), int(line[ends[worst]]), float(sums[worst])
 
 
-def _check_lifts(settings: Settings, words: Dialect) -> None:
+def _check_lifts(settings: Settings, program_dialect: Dialect) -> None:
     """Raise OptionError for a clearance height if the controller adds no moves of its own."""
-    if "clearance_height" in settings.asked and (words.torch is None or not words.torch.material_comment):
-        raise OptionError("--clearance-height: a program for {} sets its own heights; leave it out", words.name)
+    if "clearance_height" in settings.asked and (
+        program_dialect.torch is None or not program_dialect.torch.material_comment
+    ):
+        raise OptionError(
+            "--clearance-height: a program for {} sets its own heights; leave it out", program_dialect.name
+        )

@@ -152,15 +152,17 @@ class SheetCutting(Process):
         from leafcut.processes.sheet.proof.sheet import check_sheet
         from leafcut.processes.sheet.proof.sheet_shapes import check_divided
 
-        work, words, post, cuts = plan.work, plan.dialect, plan.job.settings.post, best.detail[0]
-        written = read_back(text, cuts, words, post.material_number)
-        problems = check_cut_motion(best.path, written, words, post.output_units)
+        work, dialect, post, cuts = plan.work, plan.dialect, plan.job.settings.post, best.detail[0]
+        written = read_back(text, cuts, dialect, post.material_number)
+        problems = check_cut_motion(best.path, written, dialect, post.output_units)
         if work.obstacles is not None and not problems:
             from leafcut.processes.keep_out import obstacle_hits
 
             problems = obstacle_hits(plan.job, work.obstacles, best.path)
         problems = problems or check_divided(work.drawn, work.cutting.sheet, plan.spec.half)
-        problems = problems or check_sheet(work.cutting.sheet, cuts, text, written, words, plan.job.machine, plan.spec)
+        problems = problems or check_sheet(
+            work.cutting.sheet, cuts, text, written, dialect, plan.job.machine, plan.spec
+        )
         return written, problems
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:

@@ -79,26 +79,26 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     job.report(Message("reading"))
     data, issues = _cut_data(job)
     issues += _joint_issues(data, options)
-    words = dialect(settings.post.dialect or job.machine.controller)
-    _check_dialect(words, data.process)
-    check_dialect_options(settings, words)
-    probe = probe_for(job.machine, words)
-    if words.torch is not None and not words.torch.waits and not words.moves_z:
+    post_dialect = dialect(settings.post.dialect or job.machine.controller)
+    _check_dialect(post_dialect, data.process)
+    check_dialect_options(settings, post_dialect)
+    probe = probe_for(job.machine, post_dialect)
+    if post_dialect.torch is not None and not post_dialect.torch.waits and not post_dialect.moves_z:
         if options.pierce_delay:
-            raise OptionError("{} has no pierce delay; leave out --pierce-delay", words.name)
+            raise OptionError("{} has no pierce delay; leave out --pierce-delay", post_dialect.name)
         data = replace(data, pierce_delay=0.0)  # a beam that is off at standstill can pierce only in motion
-    torch = _torch_setup(job, words, data, probe)
+    torch = _torch_setup(job, post_dialect, data, probe)
     planned = settings.job.plan is not None
     rules = resolve_rules(data, options, switches=torch.switches, max_feed=job.machine.max_feed, planned=planned)
     part, sheet = _read_sheet(job, source)
     sheet = with_options(sheet, options, parse_zones(settings.job.keep_out))
-    if words.moves_z:
+    if post_dialect.moves_z:
         refuse_higher_zones(settings.job.keep_out, settings.job.clearance_height)
     drawn, sheet, narrow = with_narrow_shapes(sheet, rules)
     issues += narrow
     refuse_too_large(check_envelope(_bounding_move(sheet), job.machine), part, settings)
     marks = any(c.kind == "mark" for c in sheet.contours)
-    check_words(words, settings.post, marks=marks, compensates=options.compensation == "controller")
+    check_words(post_dialect, settings.post, marks=marks, compensates=options.compensation == "controller")
     file = _load_plan(settings.job.plan) if settings.job.plan else None
     job.report(Message("looking for pierce points"))
     cutting = prepare_cutting(sheet, rules)
@@ -107,12 +107,12 @@ def plan_sheet(job: Job, source: Source) -> Plan:
 
         cutting = follow_plan(cutting, file, everything=settings.solve.keeps_order)
         issues += _plan_issues(file, data)
-    issues += _register_issues(words, data, options)
+    issues += _register_issues(post_dialect, data, options)
     issues = [*sheet.issues, *issues, *cutting.issues]
     refuse_missing(settings, source, issues)
     head = HeadTravel(
         travel_metric(job.machine, settings.solve.objective),
-        _lowering_time(job.machine, torch) if words.moves_z else 0.0,
+        _lowering_time(job.machine, torch) if post_dialect.moves_z else 0.0,
         plane_point(settings.job.start_point),
         plane_point(settings.job.end_point),
     )
@@ -126,13 +126,13 @@ def plan_sheet(job: Job, source: Source) -> Plan:
         head=head,
         planned=file if fits else None,
         order_fixed=options.heat_distance > 0.0 or (options.sweep != "free" and fits),
-        parts=None if words.moves_z else _detachable_parts(job, cutting),
-        obstacles=_obstacles(job, words.moves_z),
+        parts=None if post_dialect.moves_z else _detachable_parts(job, cutting),
+        obstacles=_obstacles(job, post_dialect.moves_z),
     )
     plan = Plan(
         job=job,
         part=part,
-        dialect=words,
+        dialect=post_dialect,
         work=work,
         spec=CutRequest(
             half=rules.half,
@@ -140,7 +140,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
             joint_width=options.joint_width,
             safe_height=settings.job.clearance_height,
             probe=probe,
-            power=settings.post.beam_power if words.torch is not None and words.torch.power else None,
+            power=settings.post.beam_power if post_dialect.torch is not None and post_dialect.torch.power else None,
             material_number=settings.post.material_number,
         ),
         kind="cut",
@@ -167,15 +167,15 @@ def _load_plan(path: Path) -> PlanFile:
     return load_plan(path)
 
 
-def _torch_setup(job: Job, words: Dialect, data: CutData, probe: Probe | None) -> TorchSetup:
-    torch, post = words.torch, job.settings.post
+def _torch_setup(job: Job, post_dialect: Dialect, data: CutData, probe: Probe | None) -> TorchSetup:
+    torch, post = post_dialect.torch, job.settings.post
     beam = torch is not None and torch.power
     return TorchSetup(
         data,
         job.settings.job.clearance_height,
         safe_z=job.machine.safe_z,
         switches=torch is not None and torch.can_switch_off_along_path,
-        moves_z=words.moves_z,
+        moves_z=post_dialect.moves_z,
         power=post.beam_power if beam else TORCH_ON,
         mark_power=post.mark_power if beam else TORCH_ON,
         tolerance=PATH_TOLERANCE if torch is not None else 0.0,
@@ -235,8 +235,8 @@ def _with_best_chains(job: Job, cutting: Cutting, file: PlanFile | None, overhea
             continue
         problem, bridges = found
         search = replace(settings.solve, bound=False, algorithm="auto", time_limit=own.seconds)
-        tell = job.search_progress(Message("joining cuts"), 0.0, 1.0)
-        solution = solve(problem, search, settings.aco, progress=tell, cancelled=job.cancelled)
+        on_progress = job.search_progress(Message("joining cuts"), 0.0, 1.0)
+        solution = solve(problem, search, settings.aco, progress=on_progress, cancelled=job.cancelled)
         own.subtract(solution.seconds)
         chains = [*chains, *chains_of(cutting, bridges, [int(n) for n in solution.nodes], chains)]
     return with_chains(cutting, chains)
@@ -279,37 +279,37 @@ def _bounding_box(sheet: Sheet) -> tuple[float, float, float, float]:
     return x0, y0, x1, y1
 
 
-def _read_sheet(run: Job, source: Source) -> tuple[Part, Sheet]:
+def _read_sheet(job: Job, source: Source) -> tuple[Part, Sheet]:
     from leafcut.processes.placing import place_part
     from leafcut.read import read_contours
 
-    part = read_contours(source, run.settings.read, run.start_step(Message("reading")))
-    part = replace(part, issues=(*part.issues, *check_thickness(part, run.settings.job.thickness)))
-    part = place_part(part, run.settings.read)
-    sheet = prepare_sheet(part, run.settings.sheet, run.settings.read.concentric)
-    return part, without_excluded_holes(sheet, run.settings.read)
+    part = read_contours(source, job.settings.read, job.start_step(Message("reading")))
+    part = replace(part, issues=(*part.issues, *check_thickness(part, job.settings.job.thickness)))
+    part = place_part(part, job.settings.read)
+    sheet = prepare_sheet(part, job.settings.sheet, job.settings.read.concentric)
+    return part, without_excluded_holes(sheet, job.settings.read)
 
 
-def _cut_data(run: Job) -> tuple[CutData, list[Issue]]:
+def _cut_data(job: Job) -> tuple[CutData, list[Issue]]:
     from leafcut.read.cutchart import find_cut_data, load_chart
 
-    data, options, thickness = run.settings.cut_data, run.settings.of(CutOptions), run.settings.job.thickness
-    machine_kind = run.machine.head.method
+    data, options, thickness = job.settings.cut_data, job.settings.of(CutOptions), job.settings.job.thickness
+    machine_kind = job.machine.head.method
     if machine_kind is None:
         raise OptionError(
             "{} has a spindle and cannot cut a sheet by heat or water; choose --machine "
             '{} or a profile of your own with process = "torch"',
-            run.machine.name,
+            job.machine.name,
             ", ".join(CUTTING_MACHINES.values()),
         )
-    _check_process(data.cut_process or machine_kind, machine_kind, run.machine.name)
+    _check_process(data.cut_process or machine_kind, machine_kind, job.machine.name)
     if thickness is None:
         raise OptionError("cutting needs the sheet's thickness; give --thickness")
-    process, warnings = cut_process_of(run.machine, data.cut_process)
+    process, warnings = cut_process_of(job.machine, data.cut_process)
     found, issues = find_cut_data(
         load_chart(data.chart),
         process,
-        run.settings.job.material,
+        job.settings.job.material,
         thickness,
         data.amps,
         data.nozzle,
@@ -364,24 +364,24 @@ def _check_process(asked: str, kind: str, machine: str) -> None:
     )
 
 
-def _check_dialect(words: Dialect, process: str) -> None:
+def _check_dialect(post_dialect: Dialect, process: str) -> None:
     from leafcut.gcode.dialects import dialect, dialects
 
     how = method_of(process)
-    if words.torch is not None and how in tuple(CutMethod) and how not in words.torch.cuts:
-        able = [name for name in dialects(torch=True) if how in (dialect(name).torch or words.torch).cuts]
+    if post_dialect.torch is not None and how in tuple(CutMethod) and how not in post_dialect.torch.cuts:
+        able = [name for name in dialects(torch=True) if how in (dialect(name).torch or post_dialect.torch).cuts]
         raise OptionError(
             "programs for {} cut by {}, not by {}; choose --dialect {}",
-            words.name,
-            " or ".join(words.torch.cuts),
+            post_dialect.name,
+            " or ".join(post_dialect.torch.cuts),
             how,
             " or ".join(able),
         )
 
 
-def probe_for(machine: Machine, words: Dialect) -> Probe | None:
+def probe_for(machine: Machine, post_dialect: Dialect) -> Probe | None:
     """Return the probe for touching off before each pierce, or None if the machine or its programs have no probe."""
-    return machine.probe if words.torch is not None and words.torch.probe else None
+    return machine.probe if post_dialect.torch is not None and post_dialect.torch.probe else None
 
 
 def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
@@ -417,11 +417,11 @@ def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
     return [Issue("L621", words, plan.source)]
 
 
-def _register_issues(words: Dialect, data: CutData, options: CutOptions) -> list[Issue]:
+def _register_issues(post_dialect: Dialect, data: CutData, options: CutOptions) -> list[Issue]:
     """Return a warning if the controller takes the kerf from a register, which the program does not set."""
     from leafcut.gcode.torch import KERF_REGISTER
 
-    if options.compensation != "controller" or words.torch is None or words.torch.compensation != "G41":
+    if options.compensation != "controller" or post_dialect.torch is None or post_dialect.torch.compensation != "G41":
         return []
     text = Message(
         "the controller takes half of the kerf from register D{}: set it to {:.4g} mm, "
