@@ -102,3 +102,13 @@ def test_the_studio_offers_it_shows_its_form_and_runs_it(drawing: Path, own_stud
     assert made is not None
     # The studio calls an upload by the name that it came with.
     assert made.data.decode() == leafcut.optimize(drawing, process="engrave", depth=0.3, preset="fast").text
+
+
+@pytest.mark.parametrize(
+    ("flag", "value", "reason"), [("--depth", "through", "in mm"), ("--start-point", "1,2,3", "two")]
+)
+def test_a_value_that_only_other_processes_use_is_refused(
+    flag: str, value: str, reason: str, drawing: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["engrave", str(drawing), "-o", str(tmp_path / "e.ngc"), flag, value]) == 2
+    assert reason in capsys.readouterr().err

@@ -1,1 +1,1 @@
-"""A process from outside: the lines of a drawing, engraved at one depth."""
+"""A process from outside: engrave the lines of a drawing at one depth."""

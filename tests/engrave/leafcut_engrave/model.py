@@ -1,4 +1,4 @@
-"""What engraving alone finds out in a run."""
+"""Results specific to engraving."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class EngravingDetail:
-    """How many lines were engraved, and how deep, mm."""
+    """Number of engraved lines, and their depth, mm."""
 
     lines: int
     depth: float

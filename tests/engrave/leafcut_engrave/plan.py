@@ -1,4 +1,4 @@
-"""From lines to a routing problem, and from its solution to a toolpath."""
+"""The routing problem of lines, and the toolpath of its solution."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.errors import OptionError
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.options import JobOptions
-from leafcut.processes.job import Job
-from leafcut.processes.spindle_moves import rise, stop_spindle, take_tool
+from leafcut.processes.job import Job, plane_point
+from leafcut.processes.spindle_moves import end_program, take_tool
 from leafcut_engrave.options import EngraveOptions
 
 #: Depth of lines without --depth, and tolerance of flattened curves, mm.
@@ -22,13 +23,16 @@ Lines = Sequence[NDArray[np.float64]]
 
 
 def problem_of(lines: Lines, metric: Metric, job: JobOptions) -> RoutingProblem:
-    """Return a cluster of two nodes for every line, float64[k, 2]: node 2k engraves line k as drawn, 2k + 1 back."""
+    """Return the routing problem of lines, float64[k, 2] each.
+
+    A line is a cluster of two nodes: node 2k engraves line k in its drawn direction, node 2k + 1 in reverse.
+    """
     ends = np.array([[line[0], line[-1]] for line in lines])
-    entry = ends.reshape(-1, 2)
-    leave = ends[:, ::-1].reshape(-1, 2)
     cluster = np.repeat(np.arange(len(lines), dtype=np.int32), 2)
-    start, end = (None if point is None else (point[0], point[1]) for point in (job.start_point, job.end_point))
-    return RoutingProblem(entry, leave, cluster, np.zeros(len(entry)), metric, start=start, end=end, name="lines")
+    return RoutingProblem(
+        ends.reshape(-1, 2), ends[:, ::-1].reshape(-1, 2), cluster, np.zeros(len(cluster)), metric,
+        start=plane_point(job.start_point), end=plane_point(job.end_point), name="lines",
+    )  # fmt: skip
 
 
 def tool_of(options: EngraveOptions) -> Tool:
@@ -38,10 +42,17 @@ def tool_of(options: EngraveOptions) -> Tool:
     )
 
 
-def lay(lines: Lines, nodes: Sequence[int], job: Job) -> Toolpath:
-    """Return the motion: over to a line, down, along it, and up again."""
+def depth_of(job: JobOptions) -> float:
+    """Return the depth of all lines, mm. Raises OptionError for ``--depth through``."""
+    if job.is_through:
+        raise OptionError("--depth through: a line is engraved at a depth; give it in mm")
+    return job.blind_depth or DEPTH
+
+
+def generate_toolpath(lines: Lines, nodes: Sequence[int], job: Job) -> Toolpath:
+    """Return the motion: for each line, a rapid above its start, a plunge, the cut, and a retract."""
     machine, settings, options = job.machine, job.settings, job.settings.of(EngraveOptions)
-    height, depth, coolant = settings.job.clearance_height, settings.job.depth or DEPTH, settings.post.coolant
+    height, depth, coolant = settings.job.clearance_height, depth_of(settings.job), settings.post.coolant
     builder = ToolpathBuilder()
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
@@ -54,9 +65,5 @@ def lay(lines: Lines, nodes: Sequence[int], job: Job) -> Toolpath:
         for x, y in line[1:].tolist():
             builder.feed(x, y, feed=options.engraving_feed)
         builder.rapid(z=height)
-    if settings.job.end_point is not None:
-        builder.rapid(*settings.job.end_point)
-    rise(builder, machine, height)
-    stop_spindle(builder, coolant)
-    builder.end()
+    end_program(builder, machine, height, plane_point(settings.job.end_point), coolant=coolant)
     return builder.build()
