@@ -14,9 +14,10 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.sequence import Section, Sequence
-from leafcut.model.toolpath import Kind
+from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.post.rewriter import rewrite
+from leafcut.processes.program.proof.features import Features, ProgramPath, features_of
 
 CUTS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL)
 
@@ -31,6 +32,12 @@ def rewritten(text: str, *orders: list[int], **options: object) -> str:
     program = program_of(text)
     sequence = find_sequence(program, **options)  # type: ignore[arg-type]
     return rewrite(program, sequence, [np.array(o) for o in orders]).rstrip("\n").replace("\n", " / ")
+
+
+def features_in(path: Toolpath, which: np.ndarray) -> Features:
+    """Return the features in the rows `which` of a toolpath."""
+    program = Program.of_toolpath(path, [""] * (1 + int(path.line.max(initial=0))))
+    return features_of(ProgramPath.of(program), which)
 
 
 def some_order(section: Section, rng: random.Random) -> np.ndarray:

@@ -165,7 +165,7 @@ def test_what_moves_the_origin_or_is_not_understood_is_one_row_with_the_place_th
 def test_a_new_range_of_the_spindle_speed_keeps_the_state_only_if_the_spindle_is_off(switch: str, known: bool) -> None:
     program = run(switch, "$30=12000", "G1 X5")
     assert bool(np.isfinite(program.path.end[program.first[5]]).all()) is known
-    assert program.modal(6).radius == (40 if known else 0)
+    assert program.modal(6).radius == (40 if known else -40)
 
 
 @pytest.mark.parametrize("line", ["G38.3 Z1", "G33 Z1 K1", "G88 X1 Z1 R1", "G5.2 X1 Y1 P1 L3", "G150 X1"])

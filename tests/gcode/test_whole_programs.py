@@ -49,6 +49,9 @@ def reading_of(text: str, name: str) -> str:
     for block in range(program.n_blocks):
         lines.append(f"{program.line[block]}: {program.lines[int(program.line[block]) - 1].strip()}")
         lines += [f"    {row_text(program, row)}" for row in range(*map(int, program.first[block : block + 2]))]
+        if block in program.switched_off:
+            end, during = program.switched_off[block]
+            lines.append(f"    before row {end}: {changes(program.modal(block + 1), program.modals[during])}")
         if program.before[block] != program.before[block + 1]:
             lines.append(f"    then {changes(program.modal(block), program.modal(block + 1))}")
         if block in program.fixed:

@@ -17,7 +17,7 @@ from leafcut.gcode.canned import end_cycle, run_cycle, start_cycle
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.linuxcnc_refusals import is_linuxcnc, is_malformed, is_refused
 from leafcut.gcode.motion import chooses_origin, run_arc, run_home, run_machine, run_origin, run_probe, run_straight
-from leafcut.gcode.state import AXES, InterpreterState, named_axes, unit_of, whole_number
+from leafcut.gcode.state import AXES, InterpreterState, ModalValues, named_axes, unit_of, whole_number
 from leafcut.gcode.torch import (
     lower_feed,
     material_block,
@@ -108,6 +108,8 @@ class Interpreter:
         (M99 P); whether it ends a subprogram (M99).
     jumps, restores
         The block jumps to an unknown line; it restores modes at the end of the call (M73).
+    during_motion
+        The number of rows and the modal values before the words that act after the motion; None without such words.
     """
 
     def __init__(self, state: InterpreterState) -> None:
@@ -135,6 +137,7 @@ class Interpreter:
         self.call: tuple[int | None, int] | None = None
         self.label: int | None = None
         self.returns = self.jumps = self.restores = self.refused = False
+        self.during_motion: tuple[int, ModalValues] | None = None
 
     def run_line(self, line: str, number: int) -> None:
         """Parse and execute one line."""
@@ -204,9 +207,12 @@ class Interpreter:
             self._move(words)
             if words.letters:
                 raise BlockError("{} has no meaning in this block", next(iter(words.letters.values())))
+        during = (len(state.path), state.modal_values()) if words.m else None
         if off_last:
             self._run_switches(words, off=True)
         self._stop(words.m.get("stop"))
+        if during is not None and during[1] != state.modal_values():
+            self.during_motion = during
         stops = [99] if self.returns else words.m.get("stop", [])
         self.named = next((f"M{code}" for code in stops if code > 1), self.named)
         if len(state.path) > MAX_ROWS:
@@ -311,7 +317,8 @@ class Interpreter:
         if "offset" in g:
             state.set_frame(g["offset"])
         if "length" in g or (unknown & set("HD")):
-            state.length, named = -state.line, (*named[:2], True)
+            state.forget_length()
+            named = (*named[:2], True)
             state.offset_on = True
         place = tuple(UNKNOWN if gone else p for p, gone in zip(state.path.position, named, strict=True))
         state.path.set_place(Kind.FOREIGN, (place[0], place[1], place[2]), 0, state.line)
@@ -530,13 +537,12 @@ class Interpreter:
         if state.keeps_unknown:
             joining = tolerance if given[1] is None else state.mm(given[1])
             new = (code, tolerance, joining)
-            if not state.blending_stated or new != (state.blending, state.tolerance, state.joining):
-                state.blending_stated = True
+            if new != (state.blending, state.tolerance, state.joining):
                 state.blending, state.tolerance, state.joining = new
                 state.path.blending(code, tolerance, joining, line=state.line)
-        elif code == 640 or (state.blending_stated and state.blending == 640):
+        elif code == 640 or state.blending == 640:
             # A toolpath without such a row stops at the end of every move (G61).
-            state.blending_stated, state.blending = True, code
+            state.blending = code
             state.path.blending(code, tolerance, line=state.line)
 
     def _compensation(self, code: int, letters: dict[str, Word]) -> None:
@@ -550,7 +556,7 @@ class Interpreter:
             if code in (411, 421):
                 letters.pop("L", None)
         if mode != state.radius or word is not None:
-            state.radius = mode
+            state.radius, state.register = mode, register
             state.path.radius(mode, register, line=state.line)
 
     def _kerf_of_word(self, code: int, word: Word | None) -> float:

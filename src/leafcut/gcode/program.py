@@ -80,12 +80,18 @@ class Modal:
         S; 1 for M3, -1 for M4, 0 for M5; 0 off, 1 mist, 2 flood, 3 both.
     tool, next_tool
         The tool in the spindle, and the tool of the last T word; None if not stated.
-    length, radius, frame
-        Register of the length offset (0: G49); 40, 41 or 42; work offset in tenths (540 for G54, 591 for G59.1).
+    length
+        Register of the length offset (0: G49); negative after a block that may have changed it: minus the number of
+        such blocks so far.
+    radius, register
+        40, 41 or 42, and the number of its D; `radius` is negative after a block that may have changed it.
+    frame
+        Work offset in tenths (540 for G54, 591 for G59.1).
     shift
         Number of changes of the origin so far (G52, G92 …).
     blending, tolerance, joining
-        610, 611 or 640 (G61, G61.1, G64); the P of G64, in mm, 0 without; its Q, in mm, P without.
+        610, 611 or 640 (G61, G61.1, G64), 0 before it is stated; the P of G64, in mm, 0 without; its Q, in mm, P
+        without.
     """
 
     motion: int | None = None
@@ -105,9 +111,10 @@ class Modal:
     next_tool: int | None = None
     length: int = 0
     radius: int = 40
+    register: float = 0.0
     frame: int = 540
     shift: int = 0
-    blending: int = 640
+    blending: int = 0
     tolerance: float = 0.0
     joining: float = 0.0
 
@@ -119,6 +126,7 @@ _FIELD_OF = {
     Kind.COOLANT: "coolant",
     Kind.FRAME: "frame",
     Kind.RADIUS: "radius",
+    Kind.BLENDING: "blending",
 }
 
 
@@ -138,6 +146,9 @@ class Program:
         int32[m + 1]: the rows of block b in `path` are ``first[b] … first[b + 1] - 1``.
     before
         int32[m + 1]: the row of `modals` before block b; the last is the state at the end.
+    switched_off
+        By block that switches the spindle or coolant off, or changes the tool, after its motion: the first row after
+        the motion, and the row of `modals` during it.
     fixed
         By block: the reason to keep it unchanged in its place. It may be unsupported, belong to a loop or subprogram,
         have a computed number, or be skipped by a switch of the machine.
@@ -174,12 +185,14 @@ class Program:
     calls: tuple[tuple[int, int], ...] = ()
     dark_rapids: bool = False
     title_lines: int = 0
+    switched_off: dict[int, tuple[int, int]] = field(default_factory=dict)
 
     @classmethod
     def of_toolpath(cls, path: Toolpath, lines: Sequence[str]) -> Program:
         """Return the program of a toolpath whose lines with rows are its blocks; the rows set the modal state."""
         line, first = np.unique(path.line, return_index=True)
         modal = Modal(unit=1.0)
+        setting: dict[str, Any]
         numbers = {modal: 0}
         changes = np.full(len(line) + 1, -1)
         changes[0] = 0
@@ -187,11 +200,15 @@ class Program:
         blocks = first.searchsorted(rows, side="right") - 1
         for row, block in zip(rows.tolist(), blocks.tolist(), strict=True):
             kind, value = Kind(int(path.kind[row])), float(path.value[row])
-            if kind is not Kind.SPINDLE:
-                setting: dict[str, Any] = {_FIELD_OF[kind]: int(path.ref[row])}
-                modal = replace(modal, **setting)
+            if kind is Kind.SPINDLE:
+                setting = {"spindle": int(np.sign(value)), "rpm": abs(value) or modal.rpm}
             else:
-                modal = replace(modal, spindle=int(np.sign(value)), rpm=abs(value) or modal.rpm)
+                setting = {_FIELD_OF[kind]: int(path.ref[row])}
+            if kind is Kind.RADIUS:
+                setting["register"] = value
+            elif kind is Kind.BLENDING:
+                setting |= {"tolerance": value, "joining": float(path.end[row, 0])}
+            modal = replace(modal, **setting)
             changes[block + 1] = numbers.setdefault(modal, len(numbers))
         return cls(
             lines,
@@ -208,10 +225,19 @@ class Program:
         """Number of executed blocks."""
         return len(self.line)
 
+    @cached_property
+    def row_modal(self) -> NDArray[np.int32]:
+        """int32[n]: the row of `modals` in which each row of `path` acts. All words of a block apply to its own motion,
+        except those that switch off after it.
+        """
+        number: NDArray[np.int32] = self.before[np.minimum(self.row_block + 1, len(self.before) - 1)]
+        for block, (end, during) in self.switched_off.items():
+            number[self.first[block] : end] = during
+        return number
+
     def modal_at_rows(self, field: str) -> NDArray[Any]:
-        """Return the values of a field of `Modal` after the block of each row of `path`, [n]."""
-        after = self.before[np.minimum(self.row_block + 1, len(self.before) - 1)]
-        values: NDArray[Any] = np.array([getattr(modal, field) for modal in self.modals])[after]
+        """Return the values of a field of `Modal` in which each row of `path` acts, [n]."""
+        values: NDArray[Any] = np.array([getattr(modal, field) for modal in self.modals])[self.row_modal]
         return values
 
     @cached_property

@@ -32,7 +32,7 @@ from leafcut.gcode.jumps import JumpStatement, UndecidedJump, board_command, has
 from leafcut.gcode.material import MaterialFeeds
 from leafcut.gcode.motion import check_radii
 from leafcut.gcode.program import Lines, Modal, Program
-from leafcut.gcode.state import InterpreterState
+from leafcut.gcode.state import InterpreterState, ModalValues
 from leafcut.gcode.torch import set_speed
 from leafcut.gcode.words import (
     PLAIN_LINE,
@@ -170,7 +170,8 @@ class _BlockRecord:
     said: dict[int, BlockDescription] = field(default_factory=dict)
     current: int = 0
     calls: list[tuple[int, int]] = field(default_factory=list)
-    _numbers: dict[tuple, int] = field(default_factory=dict)
+    switched_off: dict[int, tuple[int, int]] = field(default_factory=dict)
+    _numbers: dict[ModalValues, int] = field(default_factory=dict)
     _plain: dict[tuple[int, float, float], int] = field(default_factory=dict)
     _called: int = 0
 
@@ -178,13 +179,20 @@ class _BlockRecord:
         self.note_state()
 
     def note_state(self) -> None:
-        values = self.state.modal_values()
-        self.current = self._numbers.setdefault(values, len(self._numbers))
+        self.current = self._number_of(self.state.modal_values())
         self._plain = {}
 
-    def add(self, line: int, rows: int, reason: str) -> None:
+    def _number_of(self, values: ModalValues) -> int:
+        return self._numbers.setdefault(values, len(self._numbers))
+
+    def add(
+        self, line: int, rows: int, reason: str, during_motion: tuple[int, tuple[object, ...]] | None = None
+    ) -> None:
+        """Add a block; for `during_motion` see `Interpreter`."""
         if reason:
             self.fixed[len(self.line)] = reason
+        if during_motion is not None:
+            self.switched_off[len(self.line)] = during_motion[0], self._number_of(during_motion[1])
         self.line.append(line)
         self.first.append(rows)
         self.before.append(self.current)
@@ -205,7 +213,7 @@ class _BlockRecord:
         if number is None:
             values = list(self.state.modal_values())
             values[_MOTION], values[_FEED], values[_SPEED] = motion, feed, speed
-            number = self._plain[motion, feed, speed] = self._numbers.setdefault(tuple(values), len(self._numbers))
+            number = self._plain[motion, feed, speed] = self._number_of(tuple(values))
         return number
 
     def program(self, lines: tuple[str, ...], last_line: int, assumed: bool = False, title: int = 0) -> Program:
@@ -225,6 +233,7 @@ class _BlockRecord:
             dark_rapids=(torch := self.state.dialect.torch) is not None and torch.dark_rapids,
             title_lines=title,
             calls=tuple(self.calls),
+            switched_off=self.switched_off,
         )
 
     def _fixed_blocks(self) -> dict[int, str]:
@@ -501,7 +510,7 @@ class _ProgramReader:
         if at + 1 in self.obeyed:
             reason = _OBEYED
         if block.words or settings or reason:
-            self.record.add(at + 1, rows, reason)
+            self.record.add(at + 1, rows, reason, runner.during_motion)
             self.record.note_depth(depth, len(flow.calls))
         self.ended |= runner.ended
         return after

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from operator import attrgetter
+from typing import Any
 
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.program import Modal
@@ -15,6 +16,8 @@ from leafcut.model.toolpath import UNKNOWN, DrillCycle, Kind, ToolpathBuilder
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
 AXES = ("X", "Y", "Z")
+#: The values of the fields of `Modal`, in order.
+ModalValues = tuple[Any, ...]
 #: Pseudo-register for a tool length outside the registers (G43.1, G43.2); real registers go up to 99,999.
 DYNAMIC_LENGTH = 100_000
 #: Rows after which an active length offset may have another value: the tool or the controller's table may have changed.
@@ -55,6 +58,8 @@ class InterpreterState(Modal):
         Dwell of the last cycle that had one, s.
     offset_number, offset_on
         The last D word if D selects the length offset, and whether a length offset is active.
+    unknown_lengths
+        Number of blocks that made the length offset unknown.
     length_row
         First row since the last G43; -1 before the first.
     override, adaptive
@@ -63,8 +68,6 @@ class InterpreterState(Modal):
         Outputs keep the arc off although the torch is on, and hold its height.
     material, material_feeds
         Material selected by M190; known feeds of the controller's material table by number, mm/s.
-    blending_stated
-        The program has stated G61, G61.1 or G64.
     default_unit, assumed_units
         Unit, mm, that is assumed for a length before the units are stated, and whether it was used.
     unknown_modes
@@ -92,6 +95,7 @@ class InterpreterState(Modal):
     repeated_holes: int = 0
     offset_number: int | None = None
     offset_on: bool = False
+    unknown_lengths: int = 0
     length_row: int = -1
     override: float = 1.0
     adaptive: bool = False
@@ -99,7 +103,6 @@ class InterpreterState(Modal):
     holds_height: bool = False
     material: int | None = None
     material_feeds: Mapping[int, float] | None = None
-    blending_stated: bool = False
     default_unit: float | None = None
     assumed_units: bool = False
     unknown_modes: set[str] = field(default_factory=set)
@@ -137,9 +140,9 @@ class InterpreterState(Modal):
             and self.override == 1.0
         )
 
-    def modal_values(self) -> tuple[object, ...]:
+    def modal_values(self) -> ModalValues:
         """Return the fields of `Modal`, in order."""
-        values: tuple[object, ...] = _modal_values(self)
+        values: ModalValues = _modal_values(self)
         return values if self.cycle is None else (None, *values[1:])
 
     def forget(self, cause: str) -> None:
@@ -153,9 +156,14 @@ class InterpreterState(Modal):
         self.unknown_modes = {"plane", "distance", "retract", "feed", "speed"}
         self.feed = 0.0
         self.tool = self.next_tool = self.offset_number = None
-        self.radius = 0
-        self.length = -self.line
+        self.radius = -abs(self.radius)
+        self.forget_length()
         self.shift += 1
+
+    def forget_length(self) -> None:
+        """Mark the length offset as unknown."""
+        self.unknown_lengths += 1
+        self.length = -self.unknown_lengths
 
     @property
     def feed_rate(self) -> float:

@@ -126,7 +126,9 @@ def _favicon() -> str:
 
 
 def _language(folder: Folder, request: Request, asked: str) -> str:
-    """Return the requested language and save it. Without a request, return the saved language, or else the browser's."""
+    """Return the requested language and save it. Without a request, return the saved language, or else the browser's
+    language.
+    """
     kept = folder.root / "language"
     if asked in LANGUAGES:
         with suppress(OSError):  # it is requested again next time

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from leafcut.model.toolpath import Kind, ToolpathBuilder
-from leafcut.processes.program.proof.features import features_of, states_of_path
 from leafcut.processes.program.proof.order_rules import rows_in_order, visits_of
 from leafcut.processes.program.proof.order_thresholds import KEEP
 from leafcut.processes.program.proof.traces import traces_of
+from rewriting import features_in
 
 
 def found(*rows: list[tuple[float, float]], bottoms: dict[int, float] | None = None) -> list[tuple[int, int]]:
@@ -23,7 +23,7 @@ def found(*rows: list[tuple[float, float]], bottoms: dict[int, float] | None = N
             builder.feed(x, y, feed=1.0)
             visit.append(k)
     path = builder.build()
-    features = features_of(path, states_of_path(path), path.kind == Kind.FEED)
+    features = features_in(path, path.kind == Kind.FEED)
     visits = visits_of(features, traces_of(features), np.array(visit), len(rows), KEEP)
     return [tuple(pair) for pair in rows_in_order(visits, KEEP).tolist()]
 

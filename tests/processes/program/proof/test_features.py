@@ -14,9 +14,7 @@ from leafcut.processes.program.proof.features import (
     EXACT,
     HEIGHT,
     PLACE,
-    TAKEN,
     Features,
-    States,
     first_with_units,
     is_uniform,
     name_of,
@@ -72,6 +70,7 @@ COLUMNS: dict[str, list[float]] = {
     # The move in machine coordinates may cancel the length offset.
     "stated": [7] * 11 + [3],
     "obeyed": [0] * 12,
+    "table": [0] * 12,
 }
 NAMES = [
     "cut", "cut", "clockwise arc", "dwell", "G83", "G82", "cut", "rapid under radius compensation",
@@ -109,7 +108,8 @@ def test_units_a_spindle_start_and_a_length_offset_are_stated() -> None:
 
 def test_a_block_that_may_change_the_tool_table_makes_another_length_offset() -> None:
     text = "G21 / G43 H2 / G0 X0 Y0 Z0 / G1 X1 F9 / G10 L1 P2 Z5 / X2 / G43 H2 / X3 / G10 L1 P2 Z6 / G43 H2 / X4 / M2"
-    assert (features(text).of("length") - 2).tolist() == [0, 0, TAKEN, 2 * TAKEN]
+    found = features(text)
+    assert found.of("length").tolist() == [2, 2, 2, 2] and found.of("table").tolist() == [0, 0, 1, 2]
 
 
 @pytest.mark.parametrize(
@@ -127,17 +127,11 @@ def test_the_first_block_with_units(text: str, block: int) -> None:
     assert first_with_units(found) == block
 
 
-@pytest.mark.parametrize("n", [0, 1, 2, 30])
-def test_states_keep_the_columns_that_they_are_built_from(n: int) -> None:
-    rng = np.random.default_rng(n)
-    columns = {name: rng.integers(0, most, n).repeat(3)[:n] for name, most in (("a", 1), ("b", 2), ("c", 4), ("d", 3))}
-    states = States.of_columns(columns.items(), n)
-    rows = np.stack(list(columns.values()), axis=1)
-    assert {name: states.of(name).tolist() for name in columns} == {k: v.tolist() for k, v in columns.items()}
-    assert len(states.number) == n and states.number.max(initial=-1) + 1 == len(np.unique(rows, axis=0))
-    assert all(len(column) == max(len(np.unique(rows, axis=0)), 1) for column in states.table.values())
-    some = np.arange(n)[::2]
-    assert states.take(some).of("c").tolist() == columns["c"][some].tolist() == states.of("c", some).tolist()
+def test_a_length_offset_that_a_block_may_have_changed_is_no_register() -> None:
+    """The number counts such blocks, so that it does not depend on the lines between them."""
+    text = "G21 / G43 H2 / M98 P7 / G90 G0 X0 Y0 Z0 / G1 X1 F9 / G43 H2 / X2 / M98 P8 / G90 / G1 X3 F9 / M2"
+    for shifted in (text, f"(a comment) / (another) / {text}"):
+        assert features(shifted).of("length").tolist() == [-1, 2, -2]
 
 
 @pytest.mark.parametrize(
@@ -166,3 +160,14 @@ def test_settings_of_the_controller_before_a_cut_are_counted() -> None:
     text = "G21 / (o=0, kw=1.5) / M3 $0 S1 / G0 X0 Y0 / G1 X1 F60 / #<holes>=2 / X2 / #<holes>=3 / X3 / M5 / M2"
     found = read_work(program_of(text, "qtplasmac"), written_out=False, beam=False).features
     assert found.of("obeyed").tolist() == [1, 2, 3]
+
+
+@pytest.mark.parametrize(("word", "name", "before", "after"), [("M5", "spindle", 1, 0), ("M9", "coolant", 2, 0)])
+def test_a_word_that_acts_after_the_motion_of_its_block_leaves_the_motion_alone(
+    word: str, name: str, before: int, after: int
+) -> None:
+    """Haas and Fanuc switch off at the end of a block, LinuxCNC at its start."""
+    text = f"G21 G90 / M3 S900 / M8 / G0 X0 Y0 Z0 / G1 X1. F9. / X2. {word} / X3. / M2"
+    for dialect, states in (("haas", [before, before, after]), ("linuxcnc", [before, after, after])):
+        found = read_work(program_of(text, dialect), written_out=False, beam=False).features
+        assert found.of(name).tolist() == states

@@ -13,11 +13,8 @@ from leafcut.processes.program.proof.features import (
     EXACT,
     HEIGHT,
     PLACE,
-    TAKEN,
     Features,
-    features_of,
     name_of,
-    states_of_path,
 )
 from leafcut.processes.program.proof.matching import (
     Feature,
@@ -28,13 +25,14 @@ from leafcut.processes.program.proof.matching import (
     match_one_by_one,
     sorted_into_cells,
 )
+from rewriting import features_in
 
 ROOM = MatchTolerance(0.002)
 G81, G83 = (int.from_bytes(name, "big") for name in (b"G81", b"G83"))
 VALUES = {
     **dict.fromkeys((*EXACT, *PLACE, *AMOUNT, *HEIGHT), 0.0), "kind": int(Kind.FEED), "plane": 17, "turns": 1,
     "tool": 1, "coolant": 2, "length": 1, "frame": 540, "radius": 40, "blending": 640, "feed_mode": 94, "spindle": 1,
-    "stated": 7, "obeyed": 0, "x": 10.0, "y": 20.0, "depth": -1.0, "feed": 10.0, "speed": 1000.0, "r_plane": 2.0,
+    "stated": 7, "obeyed": 0, "table": 0, "x": 10.0, "y": 20.0, "depth": -1.0, "feed": 10.0, "speed": 1000.0, "r_plane": 2.0,
     "retract": 5.0,
 }  # fmt: skip
 
@@ -62,10 +60,13 @@ def told(before: dict[str, float], after: dict[str, float], room: MatchTolerance
         ({"coolant": 0}, {"coolant": 1}, ["coolant M9 became M7"]),
         ({}, {"coolant": 3}, ["coolant M8 became M7 M8"]),
         ({}, {"length": 2}, ["length offset 1 became 2"]),
-        ({}, {"length": 1 + 3 * TAKEN}, ["length offset 1 became 1"]),
+        ({}, {"length": -3}, ["length offset 1 became unknown"]),
+        ({}, {"table": 3}, ["number of blocks before its length offset that may change the tool table 0 became 3"]),
         ({}, {"frame": 591}, ["work offset G54 became G59.1"]),
         ({}, {"radius": 41}, ["radius compensation G40 became G41"]),
+        ({}, {"radius": -40}, ["radius compensation G40 became unknown"]),
         ({}, {"blending": 611}, ["blending G64 became G61.1"]),
+        ({}, {"blending": 0}, ["blending G64 became not stated"]),
         ({}, {"feed_mode": 93}, ["feed mode G94 became G93"]),
         ({}, {"spindle": -1}, ["direction of the spindle M3 became M4"]),
         ({}, {"spindle": 0}, ["direction of the spindle M3 became M5"]),
@@ -202,7 +203,7 @@ def holes(*places: tuple[float, float], tool: int = 1) -> Features:
     for k, (x, y) in enumerate(places):
         builder.drill(x, y, DrillCycle("G83", 2.0, -3.0, peck=1.0, dwell=0.5), feed=2.0, line=k + 1)
     path = builder.build()
-    return features_of(path, states_of_path(path), path.kind == Kind.DRILL)
+    return features_in(path, path.kind == Kind.DRILL)
 
 
 A, B, C, D = (0.0, 0.0), (10.0, 0.0), (20.0, 5.0), (30.0, 5.0)

@@ -11,7 +11,7 @@ import shapely
 
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, ToolpathBuilder
 from leafcut.processes.program.proof.changed_order import _moved_visits, _reordered_features
-from leafcut.processes.program.proof.features import Features, features_of, states_of_path
+from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.order_rules import (
     Visits,
     freed_parts,
@@ -26,6 +26,7 @@ from leafcut.processes.program.proof.order_rules import (
 from leafcut.processes.program.proof.order_thresholds import FREE, KEEP, OrderThresholds
 from leafcut.processes.program.proof.outlines import Line, Outline
 from leafcut.processes.program.proof.traces import traces_of
+from rewriting import features_in
 
 BOTH = pytest.mark.parametrize("doubt", [KEEP, FREE], ids=["keep", "free"])
 Cut = tuple[tuple[float, float], tuple[float, float], float]
@@ -258,7 +259,7 @@ def test_a_row_is_straight_cuts_and_lies_at_a_level() -> None:
 def made(builder: ToolpathBuilder) -> Features:
     path = builder.build()
     kinds = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL, Kind.DWELL)
-    return features_of(path, states_of_path(path), np.isin(path.kind, kinds))
+    return features_in(path, np.isin(path.kind, kinds))
 
 
 def summary(features: Features, visit: Sequence[int], doubt: OrderThresholds = FREE) -> Visits:

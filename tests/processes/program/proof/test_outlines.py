@@ -11,7 +11,7 @@ import pytest
 import shapely
 
 from leafcut.model.toolpath import Arc, DrillCycle, ToolpathBuilder
-from leafcut.processes.program.proof.features import Features, features_of, states_of_path
+from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.order_thresholds import FREE, KEEP, OrderThresholds
 from leafcut.processes.program.proof.outlines import (
     Line,
@@ -24,6 +24,7 @@ from leafcut.processes.program.proof.outlines import (
     outlines_of,
 )
 from leafcut.processes.program.proof.traces import traces_of
+from rewriting import features_in
 
 BOTH = pytest.mark.parametrize("doubt", [KEEP, FREE], ids=["keep", "free"])
 SIDE = 10.0
@@ -242,7 +243,7 @@ def test_work_that_starts_inside_an_outline_is_listed_once_and_in_order() -> Non
 
 def features(builder: ToolpathBuilder) -> Features:
     path = builder.build()
-    return features_of(path, states_of_path(path), ~np.isin(path.kind, [0, int(path.kind.max()) + 1]))
+    return features_in(path, ~np.isin(path.kind, [0, int(path.kind.max()) + 1]))
 
 
 def test_consecutive_cuts_of_a_piece_are_one_line_until_a_gap_or_the_next_piece() -> None:

@@ -7,10 +7,11 @@ from typing import Any
 
 import pytest
 
+from leafcut.gcode.program import Program
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import ToolpathBuilder
 from leafcut.processes.program.proof.certificate import certify
-from leafcut.processes.program.proof.features import states_of_path
+from leafcut.processes.program.proof.features import ProgramPath
 from leafcut.processes.program.proof.program_work import ProgramWork, merged_rows, read_work
 from leafcut.processes.program.proof.rapids import allowed_heights, group_rapids
 from rewriting import program_of
@@ -204,5 +205,5 @@ def test_a_straight_cut_in_parts_is_one_row(points: list[tuple[float, float]], n
     builder.rapid(0.0, 0.0, -1.0)
     for x, y in points:
         builder.feed(x, y, feed=10.0)
-    path = builder.build()
-    assert merged_rows(path, states_of_path(path), still=1e-6, tolerance=0.002).tolist() == [0, *needed]
+    program = Program.of_toolpath(builder.build(), [""])
+    assert merged_rows(ProgramPath.of(program), still=1e-6, tolerance=0.002).tolist() == [0, *needed]

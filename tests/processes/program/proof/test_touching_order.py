@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder, arc_sweep, plane_axes
-from leafcut.processes.program.proof.features import Features, features_of, states_of_path
+from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.order_rules import touching_in_new_order
 from leafcut.processes.program.proof.order_thresholds import FREE
 from leafcut.processes.program.proof.outlines import lines_of, lines_starting_inside, outlines_of
 from leafcut.processes.program.proof.traces import traces_of
+from rewriting import features_in
 
 TOUCH = 0.05
 PARTS = 151
@@ -49,7 +50,7 @@ def scribble(seed: int, n: int = 60, size: float = 20.0) -> Toolpath:
 
 
 def cuts_of(path: Toolpath) -> Features:
-    return features_of(path, states_of_path(path), (path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL))
+    return features_in(path, (path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL))
 
 
 def inside(features: Features, run: np.ndarray) -> list[int]:

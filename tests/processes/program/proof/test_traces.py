@@ -10,8 +10,9 @@ import shapely
 
 from leafcut.geometry.arrays import Floats
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
-from leafcut.processes.program.proof.features import Features, features_of, states_of_path
+from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.traces import Traces, is_simple, traces_of
+from rewriting import features_in
 
 Point = tuple[float, float, float]
 PI = math.pi
@@ -19,7 +20,7 @@ PI = math.pi
 
 def features(path: Toolpath, dark: int = 1) -> Features:
     """Return all moves after the first rows as features."""
-    return features_of(path, states_of_path(path), np.arange(len(path)) >= dark)
+    return features_in(path, np.arange(len(path)) >= dark)
 
 
 def arc(start: Point, end: Point, centre: Point, *, clockwise: bool = False, plane: int = 17, turns: int = 1) -> Traces:

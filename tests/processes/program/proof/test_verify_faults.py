@@ -28,6 +28,7 @@ class Fault(NamedTuple):
 
 HOLE = "G0 X1 Y2 / G0 Z1 / G1 Z-1 F100 / G0 Z5"
 HEAD = "G21 G90 G17 G40 G94 / S900 M3 / G0 Z5"
+SWITCHED = "G21 G90 G17 G40 G80 G94 / T1 M6 / G43 H1 / S900 M3 / M8 / G0 X0. Y0. Z5. / G1 Z-1. F100."
 SAFE = "G21 G90 G17 G40 G94 G80 G49 / S900 M3 / G0 Z5 / G0 X1 Y2 / G1 Z-1 F100 / G2 X5 I2 J0 / G0 Z5 / M5 / M2"
 FANUC = "G21 G90 G17 G40 G94 / T1 M6 / S900 M3 / G0 Z5."
 FANUC_HOLE = "G0 X1. Y2. / G0 Z1. / G1 Z-1. F100. / G0 Z5."
@@ -248,6 +249,11 @@ VERIFY_FAULTS = [
           f"{LIT} / S0 / G0 X50 / X55 / X60 / G1 X70 S500 / M5 / M2", "X55\n", "S500\nX55\nS0\n"),
     Fault("a laser's constant power for one that follows the speed", "grbl-laser",
           "G21 G90 / M4 S0 / G0 X1 / G1 X9 S500 F900 / M5 / M2", "M4", "M3"),
+    # A switch-off that acts after the motion of its block on Haas and Fanuc, and before the next one.
+    Fault("spindle off before its last cut", "haas", f"{SWITCHED} / G1 X5. M5 / G0 Z5. / M30", "G1 X5. M5", "M5 / G1 X5."),
+    Fault("coolant off before its last cut", "haas", f"{SWITCHED} / G1 X5. M9 / G0 Z5. / M30", "G1 X5. M9", "M9 / G1 X5."),
+    Fault("tool changed by hand before its last cut", "grbl", f"{SWITCHED} / T2 / G1 X5. M0 / G0 Z5. / M30",
+          "G1 X5. M0", "M0 / G1 X5."),
     # A tool's length that is taken again after the table has changed.
     lcnc("G43 after G10 L1", "G43 H1 / G0 Z5 / G10 L1 P1 Z3 / G43 H1 / G0 Z5", "P1 Z3\nG43 H1", "P1 Z3"),
 ]  # fmt: skip
@@ -271,6 +277,13 @@ def test_what_is_not_the_same_work_is_never_called_so(fault: Fault) -> None:
         return
     assert not found.same
     check_golden("differences.toml", "faults", fault.name, found.differences)
+
+
+def test_unknown_blocks_that_may_change_the_length_offset_are_the_same_on_other_lines() -> None:
+    calls = "M98 P7 / G90 G94 G17 G40 G54 / G0 X1 Y1 Z5 / G1 Z-1 F100 / G0 Z5 / M98 P8 / G90 G54 G40 / G0 X2 Y1 Z5"
+    original = f"{HEAD} / X0 Y0 / {calls} / G1 Z-1 F100 / G0 Z9 / M30".replace(" / ", "\n") + "\n"
+    assert certified("mach3", original, f"(one)\n(two)\n{original}").same
+    assert not certified("mach3", original, original.replace("M98 P8", "G43 H1\nM98 P8")).same
 
 
 @pytest.mark.parametrize(

@@ -77,7 +77,7 @@ class SectionFinder:
         self.floor = 0.0 if (path.end[across, 2] > 0).any() and not self.beam else -math.inf
         self.first = first
         #: For each block, the last earlier block with known modal values.
-        known = np.array([modal.radius != 0 for modal in program.modals])
+        known = np.array([modal.radius > 0 for modal in program.modals])
         self.last_known = last_rows(known[program.before])
 
     def sections(self) -> list[Section]:
@@ -166,7 +166,7 @@ class SectionFinder:
             return "relative"
         if start.height < top - TOLERANCE or start.height < self.floor:
             return "low"
-        if modal.radius == 0:
+        if modal.radius < 0:
             return "unknown-modes"
         if modal.radius != 40 or (self.compensates and follows_compensation(self.program, start.row)):
             return "compensated"

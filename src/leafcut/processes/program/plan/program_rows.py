@@ -15,8 +15,8 @@ from leafcut.gcode.program_interpreter import CALLED
 from leafcut.gcode.words import plain_block
 from leafcut.message import Message
 from leafcut.model.kinds import BEAMS, ProgramKind
-from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, Toolpath, last_rows
-from leafcut.processes.program.proof.features import Features, States, features_of
+from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, last_rows
+from leafcut.processes.program.proof.features import Features, ProgramPath, features_of
 from leafcut.processes.program.proof.order_thresholds import FREE
 
 #: Reason why a block stays, by the kind of its row.
@@ -74,7 +74,7 @@ class Rows:
         Diameter of the tools that no comment describes, mm; 0 if unknown.
     """
 
-    path: Toolpath
+    program: Program
     cut: NDArray[np.bool_]
     travel: NDArray[np.bool_]
     sideways: NDArray[np.bool_]
@@ -85,11 +85,10 @@ class Rows:
     @cached_property
     def features(self) -> Features:
         """The cuts, holes and dwells of the program."""
-        kind = self.path.kind
+        kind = self.program.path.kind
         # A beam at zero power that was not switched off may still cut.
         dim = (kind >= Kind.FEED) & (kind <= Kind.ARC_CCW) & self.sideways & ~self.travel
-        states = States(np.zeros(len(self.path), dtype=np.int32), {"plane": np.zeros(1, dtype=np.int64)})
-        return features_of(self.path, states, self.cut | dim | (kind == Kind.DWELL))
+        return features_of(ProgramPath.of(self.program), self.cut | dim | (kind == Kind.DWELL))
 
 
 def read_rows(program: Program, process: str, tool_diameter: float = 0.0) -> Rows:
@@ -111,7 +110,7 @@ def read_rows(program: Program, process: str, tool_diameter: float = 0.0) -> Row
         with np.errstate(invalid="ignore"):
             aside = np.hypot(*(path.end[:, :2] - before[:, :2]).T) > FREE.still
         deepest = _deepest(program, block, feed & (aside | (path.kind != Kind.FEED)))
-        return Rows(path, feed | drill, (rapid | drill) & sideways, sideways, dark, deepest, tool_diameter)
+        return Rows(program, feed | drill, (rapid | drill) & sideways, sideways, dark, deepest, tool_diameter)
     beam = _beam_mask(program)
     off = np.array([program.modals[k].spindle == 0 for k in program.before.tolist()], dtype=bool)[block]
     off &= ~beam & (np.bincount(block[path.kind == Kind.SPINDLE], minlength=program.n_blocks) == 0)[block]
@@ -119,7 +118,7 @@ def read_rows(program: Program, process: str, tool_diameter: float = 0.0) -> Row
     # An arc depends on its start point, so it stays with the move to that point.
     off &= path.kind == Kind.FEED
     across = (rapid & ~beam) | off if process == ProgramKind.PLASMA else rapid | off
-    return Rows(path, cut, across & sideways, sideways, beam, np.full(len(program.modals), np.nan), 0.0)
+    return Rows(program, cut, across & sideways, sideways, beam, np.full(len(program.modals), np.nan), 0.0)
 
 
 def _deepest(program: Program, block: NDArray[np.int32], aside: NDArray[np.bool_]) -> NDArray[np.float64]:

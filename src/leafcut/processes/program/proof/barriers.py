@@ -16,8 +16,8 @@ from leafcut.gcode.program import Modal, Program
 from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
 from leafcut.message import Message
 from leafcut.model.difference import Difference
-from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN, Features, States
+from leafcut.model.toolpath import Kind
+from leafcut.processes.program.proof.features import FIRST_CYCLE, Features, ProgramPath
 from leafcut.processes.program.proof.matching import FeatureChange, StateChange, change_of_state
 from leafcut.proof.clearance import rows_at_machine_height
 from leafcut.proof.difference import describe_motion, position_text
@@ -88,24 +88,22 @@ class BarrierGroup:
         return Kind.TOOL in kinds and kinds <= set(_PART_OF_CHANGE)
 
 
-def barriers_of(program: Program, path: Toolpath, source: Indices, states: States) -> list[Barrier]:
-    """Return the barriers of a program in order.
-
-    `path` may have expanded cycles; `source` is the program row of each of its rows.
-    """
+def barriers_of(program_path: ProgramPath) -> list[Barrier]:
+    """Return the barriers of a program in order."""
+    program, path, source = program_path.program, program_path.path, program_path.source
     kind, before = path.kind, path.before
-    frame = (kind == Kind.FRAME) & (np.diff(states.of("frame"), prepend=540) != 0)
+    frame = (kind == Kind.FRAME) & (np.diff(program_path.modal("frame"), prepend=540) != 0)
     rows = np.flatnonzero(np.isin(kind, [int(k) for k in _HARD]) | frame)
     lost = np.isnan(before[:, 2]) & ~rows_at_machine_height(path, 0.0)
     marks = []
     for row in rows.tolist():
         motion = path[row]
-        block = int(program.row_block[source[row]])
+        block, modal = int(program.row_block[source[row]]), program_path.modal_at(row)
         description, text = program.said.get(block, BlockDescription()), ""
         context: tuple[object, ...] = ()
         if motion.kind in _SAYING:
             text = _normalized_line(program, motion.line)
-            context = _modal_context(program, block, motion.kind, description, float(states.of("register", row)))
+            context = _modal_context(program.modal(block), motion.kind, description)
         shown = description.text
         what = (
             int(motion.kind),
@@ -116,9 +114,9 @@ def barriers_of(program: Program, path: Toolpath, source: Indices, states: State
         end = tuple(round(v, 6) for v in motion.end if not np.isnan(v)) if motion.kind is Kind.MACHINE else ()
         at = (before[row, 0], before[row, 1], before[row, 2])
         exactly = motion.kind is Kind.FOREIGN or (motion.kind is Kind.SHIFT and bool(_FROM_HERE.search(shown)))
-        state = (*(int(states.of(name, row)) for name in ("spindle", "coolant", "radius")),)
+        state = modal.spindle, modal.coolant, modal.radius
         # The next program may rely on a cancelled length offset.
-        left_on = motion.kind is Kind.END and int(states.of("length", row)) % TAKEN != 0
+        left_on = motion.kind is Kind.END and modal.length != 0
         words = _block_text(text, shown) if text else describe_motion(motion) + (f" {shown}" if shown else "")
         if motion.kind is Kind.END and motion.ref < 0:
             words = Message("end of the text, without M2 or M30")
@@ -133,23 +131,19 @@ def barriers_of(program: Program, path: Toolpath, source: Indices, states: State
     )
 
 
-def _modal_context(
-    program: Program, block: int, kind: Kind, description: BlockDescription, register: float
-) -> tuple[object, ...]:
-    """Return the modal state that may affect a barrier block; for a block that is not understood, it is the whole
-    state.
+def _modal_context(m: Modal, kind: Kind, description: BlockDescription) -> tuple[object, ...]:
+    """Return the part of the modal state `m` that may affect a barrier block; for a block that is not understood, it is
+    the whole state.
 
     A shift of the origin depends only on the units, the distance mode, the tool and the active offsets.
     """
-    m = program.modal(block)
     if kind is Kind.SHIFT:
         return (m.unit, m.incremental, m.frame, m.length, m.tool)
     letters = {word[0] for word in description.text.split()}
     if description.is_closed and letters.issubset(_PLAIN):
         return ()
     own = {"feed": "F", "rpm": "S"}
-    rest = [None if own.get(name) in letters else getattr(m, name) for name in _READ]
-    return (*rest, register)
+    return tuple(None if own.get(name) in letters else getattr(m, name) for name in _READ)
 
 
 #: Letters of M words and their arguments. A block of these words alone depends on no modal state.
@@ -210,7 +204,7 @@ def _normalized_line(program: Program, line: int) -> str:
 
 
 def with_dwells(
-    marks: list[Barrier], features: Features, travel: Indices, across: Indices, states: States
+    marks: list[Barrier], features: Features, travel: Indices, across: Indices, program_path: ProgramPath
 ) -> tuple[list[Barrier], Mask]:
     """Return the barriers including the dwells that belong to them, and a mask of the features that are such dwells.
 
@@ -242,7 +236,8 @@ def with_dwells(
     of_barrier = zip(np.flatnonzero(moved).tolist(), head[head | tail].tolist(), waits_there[head | tail], strict=True)
     for index, first, there in of_barrier:
         row, line, seconds = int(features.row[index]), int(features.line[index]), float(features.dwell[index])
-        state = (int(states.of("spindle", row)), int(states.of("coolant", row)))
+        modal = program_path.modal_at(row)
+        state = modal.spindle, modal.coolant
         what = (int(Kind.DWELL), "head" if first else "tail", bool(there), round(seconds, 4), *state)
         x, y, z = features.end[index].tolist()
         added.append(Barrier(what, int(Kind.DWELL), row, line, (x, y, z), False, Message("dwell of {:g} s", seconds)))

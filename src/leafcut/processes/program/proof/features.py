@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -15,17 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.gcode.block_description import normalized
-from leafcut.gcode.program import Program
+from leafcut.gcode.program import Modal, Program
 from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
 from leafcut.message import Message
 from leafcut.model.toolpath import SPEED_ALONE, DrillCycle, Kind, Toolpath, last_rows
 
 Selection = Indices | Mask | slice | int
 
-#: Values that must be equal. All but the first three come from `States`; so does the plane, except for arcs.
+#: Values that must be equal: of the features, of `Modal` (the plane only of arcs and under radius compensation), and of
+#: `EarlierText`.
 EXACT = (
     "kind", "plane", "turns", "tool", "coolant",
-    "length", "frame", "radius", "blending", "feed_mode", "spindle", "stated", "obeyed",
+    "length", "frame", "radius", "blending", "feed_mode", "spindle", "stated", "obeyed", "table",
 )  # fmt: skip
 #: Points, mm: end of a cut or bottom of a hole, start, centre of an arc.
 PLACE = ("x", "y", "depth", "start x", "start y", "start z", "centre x", "centre y", "centre z")
@@ -45,52 +46,42 @@ CUTS = {
 _ALL = slice(None)
 
 
-class States:
-    """Modal state at every row of a toolpath.
+@dataclass(frozen=True, eq=False)
+class ProgramPath:
+    """The toolpath of a program, possibly with expanded cycles and merged lines.
 
-    `number`, int32[n], is the state of each row. `table` has a column for each value (see `EXACT` and `AMOUNT`), with
-    one entry per distinct state. `plane` is the plane of radius compensation, or 0 without compensation.
+    `source`, int64[n], is the program row of each row of `path`.
     """
 
-    def __init__(self, number: Ints, table: dict[str, NDArray]) -> None:
-        self.number = number
-        self.table = table
+    program: Program
+    path: Toolpath
+    source: Indices
 
     @classmethod
-    def of_columns(cls, columns: Iterable[tuple[str, NDArray]], n: int) -> States:
-        """Build the states from columns with n values each; the columns are read one by one to save memory."""
-        number, table = np.zeros(n, dtype=np.int64), dict[str, NDArray]()
-        for name, column in columns:
-            values, which = _numbered(column)
-            if len(values) > 1:
-                pairs, number = _numbered(number * len(values) + which)
-                was, now = np.divmod(pairs.astype(np.int64), len(values))
-                table = {known: one[was] for known, one in table.items()}
-                values = values[now]
-            else:
-                values = values[np.zeros(len(next(iter(table.values()), np.zeros(1))), dtype=np.int64)]
-            table[name] = values
-        return cls(number.astype(np.int32), table)
+    def of(cls, program: Program) -> ProgramPath:
+        """Return the toolpath of a program unchanged."""
+        return cls(program, program.path, np.arange(len(program.path)))
 
-    def of(self, name: str, rows: Selection = _ALL) -> NDArray:
-        """Return the values of a column for the given rows."""
-        column: NDArray = self.table[name][self.number[rows]]
-        return column
+    def modal(self, field: str, rows: Selection = _ALL) -> NDArray:
+        """Return the values of a field of `Modal` at the given rows."""
+        return self.program.modal_at_rows(field)[self.source[rows]]
 
-    def take(self, rows: Indices) -> States:
-        """Return the states at the given rows."""
-        return States(self.number[rows], self.table)
+    def modal_at(self, row: int) -> Modal:
+        """Return the modal state in which a row acts."""
+        return self.program.modals[int(self.program.row_modal[self.source[row]])]
 
 
-def _numbered(column: NDArray) -> tuple[NDArray, Indices]:
-    """Return the distinct values of a column, and the index of each row's value; fast if few rows differ from the
-    previous.
+class EarlierText(NamedTuple):
+    """Facts about the earlier text that no modal value shows, by row or by feature, [n].
+
+    `stated` has a bit for stated units, for a spindle start since the tool change, and for a length offset that is not
+    cancelled. `obeyed` is the number of earlier comments and settings that the controller obeys. `table` is the number
+    of blocks before the length offset was stated that may have changed the tool table.
     """
-    if not len(column):
-        return np.zeros(1, dtype=column.dtype), np.zeros(0, dtype=np.int64)
-    begins = np.concatenate([[0], np.flatnonzero(column[1:] != column[:-1]) + 1])
-    values, which = np.unique(column[begins], return_inverse=True)
-    return values, np.repeat(which.ravel(), np.diff(np.append(begins, len(column))))
+
+    stated: Ints
+    obeyed: Ints
+    table: Ints
 
 
 class Tables(NamedTuple):
@@ -122,7 +113,7 @@ class Features:
     feed, dwell
         float64[n]: mm/s, s.
     state, arc, cycle
-        int32[n]: rows in `states` and in `tables`.
+        int32[n]: rows in `modals` and in `tables`.
     group
         int64[n]: features of different groups never match.
     """
@@ -138,7 +129,8 @@ class Features:
     arc: Ints
     cycle: Ints
     group: Indices
-    states: dict[str, NDArray]
+    history: EarlierText
+    modals: dict[str, NDArray]
     tables: Tables
 
     def __len__(self) -> int:
@@ -160,15 +152,24 @@ class Features:
                 column = self.tables.center[self.arc[rows], "xyz".index(name[-1])]
             case "plane":
                 arc = self.arc[rows]
-                column = np.where(arc > 0, self.tables.plane[arc], self.states["plane"][self.state[rows]])
+                compensated = np.abs(self._modal("radius", rows)) != 40
+                column = np.where(arc > 0, self.tables.plane[arc], np.where(compensated, self._modal(name, rows), 0))
             case "turns":
                 column = self.tables.turns[self.arc[rows]]
             case "peck" | "r_plane":
                 column = getattr(self.tables, name)[self.cycle[rows]]
             case "kind" | "feed" | "dwell":
                 column = getattr(self, name)[rows]
+            case "stated" | "obeyed" | "table":
+                column = getattr(self.history, name)[rows]
+            case "speed":
+                column = self._modal("spindle", rows) * self._modal("rpm", rows)
             case _:
-                column = self.states[name][self.state[rows]]
+                column = self._modal(name, rows)
+        return column
+
+    def _modal(self, field: str, rows: Selection) -> NDArray:
+        column: NDArray = self.modals[field][self.state[rows]]
         return column
 
     def several(self, names: Iterable[str], rows: Selection = _ALL) -> NDArray:
@@ -177,7 +178,8 @@ class Features:
 
     def pick(self, which: Mask | Indices) -> Features:
         """Return the features with these indices, or those that a mask selects."""
-        return replace(self, **{name: getattr(self, name)[which] for name in _BY_FEATURE})
+        history = EarlierText(*(column[which] for column in self.history))
+        return replace(self, history=history, **{name: getattr(self, name)[which] for name in _BY_FEATURE})
 
 
 _BY_FEATURE = ("row", "line", "kind", "end", "start", "feed", "dwell", "state", "arc", "cycle", "group")
@@ -196,76 +198,28 @@ def _number_of(cycle: DrillCycle) -> int:
     return int.from_bytes(cycle.name.encode("ascii", "replace")[:7], "big")
 
 
-def states_of_path(path: Toolpath) -> States:
-    """Return the states set by the rows of a toolpath."""
-    return States.of_columns(_columns_of_path(path), len(path))
+#: Fields of `Modal` in `EXACT` and `AMOUNT`, and those from which `speed` is computed.
+_MODAL = (
+    "plane", "tool", "coolant", "length", "frame", "radius", "register", "blending", "tolerance", "joining",
+    "feed_mode", "spindle", "rpm",
+)  # fmt: skip
 
 
-def _columns_of_path(path: Toolpath) -> Iterator[tuple[str, NDArray]]:
-    none = np.zeros(len(path), dtype=np.int64)
-    for name, kind, default in (
-        ("tool", Kind.TOOL, 0),
-        ("coolant", Kind.COOLANT, 0),
-        ("length", Kind.OFFSET, 0),
-        ("frame", Kind.FRAME, 540),
-        ("radius", Kind.RADIUS, 40),
-        ("blending", Kind.BLENDING, 0),
-    ):
-        yield name, path.latest(kind, path.ref, default)
-    for name in ("plane", "feed_mode", "spindle", "stated", "obeyed"):
-        yield name, none
-    yield "speed", path.latest(Kind.SPINDLE, path.value)
-    yield "register", path.latest(Kind.RADIUS, path.value)
-    yield "tolerance", path.latest(Kind.BLENDING, path.value)
-    yield "joining", path.latest(Kind.BLENDING, path.end[:, 0])
+def _columns(modals: Iterable[Modal]) -> dict[str, NDArray]:
+    """Return the compared fields of modal states as columns; an unknown tool is 0."""
+    every = list(modals)
+    return {name: np.array([getattr(modal, name) or 0 for modal in every]) for name in _MODAL}
 
 
-def states_of_program(program: Program) -> States:
-    """Return the states at every row of a program, from its rows and from its modal words.
-
-    The words of a block apply to its own motions. The spindle direction comes from M3, M4 and M5, because a torch needs
-    no S. `stated` has a bit for stated units, for a spindle start since the tool change, and for a length offset that
-    is not cancelled. `obeyed` is the number of earlier comments and settings that the controller obeys.
-    """
-    path, block = program.path, program.row_block
-    spindle = program.modal_at_rows("spindle")
-
-    def columns() -> Iterator[tuple[str, NDArray]]:
-        radius = np.zeros(0)
-        for name, known in _columns_of_path(path):
-            match name:
-                case "length":
-                    yield name, known + TAKEN * _table_of(path)
-                case "plane":
-                    yield name, np.where(radius != 40, program.modal_at_rows(name), 0)
-                case "feed_mode":
-                    yield name, program.modal_at_rows(name)
-                case "spindle":
-                    yield name, spindle
-                case "stated":
-                    yield (
-                        name,
-                        (block >= first_with_units(program)) + 2 * _started(path, spindle) + 4 * _length_taken(path),
-                    )
-                case "obeyed":
-                    yield name, np.searchsorted([said.line for said in program.obeyed], path.line).astype(np.int64)
-                case "speed":
-                    yield name, spindle * program.modal_at_rows("rpm")
-                case _:
-                    radius = known if name == "radius" else radius
-                    yield name, known
-
-    return States.of_columns(columns(), len(path))
-
-
-#: The state `length` is the register plus this factor times the number of blocks that may have changed the tool table.
-TAKEN = 1 << 20
-
-
-def _table_of(path: Toolpath) -> Indices:
-    """Return for each row how many blocks of unknown effect precede the block that set its length offset."""
-    count = np.cumsum(path.kind == Kind.FOREIGN)
-    return path.latest(Kind.OFFSET, count)
+def _history(program: Program) -> EarlierText:
+    """Return the history at each row of a program."""
+    path, length = program.path, program.modal_at_rows("length")
+    stated = (program.row_block >= first_with_units(program)) + 2 * _started(path, program.modal_at_rows("spindle"))
+    return EarlierText(
+        (stated + 4 * _length_taken(path, length)).astype(np.int8),
+        np.searchsorted([said.line for said in program.obeyed], path.line).astype(np.int32),
+        path.latest(Kind.OFFSET, np.cumsum(path.kind == Kind.FOREIGN)).astype(np.int32),
+    )
 
 
 def _started(path: Toolpath, spindle: Indices) -> Indices:
@@ -279,24 +233,32 @@ def _started(path: Toolpath, spindle: Indices) -> Indices:
     return started
 
 
-def compensated_moves(path: Toolpath, states: States) -> Mask:
+def same_state(rows: ProgramPath) -> Mask:
+    """Return a mask of the rows after the first whose state equals that of the previous row."""
+    program, source = rows.program, rows.source
+    columns = [column[program.row_modal[source]] for column in _columns(program.modals).values()]
+    columns += [column[source] for column in _history(program)]
+    equal: Mask = np.all([column[1:] == column[:-1] for column in columns], axis=0)
+    return equal
+
+
+def compensated_moves(rows: ProgramPath) -> Mask:
     """Return a mask of the moves under radius compensation, and of the first move after it, which is still affected."""
-    moving = np.flatnonzero(path.kind <= Kind.DRILL)
-    on = states.of("radius", moving) != 40
-    mask = np.zeros(len(path), dtype=bool)
+    moving = np.flatnonzero(rows.path.kind <= Kind.DRILL)
+    on = np.abs(rows.modal("radius", moving)) != 40
+    mask = np.zeros(len(rows.path), dtype=bool)
     mask[moving] = on | np.concatenate([[False], on[:-1]])[: len(on)]
     return mask
 
 
-def _length_taken(path: Toolpath) -> Indices:
+def _length_taken(path: Toolpath, length: Indices) -> Indices:
     """Return 0 for rows whose length offset may be cancelled since it was stated, and 1 for all others.
 
     On some controllers, such as Fanuc and Haas, a tool change or a move to a machine position (G28, G53) cancels it.
     """
     offset = path.kind == Kind.OFFSET
     taken, lost = last_rows(offset), last_rows(np.isin(path.kind, [int(Kind.TOOL), int(Kind.MACHINE)]))
-    without = path.latest(Kind.OFFSET, path.ref, 0) == 0
-    found: Indices = ((taken >= lost) | without).astype(np.int64)
+    found: Indices = ((taken >= lost) | (length == 0)).astype(np.int64)
     return found
 
 
@@ -312,9 +274,11 @@ def first_with_units(program: Program) -> int:
 _UNITS = re.compile(r"G0*(?:20|21|70|71)(?![0-9.])")
 
 
-def features_of(path: Toolpath, states: States, which: Mask) -> Features:
+def features_of(program_path: ProgramPath, which: Mask) -> Features:
     """Return the features in the rows `which`: cuts, cycles, dwells, and rapids under radius compensation."""
+    program, path = program_path.program, program_path.path
     rows = np.flatnonzero(which)
+    source = program_path.source[rows]
     kind = path.kind[rows].astype(np.int64)
     start = path.before[rows]
     dwell, drill = kind == Kind.DWELL, kind == Kind.DRILL
@@ -337,11 +301,12 @@ def features_of(path: Toolpath, states: States, which: Mask) -> Features:
         start=start,
         feed=np.where(dwell | (kind == Kind.RAPID), 0.0, value),
         dwell=waits,
-        state=states.number[rows],
+        state=program.row_modal[source],
         arc=np.where(curved, ref + 1, 0).astype(np.int32),
         cycle=np.where(drill, ref + 1, 0).astype(np.int32),
         group=np.zeros(len(rows), dtype=np.int64),
-        states=states.table,
+        history=EarlierText(*(column[source] for column in _history(program))),
+        modals=_columns(program.modals),
         tables=_tables_of(path),
     )
 

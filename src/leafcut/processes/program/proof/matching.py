@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Indices
 from leafcut.message import Message
-from leafcut.processes.program.proof.features import AMOUNT, EXACT, HEIGHT, PLACE, TAKEN, Features, name_of
+from leafcut.processes.program.proof.features import AMOUNT, EXACT, HEIGHT, PLACE, Features, name_of
 from leafcut.proof.difference import position_text
 from leafcut.units import SECONDS_PER_MINUTE
 
@@ -247,13 +247,14 @@ _EXACT_WORDS: dict[str, tuple[Message, Callable[[int], object]]] = {
     "plane": (Message("plane"), lambda v: f"G{v}"),
     "tool": (Message("tool"), str),
     "coolant": (Message("coolant"), {0: "M9", 1: "M7", 2: "M8", 3: "M7 M8"}.get),
-    "length": (Message("length offset"), lambda v: v % TAKEN),
+    "length": (Message("length offset"), lambda v: v if v >= 0 else Message("unknown")),
     "frame": (Message("work offset"), _shown_work_offset),
-    "radius": (Message("radius compensation"), lambda v: f"G{v}"),
-    "blending": (Message("blending"), _shown_work_offset),
+    "radius": (Message("radius compensation"), lambda v: f"G{v}" if v > 0 else Message("unknown")),
+    "blending": (Message("blending"), lambda v: _shown_work_offset(v) if v else Message("not stated")),
     "feed_mode": (Message("feed mode"), lambda v: f"G{v}"),
     "spindle": (Message("direction of the spindle"), {1: "M3", -1: "M4", 0: "M5"}.get),
     "obeyed": (Message("number of the controller's settings before it, (o=…) or #<…>,"), str),
+    "table": (Message("number of blocks before its length offset that may change the tool table"), str),
 }
 
 

@@ -13,10 +13,10 @@ from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.barriers import Barrier, BarrierGroup, barriers_of, group_barriers, with_dwells
 from leafcut.processes.program.proof.features import (
     Features,
-    States,
+    ProgramPath,
     compensated_moves,
     features_of,
-    states_of_program,
+    same_state,
 )
 
 #: Maximum length of a move that counts as no move, mm.
@@ -24,13 +24,11 @@ STILL = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class ProgramWork:
-    """One of the two compared programs.
+class ProgramWork(ProgramPath):
+    """One of the two compared programs; its cycles are expanded if the other program has none.
 
     Attributes
     ----------
-    path, source
-        Toolpath, with expanded cycles if the other program has none, and the program row of each of its rows, int64[n].
     features
         Holes, cuts and dwells, without the dwells that belong to barriers.
     travel
@@ -43,9 +41,6 @@ class ProgramWork:
         See `Program`.
     """
 
-    path: Toolpath
-    states: States
-    source: Indices
     features: Features
     travel: Indices
     travel_from: Floats
@@ -77,26 +72,24 @@ def read_work(program: Program, *, written_out: bool, beam: bool, straight: floa
     if written_out:
         path = expand(path)
     source = path.line.astype(np.int64)
-    path = replace(path, line=program.path.line[source])
-    states = states_of_program(program).take(source)
+    rows = ProgramPath(program, replace(path, line=program.path.line[source]), source)
     if straight is not None:
-        rows = merged_rows(path, states, still=STILL, tolerance=straight)
-        path, states, source = path.take(rows), states.take(rows), source[rows]
-    before = path.before
+        rows = _take(rows, merged_rows(rows, still=STILL, tolerance=straight))
+    path, before = rows.path, rows.path.before
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
-    dark = cuts & (states.of("spindle") == 0) & np.full(len(path), beam)
-    compensated = (path.kind == Kind.RAPID) & compensated_moves(path, states)
+    dark = cuts & (rows.modal("spindle") == 0) & np.full(len(path), beam)
+    compensated = (path.kind == Kind.RAPID) & compensated_moves(rows)
     making = (cuts & ~dark) | compensated | (path.kind == Kind.DRILL) | (path.kind == Kind.DWELL)
-    features = features_of(path, states, making)
+    features = features_of(rows, making)
     travel = np.flatnonzero(dark | ((path.kind == Kind.RAPID) & ~compensated))
     across = travel[goes_across(before[travel], path.end[travel])]
-    marks = barriers_of(program, path, source, states)
-    marks, part_of_barrier = with_dwells(marks, features, travel, across, states)
+    marks = barriers_of(rows)
+    marks, part_of_barrier = with_dwells(marks, features, travel, across, rows)
     features = features.pick(~part_of_barrier) if part_of_barrier.any() else features
     return ProgramWork(
+        program,
         path,
-        states,
-        source,
+        rows.source,
         features,
         travel,
         before[travel],
@@ -162,23 +155,24 @@ _MOST_ROWS = 1000
 _STOPPING = (610, 611)
 
 
-def merged_rows(path: Toolpath, states: States, *, still: float, tolerance: float) -> Indices:
+def merged_rows(program_path: ProgramPath, *, still: float, tolerance: float) -> Indices:
     """Return the rows of a toolpath that remain if every straight cut becomes a single row.
 
     Feed moves of no length (up to `still`, mm) are left out. Consecutive feed moves with the same feed and state become
     one move if all intermediate points are within `tolerance`, mm, and in order; the last row of them remains. Feed
     moves under or directly after radius compensation, in inverse time or with exact stops are unchanged.
     """
+    path = program_path.path
     before, end = path.before, path.end
     feeds = (path.kind == Kind.FEED) & np.isfinite(before).all(axis=1) & np.isfinite(end).all(axis=1)
     # Under radius compensation the tool position also depends on adjacent moves, and the first move after it removes
     # the compensation along its length. In inverse time (G93) each move has its own time. In exact stop (G61) the tool
     # stops at the end of each move.
-    feeds &= ~compensated_moves(path, states) & (states.of("feed_mode") != 93)
-    feeds &= ~np.isin(states.of("blending"), _STOPPING)
+    feeds &= ~compensated_moves(program_path) & (program_path.modal("feed_mode") != 93)
+    feeds &= ~np.isin(program_path.modal("blending"), _STOPPING)
     moves = np.flatnonzero(~(feeds & (np.abs(end - before) <= still).all(axis=1)))
     goes_on = np.zeros(len(moves), dtype=bool)
-    goes_on[1:] = _continues_feed(path, states, feeds, moves)
+    goes_on[1:] = _continues_feed(_take(program_path, moves), feeds[moves])
     needed = np.ones(len(moves), dtype=bool)
     bounds = np.flatnonzero(np.diff(goes_on, prepend=False, append=False))
     for first, last in bounds.reshape(-1, 2).tolist():
@@ -191,11 +185,14 @@ def merged_rows(path: Toolpath, states: States, *, still: float, tolerance: floa
     return moves[needed]
 
 
-def _continues_feed(path: Toolpath, states: States, feeds: Mask, rows: Indices) -> Mask:
+def _take(program_path: ProgramPath, rows: Indices) -> ProgramPath:
+    return ProgramPath(program_path.program, program_path.path.take(rows), program_path.source[rows])
+
+
+def _continues_feed(moves: ProgramPath, feeds: Mask) -> Mask:
     """Return a mask of the rows after the first that are feed moves in the same state as the previous row."""
-    both = feeds[rows[1:]] & feeds[rows[:-1]]
-    same_state = states.number[rows[1:]] == states.number[rows[:-1]]
-    alike: Mask = both & same_state & (path.value[rows[1:]] == path.value[rows[:-1]])
+    value = moves.path.value
+    alike: Mask = feeds[1:] & feeds[:-1] & same_state(moves) & (value[1:] == value[:-1])
     return alike
 
 

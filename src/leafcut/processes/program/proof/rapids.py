@@ -16,7 +16,7 @@ from leafcut.model.cycles import approach_of
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.barriers import PLACELESS, Barrier
-from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN
+from leafcut.processes.program.proof.features import FIRST_CYCLE
 from leafcut.processes.program.proof.program_work import ProgramWork, goes_across
 from leafcut.proof.clearance import rows_at_machine_height
 from leafcut.proof.difference import MOST_LISTED, position_text
@@ -114,10 +114,10 @@ def group_rapids(work: ProgramWork) -> RapidGaps:
     amid = across | (sinks & ~here & ~there)
     begins = np.full(n, -1)
     begins[gap[::-1]] = row[::-1]
-    on = np.append(work.states.of("spindle", row) != 0, False)
+    on = np.append(work.modal("spindle", row) != 0, False)
     if not work.dark_rapids:
         # A beam at zero power is off.
-        on[:-1] &= work.states.of("speed", row) != 0
+        on[:-1] &= work.modal("rpm", row) != 0
     lit = np.zeros(n, dtype=bool)
     lit[gap[across & on[:-1]]] = True
     # At machine zero or above, the tool is retracted for any work offset.
@@ -602,7 +602,7 @@ def _lowest_by_length(work: ProgramWork) -> dict[int, tuple[float, int]]:
     counted &= sure[:-1] == sure[np.searchsorted(rapids, change)]
     rapids = rapids[counted]
     found: dict[int, tuple[float, int]] = {}
-    length = work.states.of("length", rapids) % TAKEN
+    length = work.modal("length", rapids)
     for register in np.unique(length).tolist():
         rows = rapids[length == register]
         row = int(rows[np.argmin(path.end[rows, 2])])
