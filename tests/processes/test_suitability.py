@@ -113,6 +113,35 @@ def test_names_of_layers_outweigh_counts() -> None:
     assert best(circle(0, 0, 5, "Drill 5"), *(square(20 * k, 9, 10) for k in range(9))) == ("drill", "drill_layers")
 
 
+def part_rating(*contours: Contour, holes: tuple[Hole, ...] = ()) -> float | None:
+    """Return the suitability as a part, None if it is not rated."""
+    rating = rate_works(("part",), WholeDrawing(Part("p", holes, contours=contours))).get("part")
+    return None if rating is None else rating.score
+
+
+def test_a_part_has_an_outline_around_holes_or_openings() -> None:
+    corners = [(0, 0), (50, 0), (50, 50), (0, 50), (0.04, 0.04)]
+    lines = [Contour(Polyline.of_points([a, b])) for a, b in pairwise(corners)]
+    edge = square(0, 0, 50)
+    assert part_rating(edge, square(20, 20, 9))
+    assert part_rating(edge, circle(20, 20, 5))
+    assert part_rating(edge, holes=(Hole(20, 20, 5),))
+    assert part_rating(*lines, circle(20, 20, 5))
+    assert part_rating(edge) is None and part_rating(*lines) is None
+    assert part_rating(edge, square(60, 0, 9), circle(80, 0, 5)) is None  # beside each other
+    assert part_rating(edge, circle(20, 20, 5, kind="text")) is None
+    assert part_rating(*lines[:3], circle(20, 20, 5)) is None  # open
+    assert part_rating(circle(0, 0, 5), circle(9, 0, 5)) is None
+
+
+def test_a_part_is_rated_above_drilling_exactly_where_cutting_is_and_below_cutting() -> None:
+    works = ("drill", "cut", "part")
+    for number in range(1, 20):
+        holes = [circle(9 * k, 5, 3) for k in range(number)]
+        order = list(rate_works(works, WholeDrawing(Part("p", contours=(square(-5, -5, 300), *holes)))))
+        assert order == (["cut", "part", "drill"] if number < HOLES_PER_OUTLINE else ["drill", "cut", "part"])
+
+
 def test_what_is_worked_is_told_by_contour() -> None:
     part = Part("p", contours=(square(0, 0, 50, "POCKET"), circle(70, 70, 5, "h"), square(-9, -9, 99, "edge")))
     said = rate_works(WORKS, WholeDrawing(part))

@@ -112,6 +112,22 @@ def test_a_press_while_a_file_is_on_its_way_runs_that_file(page: Page, server: S
     assert job_of(page, server, before)["title"] == "plate_27.dxf"
 
 
+def test_a_file_chosen_while_another_is_on_its_way_is_opened_after_it(page: Page) -> None:
+    held: list[Route] = []
+
+    def hold(route: Route) -> None:
+        held.append(route)
+
+    page.route("**/api/files*", hold)
+    page.set_input_files("#open-file", PLATE)
+    wait_for(page, lambda: held)
+    page.set_input_files("#open-file", PLATE.with_name("plate_27.dxf"))
+    held[0].continue_()
+    wait_for(page, lambda: len(held) == 2)
+    held[1].continue_()
+    expect(page.locator(".about-part .name")).to_have_text("plate_27.dxf")
+
+
 def test_run_keeps_the_focus_and_says_what_is_missing(page: Page) -> None:
     button = page.get_by_role("button", name="Run", exact=True)
     button.click(force=True)

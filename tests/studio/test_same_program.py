@@ -74,6 +74,14 @@ JOBS = [
         {"depth": "2", "tool_diameter": "6", "strategy": "contour"},
         process="pocket",
     ),
+    Job(
+        "part",
+        "bracket.dxf",
+        (EXAMPLES / "bracket.dxf").read_bytes(),
+        {"thickness": "3", "tool_diameter": "3", "material": "aluminium", "machine": "shapeoko-router", "tabs": "2"}
+        | {"tab_height": "1", "milling": "conventional", "origin": "lower-left", "preset": "fast"},
+        process="part",
+    ),
     Job("reorder", "cam.nc", REORDERED, {"preset": "fast"}),
 ]
 

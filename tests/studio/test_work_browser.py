@@ -51,7 +51,7 @@ def test_the_work_is_chosen_by_pictures_and_with_the_arrows(page: Page) -> None:
     """Each picture shows the drawing: three strong outlines for cutting, two for drilling."""
     opened(page, EXAMPLES / "bracket.dxf")
     group = page.get_by_role("radiogroup", name="Work", exact=True)
-    names = ["Drill the holes", "Cut from sheet", "Nest parts on sheets", "Mill the pockets"]
+    names = ["Drill the holes", "Cut from sheet", "Nest parts on sheets", "Mill the pockets", "Mill the part"]
     assert [
         radio.evaluate("at => at.parentElement.innerText.trim()") for radio in group.get_by_role("radio").all()
     ] == names
@@ -66,6 +66,33 @@ def test_the_work_is_chosen_by_pictures_and_with_the_arrows(page: Page) -> None:
     page.keyboard.press("ArrowRight")
     work_is(page, "cut")
     expect(page.locator(".facts")).to_contain_text("Contours")
+
+
+def test_a_drawing_opens_as_a_part_while_a_router_is_chosen(page: Page) -> None:
+    """A plate of many holes is still drilled."""
+    opened(page, PLATE)
+    page.get_by_label("Machine", exact=True).select_option("shapeoko-router")
+    opened(page, EXAMPLES / "bracket.dxf")
+    work_is(page, "part")
+    expect(page.locator(".works .why")).to_contain_text("Outlines with holes or openings (outlines: 1, holes: 2).")
+    expect(page.locator("#command")).to_contain_text("--process part --machine shapeoko-router")
+    choose_work(page, "drill")
+    expect(page.locator("#command")).to_contain_text("--process drill")
+    opened(page, EXAMPLES / "plate_27.dxf")
+    work_is(page, "drill")
+
+
+def test_a_part_shows_its_edges_tabs_and_missing_work(page: Page) -> None:
+    opened(page, EXAMPLES / "gusset.svg")
+    choose_work(page, "part")
+    for label, value in (("Thickness", "3"), ("Tool diameter", "32"), ("Search effort", "fast")):
+        field = page.get_by_label(label, exact=True)
+        field.select_option(value) if label == "Search effort" else typed(page, label, value)
+    run(page)
+    expect(page.locator("#result-panel")).to_contain_text("1 outline · 4 tabs")
+    expect(page.locator("#result-panel .badge.no")).to_have_text("Missing: 1 feature of the input")
+    page.get_by_role("tab", name="Issues").click()
+    expect(page.locator("#result-panel")).to_contain_text("1 opening narrower than the mill of 32 mm, not milled")
 
 
 def test_a_drill_file_opens_on_a_machine_for_circuit_boards(page: Page, tmp_path: Path) -> None:

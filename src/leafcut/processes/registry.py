@@ -265,7 +265,8 @@ def guess_command(inputs: Sequence[tuple[Format, Source]], settings: Settings) -
         if len(others) == 1 or usual_name in others:
             names = others
     if len(names) > 1 and usual_name not in names:
-        choices = " or ".join(f"leafcut {_COMMAND_OF.get(name, name)} {source.path}" for name in names)
+        commands = [f"leafcut {_COMMAND_OF.get(name, name)} {source.path}" for name in names]
+        choices = " or ".join(", ".join(commands).rsplit(", ", 1))
         raise OptionError("{}: several kinds of work are possible; type {}", source.path, choices)
     chosen = names[0] if len(names) == 1 else _named_by_layers(names, source, settings) or usual_name
     return "auto" if chosen == usual_name else _COMMAND_OF.get(chosen, chosen)

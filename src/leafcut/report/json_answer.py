@@ -224,6 +224,7 @@ def overview_as_json(report: PathReport[Any]) -> dict[str, Any]:
         "kinds": tables["times"]["kinds"],
         "rows": [{key: row[key] for key in ("name", "seconds", "total")} for row in tables["times"]["rows"]],
     }
+    title = [fact.sentence for fact in report.facts if fact.sentence and not fact.name]
     shown = [(fact.name, fact_value_text(fact), fact.sentence) for fact in report.facts if fact.name]
     tiles = [dict(zip(("name", "figure", "words"), tile, strict=True)) for tile in shown if tile[1]]
-    return {**tables, "tiles": tiles, "times": times}
+    return {**tables, "title": title, "tiles": tiles, "times": times}

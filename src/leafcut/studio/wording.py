@@ -57,13 +57,13 @@ class Words:
         """Return the label of an option; without a text, its name."""
         return self.named("option", name)
 
-    def help(self, name: str, english: str) -> str:
-        """Return the help text of an option."""
-        return self.translation("help", name, english)
+    def help(self, name: str, english: str, work: str = "") -> str:
+        """Return the help text of an option; `work` may have a text of its own."""
+        return self.translation(f"{work}_help", name, self.translation("help", name, english))
 
-    def default(self, name: str, english: str) -> str:
-        """Return the description of an option's default."""
-        return self.translation("default", name, english)
+    def default(self, name: str, english: str, work: str = "") -> str:
+        """Return the description of an option's default; `work` may have a text of its own."""
+        return self.translation(f"{work}_default", name, self.translation("default", name, english))
 
     def translation(self, kind: str, name: str, english: str) -> str:
         """Return the translation of an English text, or the English text without a translation."""

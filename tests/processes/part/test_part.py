@@ -371,3 +371,18 @@ def test_edges_inside_an_edge_are_milled_before_it(tmp_path: Path) -> None:
     distance = np.abs(cut[:, :2] - 50.0).max(axis=1)
     reached = [float(np.flatnonzero(np.abs(distance - half) < 0.01).mean()) for half in (17.0, 28.0, 52.0)]
     assert reached == sorted(reached)
+
+
+def test_the_report_of_a_part_with_open_lines_is_written(tmp_path: Path) -> None:
+    """Only closed outlines of missing work are hatched."""
+    source = drawing(tmp_path, OUTLINE, circles=((20, 20, 1),))
+    document = ezdxf.readfile(source)
+    document.layers.add("MARK")
+    document.modelspace().add_line((30, 30), (50, 30), dxfattribs={"layer": "MARK"})
+    document.saveas(source)
+    outcome = leafcut.part(source, tmp_path / "part.ngc", report=tmp_path / "part.html", **FAST)
+    line, opening = (issue.missing for issue in outcome.missing)
+    assert line is not None and opening is not None
+    assert (line.count, len(line.where), line.outlines) == (1, 1, ())
+    assert (opening.count, len(opening.outlines)) == (1, 1)
+    assert "not milled" in (tmp_path / "part.html").read_text()

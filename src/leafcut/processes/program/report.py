@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from leafcut.message import Message
 from leafcut.model.fact import Fact
 from leafcut.model.json_values import plain
 from leafcut.model.outcome import Outcome
@@ -42,17 +43,18 @@ class ProgramReport(PathReport[ProgramDetail]):
         nouns = {"holes": "hole", "cuts": "cutting move"}
         work = [Fact(f"counts.{k}", n, "", count(n, nouns[k]) if n and k in nouns else "") for k, n in numbers.items()]
         free = detail.pieces - sum(group.count for group in detail.staying)
-        words = f"{free:,} of {count(detail.pieces, 'piece')} of work can be reordered" if detail.pieces else ""
+        pieces = count(detail.pieces, "piece")
+        words = Message("{} of {} of work can be reordered", f"{free:,}", pieces) if detail.pieces else ""
         facts = [
             *work,
             Fact("counts.barriers", detail.barriers),
             Fact("counts.operations", len(outcome.operations)),
             Fact("counts.pieces", detail.pieces, "", words),
-            Fact(sentence="order unchanged" if outcome.after == outcome.before else ""),
+            Fact(sentence=Message("order unchanged") if outcome.after == outcome.before else ""),
         ]
         if not any(fact.sentence for fact in facts):
-            facts.append(Fact(sentence="no work"))
-        return [*facts, Fact(sentence=f"{turned} reversed" if turned else "")]
+            facts.append(Fact(sentence=Message("no work")))
+        return [*facts, Fact(sentence=Message("{} reversed", turned) if turned else "")]
 
     def own_facts(self) -> list[Fact]:
         """Return the proof, the fixed work, the new moves across avoided areas, the savings, and the remaining

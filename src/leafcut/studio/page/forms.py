@@ -140,7 +140,7 @@ def _group(
         "folded": key not in ("main", "search", "cuts"),
         "changed": sum(1 for name in names if values.get(name) not in (None, "")),
         "fields": [
-            _field(name, words, default_of(name, work), own_choices.get(name)) | {"offers": (menus or {}).get(name, [])}
+            _field(name, words, work, own_choices.get(name)) | {"offers": (menus or {}).get(name, [])}
             for name in names
         ],
     }
@@ -164,12 +164,12 @@ def default_of(name: str, work: str = "") -> Any:
     return group_of(name).defaults()[name]
 
 
-def _field(name: str, words: Words, default: Any, own_choices: list[tuple[str, str]] | None) -> dict[str, Any]:
-    spec = group_of(name).specs()[name]
+def _field(name: str, words: Words, work: str, own_choices: list[tuple[str, str]] | None) -> dict[str, Any]:
+    spec, default = group_of(name).specs()[name], default_of(name, work)
     choices: list[tuple[str, str]] = [(word, word) for word in spec.all_choices]
     if own_choices is not None:
         choices = own_choices
-    default_text, unit = default_words(name, default, words), _unit(spec)
+    default_text, unit = default_words(name, default, words, work), _unit(spec)
     short = _short(default_text, _MAX_LETTERS - (len(unit) + 2 if unit else 0))
     return {
         "name": name,
@@ -177,7 +177,7 @@ def _field(name: str, words: Words, default: Any, own_choices: list[tuple[str, s
         "flag": flag_name(name),
         "kind": spec.kind,
         "unit": unit,
-        "help": words.plain(words.help(name, spec.help)),
+        "help": words.plain(words.help(name, _own_texts(name, work)[0] or spec.help, work)),
         "choices": [list(pair) for pair in choices],
         "default": short,
         "rule": "" if short == default_text else words("form.otherwise", rule=default_text),
@@ -186,17 +186,23 @@ def _field(name: str, words: Words, default: Any, own_choices: list[tuple[str, s
     }
 
 
+def _own_texts(name: str, work: str) -> tuple[str, str]:
+    """Return the help text and the default of an option in the words of a work; "" for none."""
+    return registry.work(work).helps.get(name, ("", "")) if work else ("", "")
+
+
 def _unit(spec: OptionSpec) -> str:
     if spec.kind == "percent":
         return "%"
     return BARE_UNIT.get(spec.unit, "") if spec.kind == "quantity" else "mm" if spec.kind == "point" else ""
 
 
-def default_words(name: str, default: Any, words: Words) -> str:
-    """Return the text for an option without a value: the option's own description of its default, or `default`."""
+def default_words(name: str, default: Any, words: Words, work: str = "") -> str:
+    """Return the text for an option without a value: how the work or the option describes its default, or `default`."""
     spec = group_of(name).specs()[name]
-    if spec.default_words:
-        return words.plain(words.default(name, spec.default_words))
+    own = _own_texts(name, work)[1]
+    if own or spec.default_words:
+        return words.plain(words.default(name, own or spec.default_words, work))
     if default in (None, (), ""):
         return words("form.none")
     if spec.kind == "flag":
@@ -257,7 +263,7 @@ def value_words(name: str, value: Any, words: Words, work: str = "") -> str:
     if spec.kind == "flag":
         return words("form.on" if (default if value in (None, "") else value) is True else "form.off")
     if value in (None, ""):
-        value = _short(default_words(name, default, words), _MAX_LETTERS)
+        value = _short(default_words(name, default, words, work), _MAX_LETTERS)
     text = ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value).removeprefix(OWN)
     figure = _FIGURE.fullmatch(text.strip())
     return f"{figure[1]}\u00a0{figure[2] or _unit(spec)}".strip() if figure else text

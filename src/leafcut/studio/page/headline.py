@@ -36,9 +36,8 @@ def saving_headline(answer: dict[str, Any], words: Words) -> Headline:
     figures = {"time": format_time(abs(seconds)), "percent": f"{abs(answer['saved_percent'] or 0.0):.1f}"}
     if seconds < 0:
         return Headline(time, words("result.longer", **figures), "worse")
-    return Headline(
-        time, words("result.less_than", other=other, **figures) if other else words("result.less", **figures)
-    )
+    small = words("result.less_than", other=other, **figures) if other else words("result.less", **figures)
+    return Headline(time, small)
 
 
 def compared_strategy(answer: dict[str, Any]) -> str:

@@ -17,6 +17,8 @@ def draw_figures(overview: dict[str, Any], words: Words) -> None:
     """Show the result of `report.json_answer.overview_as_json` in the current container."""
     kinds = {kind["class"]: words.translate(kind["words"]) for kind in overview["times"]["kinds"]}
     rows = [(words.translate(row["name"]), row["seconds"], row["total"]) for row in overview["times"]["rows"]]
+    # Results of earlier versions lack the counts.
+    text("p", " · ".join(words.translate(sentence) for sentence in overview.get("title", ())), "quiet")
     draw_times(rows, words, kinds)
     _tiles(overview["tiles"], words)
     _parts(overview["parts"], words)

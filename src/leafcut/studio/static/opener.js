@@ -30,11 +30,17 @@ export default defineComponent({
     onMounted(() => names.forEach((name) => window.addEventListener(name, listeners[name])));
     onUnmounted(() => names.forEach((name) => window.removeEventListener(name, listeners[name])));
 
+    /** @type {File[]} */
+    let waiting = []; // files to open, in order
+
     /** @param {File[]} files */
     async function take(files) {
-      if (!files.length || busy.value) return;
+      if (!files.length) return;
+      // Of several files for one place, the newest is opened after the file that is being sent.
+      waiting = props.several ? [...waiting, ...files] : files.slice(0, 1);
+      if (busy.value) return;
       busy.value = true;
-      for (const file of props.several ? files : files.slice(0, 1)) await upload(file);
+      for (let file = waiting.shift(); file; file = waiting.shift()) await upload(file);
       busy.value = false;
     }
 

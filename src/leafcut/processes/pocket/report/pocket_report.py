@@ -131,9 +131,10 @@ class PocketReport(PathReport[PocketDetail]):
         x0, y0, x1, y1 = largest.extents
         number, islands = len(plans), sum(len(plan.pocket.islands) for plan in plans)
         levels = sum(len(plan.levels) for plan in plans) if several_depths(plans) else len(plans[0].heights)
-        size = f"{' of' if number == 1 else ', the largest'} {x1 - x0:.4g} × {y1 - y0:.4g} mm"
+        words, size = count(number, "pocket"), f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
+        sized = Message("{} of {}", words, size) if number == 1 else Message("{}, the largest {}", words, size)
         return [
-            Fact("counts.pockets", number, "", count(number, "pocket") + size),
+            Fact("counts.pockets", number, "", sized),
             Fact("counts.islands", islands, "", count(islands, "island") if islands else ""),
             Fact("counts.levels", levels, "", count(levels, "level") if levels else ""),
             Fact(
