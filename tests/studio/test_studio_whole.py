@@ -42,7 +42,22 @@ def places(scene: bytes, block: str) -> list[tuple[float, float]]:
 @pytest.mark.parametrize(("name", "work"), [("bracket.dxf", "cut"), ("sheet.dxf", "cut"), ("pocket.dxf", "pocket")])
 def test_a_drawing_opens_as_what_it_suits(name: str, work: str) -> None:
     seen = read_preview(str(EXAMPLES / name))
-    assert (seen.work, seen.error) == (work, "") and seen.works == ("drill", "cut", "nest", "pocket")
+    assert (seen.work, seen.error) == (work, "") and seen.works == ("drill", "cut", "nest", "pocket", "part")
+
+
+@pytest.mark.parametrize(
+    ("name", "machine", "works"),
+    [
+        ("bracket.dxf", "shapeoko-router", ["part", "drill"]),
+        ("bracket.dxf", "plasma-table", ["cut", "part"]),
+        ("plate_70.dxf", "shapeoko-router", ["drill", "cut"]),
+        ("plate_70.dxf", "plasma-table", ["drill", "cut"]),  # its outline alone is little work
+        ("pocket.dxf", "shapeoko-router", ["pocket", "part"]),
+    ],
+)
+def test_the_chosen_machine_decides_between_works_that_suit_well(name: str, machine: str, works: list[str]) -> None:
+    seen = read_preview(str(EXAMPLES / name), options={"machine": machine})
+    assert list(seen.whole.suits)[0] == seen.work == works[0]
 
 
 @pytest.mark.parametrize("count", [2_000, pytest.param(100_000, marks=pytest.mark.slow)])
@@ -131,7 +146,9 @@ def test_it_is_said_what_is_suggested_and_why(language: str) -> None:
         line = why_suggested(seen, w)
         assert w.named("work", seen.work) in line and "{" not in line
     assert why_suggested(read_preview("example:plate-10"), w) == "" == why_suggested(None, w)
-    assert {card["name"] for card in cards(seen.works, seen, w) if card["picture"]} == {"drill", "cut", "pocket"}
+    assert {card["name"] for card in cards(seen.works, seen, w) if card["picture"]} == {
+        "drill", "cut", "pocket", "part",
+    }  # fmt: skip
 
 
 def test_machines_that_cannot_do_the_work_are_not_offered(studio: Studio) -> None:

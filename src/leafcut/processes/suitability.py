@@ -102,20 +102,20 @@ class WholeDrawing:
         return self._contours_of(self.worked_mask & ~self.drilled_mask)
 
     @cached_property
-    def _chains(self) -> list[list[Contour]]:
-        return _chains([c for c in self._outlines if not c.path.closed])
+    def _open_lines(self) -> list[Contour]:
+        return [c for c in self._outlines if not c.path.closed]
 
     @cached_property
     def n_outlines(self) -> int:
         """Number of outlines that are not drilled; open lines that meet count as one outline."""
         wide = int(np.count_nonzero(~self.narrow))
-        return wide + sum(c.path.closed for c in self._outlines) + len(self._chains)
+        return wide + sum(c.path.closed for c in self._outlines) + _count_chains(self._open_lines)
 
     @cached_property
     def has_openings(self) -> bool:
         """Whether a closed outline surrounds a round hole or another contour; open lines that meet are joined."""
         outlines = [_area(c) for c in self._outlines if c.path.closed]
-        outlines += [area for chain in self._chains for area in _areas(chain)]
+        outlines += _areas(self._open_lines)
         inside = [(hole.x, hole.y) for hole in self.part.holes if hole.diameter > 0.0]
         inside += [c.path.start for c in self._contours_of(self.worked_mask)]
         if not outlines or not inside:
@@ -152,23 +152,26 @@ def _area(outline: Contour) -> shapely.Polygon:
     return shapely.Polygon(corners) if len(corners) > 2 else shapely.Polygon()
 
 
-def _areas(chain: Sequence[Contour]) -> list[shapely.Polygon]:
+def _areas(lines: Sequence[Contour]) -> list[shapely.Geometry]:
     """Return the areas that open lines enclose; ends within the tolerance are joined."""
-    paths = [line.path.flattened() for line in chain]
+    if not lines:
+        return []
+    paths = [line.path.flattened() for line in lines]
     ends = np.concatenate([path[[0, -1]] for path in paths])
     points = shapely.points(ends)
     end, near = shapely.STRtree(points).query(points, predicate="dwithin", distance=2.0 * _JOIN_TOLERANCE)
     joined = np.full(len(ends), len(ends))
     np.minimum.at(joined, end, near)
-    lines = [
-        shapely.LineString([ends[first], *path[1:-1], ends[last]])
-        for path, (first, last) in zip(paths, joined.reshape(-1, 2).tolist(), strict=True)
-    ]
-    return list(shapely.polygonize(lines).geoms)
+    if len(np.unique(joined)) == len(ends):
+        return []
+    for path, pair in zip(paths, joined.reshape(-1, 2), strict=True):
+        path[[0, -1]] = ends[pair]
+    number = np.repeat(np.arange(len(paths)), [len(path) for path in paths])
+    areas = shapely.polygonize(shapely.linestrings(np.concatenate(paths), indices=number)).geoms
+    return [shapely.Polygon(area.exterior) for area in areas]  # without the areas of the openings
 
 
-def _chains(lines: Sequence[Contour]) -> list[list[Contour]]:
-    """Return the open lines in groups that meet."""
+def _count_chains(lines: Sequence[Contour]) -> int:
     leader = list(range(len(lines)))
 
     def lead(k: int) -> int:
@@ -188,7 +191,4 @@ def _chains(lines: Sequence[Contour]) -> list[list[Contour]]:
                     round(y / (2 * _JOIN_TOLERANCE) + 0.5 * grid),
                 )
                 leader[lead(k)] = lead(first_of_cell.setdefault(cell, k))
-    chains: dict[int, list[Contour]] = {}
-    for k, line in enumerate(lines):
-        chains.setdefault(lead(k), []).append(line)
-    return list(chains.values())
+    return len({lead(k) for k in range(len(lines))})
