@@ -26,3 +26,7 @@ declare module "nicegui-codemirror" {
   export * from "@codemirror/view";
   export const languages: import("@codemirror/language").LanguageDescription[];
 }
+
+declare module "nicegui-scene" {
+  export const THREE: typeof import("three");
+}

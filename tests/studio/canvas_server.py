@@ -10,11 +10,15 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
+import nicegui.elements.scene
+
 from leafcut.studio.server.routes import colours_css
 from leafcut.studio.wording import words
 
 HERE = Path(__file__).parent
 STATIC = HERE.parents[1] / "src" / "leafcut" / "studio" / "static"
+#: Where NiceGUI has three.js.
+THREE = Path(nicegui.elements.scene.__file__).parent / "dist"
 _TYPES = {".js": "text/javascript", ".css": "text/css", ".html": "text/html; charset=utf-8"}
 #: What no test looks at. Every window makes the list of its address bar ready, a page of its own: 0.9 s of work.
 #: The last switch of this kind holds, so what Playwright leaves out that changes how a page behaves is named again.
@@ -27,6 +31,10 @@ _WITHOUT = "--disable-features=" + ",".join(
         *("ThirdPartyStoragePartitioning", "TcpPortRandomizationWin", "AimEnabled"),
     ]
 )
+
+
+#: Warnings of Chromium without a GPU, which reads every picture of WebGL back from its software driver.
+READS_BACK = ("getImageData", "GPU stall due to ReadPixels")
 
 
 @contextmanager
@@ -65,7 +73,7 @@ def _answer(path: str, scenes: Mapping[str, bytes]) -> tuple[bytes | None, str]:
     if name == "words.json":
         return json.dumps(words("en").section("canvas")).encode(), "application/json"
     page = {"": "canvas_page.html", "page.js": "canvas_page.js"}
-    file = STATIC / Path(name).name if folder == "static" else HERE / page.get(name, "none")
+    file = {"static": STATIC / name, "three": THREE / name}.get(folder, HERE / page.get(name, "none"))
     return (file.read_bytes() if file.is_file() else None), _TYPES.get(file.suffix, "text/plain")
 
 
@@ -81,8 +89,10 @@ def until(page: Any, condition: str) -> None:
 def loaded(page: Any, address: str) -> list[str]:
     """Open the page of drawings; return the list of errors on it, which grows as they occur."""
     wrong: list[str] = []
-    # That pixels are read back often is the tests' own doing.
-    page.on("console", lambda m: None if m.type == "log" or "getImageData" in m.text else wrong.append(m.text))
+    page.on(
+        "console",
+        lambda m: None if m.type == "log" or any(map(m.text.__contains__, READS_BACK)) else wrong.append(m.text),
+    )
     page.on("pageerror", lambda error: wrong.append(str(error)))
     page.on("request", lambda request: request.url.startswith((address, "data:")) or wrong.append(request.url))
     page.goto(address)

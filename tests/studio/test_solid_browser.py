@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import closing
 from typing import Any
 
 import numpy as np
@@ -24,15 +25,6 @@ from solid_scenes import (
 
 from leafcut.material.solid import solid_of
 
-#: How many pixels of the picture are drawn on, and the mean of their colours.
-INK = """() => {
-  const { picture } = drawing.solid, copy = document.createElement("canvas");
-  copy.width = 200;
-  copy.height = 150;
-  const ctx = copy.getContext("2d");
-  ctx.drawImage(picture, 0, 0, 200, 150);
-  return [...ctx.getImageData(0, 0, 200, 150).data];
-}"""
 #: Where a place of the program is on the page.
 AT = """([x, y, z]) => {
   const { solid } = drawing, [ox, oy] = solid.header.origin, box = solid.over.getBoundingClientRect();
@@ -166,7 +158,7 @@ def test_every_colouring_but_the_metal_says_what_its_colours_mean(page: Any) -> 
         cut(page)
         assert page.locator(".lc-scale").is_visible() == bool(words)
         assert words in page.locator(".lc-scale").inner_text()
-        pictures.add(tuple(page.evaluate(INK)))
+        pictures.add(page.locator(".lc-picture").screenshot())
     assert len(pictures) == 4
 
 
@@ -234,7 +226,7 @@ def test_stock_that_is_not_known_is_told_and_not_drawn(page: Any) -> None:
     page.evaluate("load('unknown', ['after', 'solid_after'])")
     until(page, "!drawing.solid.reason.hidden")
     assert "the shape of T9 is unknown" in page.inner_text(".lc-refused")
-    until(page, "!document.querySelector('.lc-picture')")
+    until(page, "drawing.solid.picture.hidden")
 
 
 def test_there_is_no_solid_view_where_there_is_no_stock(page: Any) -> None:
@@ -242,3 +234,20 @@ def test_there_is_no_solid_view_where_there_is_no_stock(page: Any) -> None:
     assert page.locator("[data-space=solid]").is_hidden()
     assert page.locator(".lc-solid").is_hidden()
     assert page.locator(".lc-pane:not(.lc-solid) .lc-canvas").last.is_visible()
+
+
+def test_a_browser_without_webgl_shows_the_reason(browser: Any, address: str) -> None:
+    with closing(browser.new_context()) as context:
+        context.add_init_script("""{
+          const { getContext } = HTMLCanvasElement.prototype;
+          HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+            return kind.startsWith("webgl") ? null : getContext.call(this, kind, ...more);
+          };
+        }""")
+        page = context.new_page()
+        loaded(page, address)
+        page.evaluate("load('shapes', ['after', 'solid_after'])")
+        page.evaluate("drawing.setSpace('solid')")
+        until(page, "!drawing.solid.reason.hidden")
+        assert page.inner_text(".lc-refused") == "The stock cannot be shown: this browser has no WebGL"
+        assert page.locator(".lc-busy").is_hidden()

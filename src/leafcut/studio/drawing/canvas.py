@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Self
 
+import nicegui.elements.scene  # noqa: F401  three.js becomes available to the page
 from nicegui.dependencies import register_esm
 from nicegui.events import GenericEventArguments
 

@@ -1,35 +1,31 @@
 // Solid view of the drawing: the stock in 3D, cut in step with the playback.
 //
-// A worker cuts the stock (solid_worker.js) and reports changes. During motion the resolution is reduced for a
-// smooth display; at rest it is drawn once more, finer.
+// A worker cuts the stock (solid_worker.js) and reports changes; three.js draws it (solid_view.js).
 
 import { mm } from "./describe.js";
 import { contextOf, make, selection } from "./icons.js";
 import { readScene } from "./scene.js";
 import { SolidCamera, meet, sectioned } from "./solid_camera.js";
 import { COLOURINGS, FIXTURE, LESS, MORE, TOOL, paletteOf, scaleCss, sectionColour, tonesOf } from "./solid_colours.js";
-import { ColumnRenderer } from "./solid_columns.js";
 import { listenToSolid } from "./solid_input.js";
 import { SolidMarks } from "./solid_marks.js";
 import { startOf } from "./solid_stock.js";
+import { SolidView } from "./solid_view.js";
 import { surface } from "./sweep.js";
-import { isDark } from "./theme.js";
+import { isDark, rgbOf } from "./theme.js";
 
 /** @import { Drawing, Which } from "./canvas.js" */
 /** @import { Header, ToolpathScene } from "./scene.js" */
 /** @import { Block } from "./solid_camera.js" */
-/** @import { Stock, Tool, ToolPart } from "./solid_columns.js" */
 /** @import { SolidPlace } from "./solid_marks.js" */
 /** @import { Change } from "./solid_stock.js" */
+/** @import { Stock, Tool, ToolPart } from "./solid_view.js" */
 /** @import { Colours } from "./theme.js" */
 /** Loads a stock; null if the server has removed it.
  * @typedef {() => Promise<ArrayBuffer | null>} Load */
 
-/** Maximum and minimum time of a frame during motion, ms; outside, the resolution is adapted. */
-const SLOW = 42, QUICK = 18;
-/** Time without change after which the view is at rest, and maximum time of a frame at rest, ms. */
-const REST = 140, FINE = 450;
-const COARSEST = 0.45;
+/** Time without change after which the view is at rest, ms. */
+const REST = 140;
 const SIDES = /** @type {const} */ (["iso", "top", "front"]);
 
 export class Solid {
@@ -67,17 +63,13 @@ export class Solid {
     /** @type {Uint8Array} */
     this.tones = new Uint8Array();
     this.ratio = 1;
-    this.quality = 1;
-    this.frameMs = 0;
-    this.moved = 0;
     /** @type {Colours | null} */
     this.theme = null;
     this.dark = false;
-    /** @type {HTMLCanvasElement | null} */
-    this.picture = null;
-    /** @type {ColumnRenderer | null} */
-    this.renderer = null;
-    this._palette = { colouring: "", dark: false, colours: /** @type {number[]} */ ([]) };
+    /** Picture of the stock, from the first stock on. @type {SolidView | null} */
+    this.view = null;
+    this.picture = make("canvas", "lc-picture", { hidden: "" });
+    this.moved = 0; // time of the last change, ms
     this._request = this._late = this._resting = 0;
     this.host = make("div", "lc-pane lc-solid", { hidden: "" });
     this.over = make("canvas", "lc-over", { tabindex: "0", role: "application", "aria-label": words.solidDrawing });
@@ -88,7 +80,7 @@ export class Solid {
     this.collisions = make("div", "lc-collisions", { hidden: "" });
     this.differs = make("div", "lc-differs", { hidden: "" });
     this.busy = make("div", "lc-busy", { hidden: "" }, words.solidCutting);
-    this.frame = make("div", "lc-solid-frame", {}, this.over, this.legend, this.collisions, this.differs, this.busy, this.reason);
+    this.frame = make("div", "lc-solid-frame", {}, this.picture, this.over, this.legend, this.collisions, this.differs, this.busy, this.reason);
     this.colours = this._select("solidColour", COLOURINGS.map((name) => [name, words[`colour_${name}`]]), (name) => this.colour(name));
     const sections = /** @type {[string, string][]} */ ([["", words.section_none], ["x", words.section_x], ["y", words.section_y]]);
     this.axis = this._select("solidSection", sections, (axis) => this.cutOpen(axis, this.section.share));
@@ -163,7 +155,24 @@ export class Solid {
       this._refuse(found?.header.refused || this.words.solidNone);
       return;
     }
-    this._begin(found, scene);
+    const opened = await this._open();
+    if (this._loaded !== loaded) return;
+    if (opened) this._begin(found, scene);
+    else {
+      this.setBusy(false);
+      this._refuse(this.words.solidNoWebgl);
+    }
+  }
+
+  /** Load three.js and open the picture; return whether the browser has WebGL. */
+  async _open() {
+    const { THREE } = await import("nicegui-scene");
+    try {
+      this.view ??= new SolidView(THREE, this.picture);
+    } catch {
+      return false; // three.js has written the reason to the console
+    }
+    return true;
   }
 
   /** Show why there is no stock; "" if there is one.
@@ -189,7 +198,7 @@ export class Solid {
     this.header = header;
     this.stock = {
       grid, floor: header.floor, top: header.top, heights: startOf(header, found),
-      by: new Uint32Array(cells), relief: new Uint32Array(cells).fill((200 << 24) >>> 0), tint: new Uint8Array(cells),
+      by: new Uint32Array(cells), tint: new Uint8Array(cells),
     };
     let low = header.top;
     for (const height of found.start ?? []) if (height > header.floor) low = Math.min(low, height);
@@ -200,6 +209,7 @@ export class Solid {
     const place = JSON.stringify([this.box, header.origin]);
     if (place !== this._place) this.camera.fit(this.box); // otherwise keep the view for the other program
     this._place = place;
+    this.view?.begin(this.stock, found.move);
     this._retone(this.stock, scene);
     this.cutOpen(this.section.axis, this.section.share); // updates its description
     this.marks.take();
@@ -239,18 +249,18 @@ export class Solid {
   get ready() { return Boolean(this.stock) && this.told === this.turn; }
 
   /** @param {Stock} stock @param {Change} change */
-  _change(stock, { rect: [c0, r0, c1, r1], heights, by, relief }) {
-    const { columns } = stock.grid, width = c1 - c0;
+  _change(stock, { rect, heights, by }) {
+    const [c0, r0, c1, r1] = rect, { columns } = stock.grid, width = c1 - c0;
     for (let row = r0; row < r1; row++) {
       const to = row * columns + c0, from = (row - r0) * width;
       stock.heights.set(heights.subarray(from, from + width), to);
-      stock.relief.set(relief.subarray(from, from + width), to);
       for (let k = 0; k < width; k++) {
         const move = by[from + k];
         stock.by[to + k] = move;
         stock.tint[to + k] = this._toneOf(to + k, move);
       }
     }
+    this.view?.paint(this._paint, rect);
   }
 
   /** @param {Stock} stock @param {ToolpathScene} scene */
@@ -259,6 +269,18 @@ export class Solid {
     this.tones = tones;
     for (let k = 0; k < by.length; k++) tint[k] = this._toneOf(k, by[k]);
     this._scale(most);
+    this._repaint();
+  }
+
+  get _paint() { return { colours: paletteOf(this.colouring, this.dark), byHeight: this.colouring === "depth", bottom: this.bottom }; }
+
+  /** Draw everything in the colours of the colouring and the theme. */
+  _repaint() {
+    const { view, theme, blocks } = this;
+    if (!view || !theme || !blocks) return;
+    const [rapid, feed] = [theme.rapid, theme.cut].map((colour) => rgbOf(colour).reduce((all, part) => all << 8 | part));
+    view.paint(this._paint);
+    view.paintPath(blocks.rapid, rapid, feed);
   }
 
   /** Return the tone of a cell by the move that cut it last; 0: uncut.
@@ -362,6 +384,7 @@ export class Solid {
   restyle(colours) {
     this.theme = colours;
     this.dark = isDark(colours.card);
+    this._repaint();
     this.wake();
   }
 
@@ -379,52 +402,19 @@ export class Solid {
   }
 
   _draw() {
-    const { stock, theme, drawing: { player } } = this;
+    const { stock, theme, view } = this;
     if (this.host.hidden || !theme) return;
-    if (!stock) {
-      this.picture?.remove();
-      this.picture = this.renderer = null;
-      this.ctx.clearRect(0, 0, this.over.width, this.over.height);
-      return;
-    }
-    if (!this.renderer) {
-      this.picture = make("canvas", "lc-picture");
-      this.renderer = new ColumnRenderer(this.picture);
-      this.frame.prepend(this.picture);
-    }
-    const rests = performance.now() - this.moved > REST && !player.playing;
-    const finest = 2 * this.ratio, cost = this.frameMs ? this.frameMs / this.quality ** 2 : 0;
-    const pixels = rests ? (cost ? Math.min(finest, Math.max(Math.sqrt(FINE / cost), this.quality)) : finest) : this.quality;
-    const began = performance.now();
-    this.renderer.draw(stock, this.camera, this._look(), pixels);
-    const took = performance.now() - began;
+    this.picture.hidden = !stock;
+    this.ctx.setTransform(1, 0, 0, 1, 0, 0);
+    this.ctx.clearRect(0, 0, this.over.width, this.over.height);
+    if (!stock || !view) return;
+    view.draw(this.camera, {
+      ratio: this.ratio, section: this.section, sectionColour: sectionColour(this.dark), tool: this._tool(), path: this.shows.path ? this.cut : 0,
+      moves: performance.now() - this.moved < REST,
+    });
     this._overlay(theme);
-    if (rests) return;
-    this._adapt(took);
-    if (player.playing) this._again();
-    else {
-      clearTimeout(this._resting);
-      this._resting = setTimeout(() => this._again(), REST + 10);
-    }
-  }
-
-  /** Adapt the resolution to the time of the last frame, ms.
-   * @param {number} took */
-  _adapt(took) {
-    this.frameMs = took;
-    if (took > SLOW) this.quality = Math.max(this.quality * Math.max(Math.sqrt(SLOW / took), 0.6), COARSEST);
-    else if (took < QUICK) this.quality = Math.min(this.quality * 1.08, this.ratio);
-  }
-
-  _look() {
-    const { colouring, dark } = this;
-    if (this._palette.colouring !== colouring || this._palette.dark !== dark) {
-      this._palette = { colouring, dark, colours: paletteOf(colouring, dark) };
-    }
-    return {
-      palette: this._palette.colours, byHeight: colouring === "depth", bottom: this.bottom, ratio: this.ratio,
-      section: this.section, sectionColour: sectionColour(dark), tool: this._tool(),
-    };
+    clearTimeout(this._resting);
+    if (view.software && performance.now() - this.moved < REST) this._resting = setTimeout(() => this._again(), REST);
   }
 
   /** Return the current tool, or null: its position, its shape, and its sections from the top down.
@@ -436,43 +426,15 @@ export class Solid {
     if (!known || !Number.isFinite(at.x + at.y + at.z)) return null;
     const { shape, length } = known, radius = shape[0], point = shape[5] > 0 || shape[2] > 0 ? surface(shape, radius) : 0;
     const cuts = Math.max(length, point), parts = partsOf(known, point, cuts);
-    return {
-      x: at.x - header.origin[0], y: at.y - header.origin[1], z: at.z, shape, point, radius, parts,
-      long: parts[0][1], largest: Math.max(...parts.map((part) => part[2])),
-    };
+    return { x: at.x - header.origin[0], y: at.y - header.origin[1], z: at.z, shape, point, parts };
   }
 
   /** @param {Colours} theme */
   _overlay(theme) {
     const { ctx, ratio, camera } = this;
-    ctx.setTransform(1, 0, 0, 1, 0, 0);
-    ctx.clearRect(0, 0, this.over.width, this.over.height);
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
-    if (this.shows.path) this._path(ctx, theme);
     this.marks.draw(ctx, camera, theme);
     axes(ctx, camera, theme);
-  }
-
-  /** Draw the path of the tool so far, limited to the last moves.
-   * @param {Context} ctx @param {Colours} theme */
-  _path(ctx, theme) {
-    const { blocks: { move, rapid, row }, camera } = this, most = 12000;
-    const last = Math.min(this.cut, row.length), first = Math.max(0, last - most);
-    for (const [kind, colour, width] of /** @type {[number, string, number][]} */ ([[1, theme.rapid, 0.9], [0, theme.cut, 1.1]])) {
-      ctx.beginPath();
-      for (let k = first; k < last; k++) {
-        if (rapid[k] !== kind) continue;
-        const [ax, ay] = camera.project(move[6 * k], move[6 * k + 1], move[6 * k + 2]);
-        const [bx, by] = camera.project(move[6 * k + 3], move[6 * k + 4], move[6 * k + 5]);
-        ctx.moveTo(ax, ay);
-        ctx.lineTo(bx, by);
-      }
-      ctx.globalAlpha = 0.7;
-      ctx.strokeStyle = colour;
-      ctx.lineWidth = width;
-      ctx.stroke();
-      ctx.globalAlpha = 1;
-    }
   }
 
   /** Return the point of the stock under a pixel, with the line that cut it last (0: none), or null.
@@ -487,6 +449,7 @@ export class Solid {
   }
 
   destroy() {
+    this.view?.destroy();
     clearTimeout(this._resting);
     clearTimeout(this._late);
     this.worker?.terminate();
@@ -494,17 +457,16 @@ export class Solid {
   }
 }
 
-/** Return the sections of a tool from the top down: lower and upper end above the tip, radius, colour, fluted or not.
- * Unknown sections above the flutes are as wide as the flutes.
+/** Return the cylinders of a tool from the top down. Unknown parts above the flutes are as wide as the flutes.
  * @param {any} known @param {number} point @param {number} cuts */
 function partsOf({ shape, bodies }, point, cuts) {
-  const radius = shape[0], parts = /** @type {ToolPart[]} */ ([[point, cuts, radius, TOOL.cuts, true]]);
+  const radius = shape[0], parts = /** @type {ToolPart[]} */ ([[point, cuts, radius, TOOL.cuts]]);
   const above = bodies?.length ? bodies : [["shank", cuts, radius]];
   for (const [kind, low, wide] of above) {
     const last = parts[parts.length - 1];
-    if (parts.length === 1 && low > cuts + 1e-6) parts.push([cuts, low, radius, TOOL.shank, false]);
+    if (parts.length === 1 && low > cuts + 1e-6) parts.push([cuts, low, radius, TOOL.shank]);
     else last[1] = Math.max(low, last[0]);
-    parts.push([low, low + (kind === "holder" ? 1.2 : 2) * wide, wide, kind === "holder" ? TOOL.holder : TOOL.shank, false]);
+    parts.push([low, low + (kind === "holder" ? 1.2 : 2) * wide, wide, kind === "holder" ? TOOL.holder : TOOL.shank]);
   }
   return parts.reverse();
 }

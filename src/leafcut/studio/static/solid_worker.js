@@ -37,6 +37,6 @@ function report(stock, there, asked) {
   reported = performance.now();
   if (there) reached = asked;
   heard = false;
-  const moved = found ? [found.heights.buffer, found.by.buffer, found.relief.buffer] : [];
+  const moved = found ? [found.heights.buffer, found.by.buffer] : [];
   self.postMessage({ found, there, turn: asked, done: stock.done }, { transfer: moved });
 }
