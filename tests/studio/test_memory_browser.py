@@ -175,7 +175,7 @@ def test_everything_is_there_when_the_studio_is_started_again(browser: Browser, 
         page.keyboard.press("3")
         choose_machine(page, "grbl-3018")
         page.locator("#view-machines").get_by_role("button", name="Copy").click()
-        expect(page.locator("#editor-name")).to_have_value("my-grbl-3018")
+        expect(page.locator("#editor-name-machines")).to_have_value("my-grbl-3018")
         page.locator("#view-machines").get_by_role("tab", name="TOML").click()
         text = page.locator("#view-machines .editor .cm-content")
         text.press("Control+Home")

@@ -185,26 +185,6 @@ class Editor(Element, component="../static/editor.js"):
         self.update()
 
 
-class SaveBar(Element, component="../static/save_bar.js"):
-    """A name field with a save button.
-
-    `on_save` receives the name. `on_go` is called when the user follows the link to the line of an error.
-    """
-
-    def __init__(
-        self, field: str, name: str, words: dict[str, str], on_save: Callable[[str], Any], on_go: Callable[[], Any]
-    ) -> None:
-        super().__init__()
-        self.props.update(field=field, name=name, words=words, problem="", line=0)
-        self.on("save", lambda e: on_save(e.args))
-        self.on("go", on_go)
-
-    def show(self, problem: str, line: int) -> None:
-        """Show an error (empty for none) and its line (0 for none)."""
-        self.props.update(problem=problem, line=line)
-        self.update()
-
-
 class BrowserState(Element, component="../static/browser_state.js"):
     """The data of a page that the browser stores: steps of its history with their choices, and drafts of profiles.
 

@@ -10,7 +10,7 @@ from nicegui.elements.mixins.text_element import TextElement
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.studio.jobs.jobs import line_of
 from leafcut.studio.page import library, profile_form
-from leafcut.studio.page.elements import Editor, Form, SaveBar, box, button, text
+from leafcut.studio.page.elements import Editor, Form, box, button, text
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.toml_place import TomlPlace, place_of
 
@@ -116,10 +116,7 @@ class LibraryPanel:
             if self.own:
                 button(w("library.delete"), self._delete, "small plain", data_sure=w("jobs.sure"))
         if self.own:
-            keys = ("name", "save", "rule", "to_line")
-            words = {key: w.table[f"library.{key}"] for key in keys}
-            field = "editor-name" if self.kind == "machines" else "editor-name-tools"
-            self.bar = SaveBar(field, self.chosen, words, self._save, self._go_to_line)
+            self._save_bar()
         with box("div", "tabs", role="tablist", aria_label=self.chosen):
             for tab in _TABS:
                 is_current = tab == self.tab
@@ -131,6 +128,28 @@ class LibraryPanel:
         with box("div", "", role="tabpanel", id=f"{self.kind}-panel", aria_labelledby=f"{self.kind}-{self.tab}"):
             self._body()
         self._check()
+
+    def _save_bar(self) -> None:
+        """Add the name field with the save button, and an empty line for an error."""
+        w, field = self.view.words, f"editor-name-{self.kind}"
+        with box("form", "editor-bar") as form:
+            text("label", w("library.name"), for_=field)
+            with box("span", "box"):
+                name = box("input", "", id=field, type="text", spellcheck="false", autocomplete="off")
+                name.props["^value"] = self.chosen  # an attribute, because the property would replace what is typed
+            button(w("library.save"), None, "primary").props("type=submit")
+            self.problem = box("p", "error problem", role="status")
+        typed = "e.target.querySelector('input').value"
+        form.on("submit", lambda e: self._save(e.args), js_handler=f"(e) => {{ e.preventDefault(); emit({typed}); }}")
+
+    def _show_problem(self, problem: str, line: int) -> None:
+        """Show an error (empty for none) and a link to its line (0 for none)."""
+        self.problem.clear()
+        with self.problem:
+            if problem:
+                text("span", problem)
+            if line:
+                button(self.view.words("library.to_line", line=line), self._go_to_line, "plain small")
 
     def _show(self, tab: str) -> None:
         self.tab = tab
@@ -259,7 +278,7 @@ class LibraryPanel:
             place = place_of(self.now, refusal)
             problem = self.view.words.plain(str(refusal))
         line = place.line or 0
-        self.bar.show(problem, line)
+        self._show_problem(problem, line)
         if self.editor is not None:
             self.editor.show(self.now, line, problem)
         if self.form is not None:
