@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-import asyncio
-import socket
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
-import uvicorn
-from own_loop import awaited
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
@@ -18,8 +12,7 @@ from leafcut.errors import OptionError
 from leafcut.studio.folder import Folder, safe_name
 from leafcut.studio.jobs.task import Task, prepare
 from leafcut.studio.keys import COOKIE_SECONDS, StudioKeys
-from leafcut.studio.server import safety
-from leafcut.studio.server.app import guard_app, make_api, patient_protocol
+from leafcut.studio.server.app import make_api
 from leafcut.studio.server.safety import Guard
 from leafcut.studio.studio import PORT, STILL_POLICY, Studio, open_studio
 
@@ -93,103 +86,6 @@ def test_only_so_many_addresses_that_were_not_used_are_good() -> None:
     assert not keys.redeem_entry(made[0])
     assert keys.redeem_entry(made[-1])
     assert len({*made, keys.token}) == 21
-
-
-def test_a_request_that_stops_in_its_middle_is_given_up(monkeypatch: pytest.MonkeyPatch, studio: Studio) -> None:
-    monkeypatch.setattr(safety, "PAUSE", 0.02)
-    sent: list[dict[str, Any]] = []
-    first = iter([{"type": "http.request", "body": b"x", "more_body": True}])
-
-    async def receive() -> dict[str, Any]:
-        for message in first:
-            return message
-        await asyncio.Event().wait()
-        raise AssertionError
-
-    async def send(message: Any) -> None:
-        sent.append(message)
-
-    headers = {"host": f"127.0.0.1:{PORT}", "authorization": f"Bearer {studio.keys.token}"}
-    scope = {
-        "type": "http",
-        "method": "POST",
-        "path": "/api/files",
-        "raw_path": b"/api/files",
-        "query_string": b"name=a.csv",
-        "headers": [(name.encode(), value.encode()) for name, value in headers.items()],
-    }
-    awaited(guard_app(studio, make_api(studio))(scope, receive, send))
-    assert sent[0]["status"] == 408
-    assert not list(studio.folder.inputs.iterdir())
-
-
-def test_a_connection_without_a_whole_head_is_closed_and_a_connection_with_an_answer_is_not() -> None:
-    """The test runs the timers of the connections itself."""
-    seconds = 987.0
-    timers: list[asyncio.TimerHandle] = []
-    asked, answer = asyncio.Event(), asyncio.Event()
-
-    async def app(scope, receive, send) -> None:
-        assert scope["type"] == "http"
-        asked.set()
-        await answer.wait()
-        await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"4")]})
-        await send({"type": "http.response.body", "body": b"done"})
-
-    def time_out() -> None:
-        for timer in timers:
-            if not timer.cancelled():
-                timer._run()
-        timers.clear()
-
-    async def received(port: int, request: bytes) -> bytes:
-        """Return the bytes up to the end of the answer or of the connection."""
-        reader, writer = await asyncio.open_connection("127.0.0.1", port)
-        writer.write(request)
-        data = b""
-        while not data.endswith(b"done") and (more := await asyncio.wait_for(reader.read(1000), 60)):
-            data += more
-        writer.close()
-        return data
-
-    async def answers() -> list[bytes]:
-        loop = asyncio.get_running_loop()
-        call_later = loop.call_later
-
-        def later(delay: float, callback: Callable[..., object], *arguments: Any) -> asyncio.TimerHandle:
-            timer = call_later(delay, callback, *arguments)
-            if delay == seconds:
-                timers.append(timer)
-            return timer
-
-        loop.call_later = later  # type: ignore[method-assign]
-        config = uvicorn.Config(app, http=patient_protocol(seconds), log_level="critical", lifespan="off", ws="none")
-        server = uvicorn.Server(config)
-        with socket.socket() as listening:
-            listening.bind(("127.0.0.1", 0))
-            task = asyncio.create_task(server.serve(sockets=[listening]))
-            while not server.started:
-                await asyncio.sleep(0.01)
-            port = listening.getsockname()[1]
-            head = b"GET / HTTP/1.1\r\nHost: x\r\n"
-            without = [asyncio.create_task(received(port, request)) for request in (b"", head)]
-            whole = asyncio.create_task(received(port, head + b"\r\n" + head))
-            await asked.wait()
-            while len(timers) < 3:
-                await asyncio.sleep(0.01)
-            time_out()
-            closed = await asyncio.gather(*without)
-            assert not whole.done()
-            answer.set()
-            response = await whole
-            server.should_exit = True
-            await task
-        return [*closed, response]
-
-    nothing, half, response = awaited(answers())
-    assert nothing == half == b""
-    assert response.startswith(b"HTTP/1.1 200")
-    assert response.endswith(b"done")
 
 
 @pytest.mark.parametrize("host", ["evil.example", f"evil.example:{PORT}", f"127.0.0.1:{PORT + 1}", "127.0.0.1", ""])

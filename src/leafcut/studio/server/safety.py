@@ -12,11 +12,9 @@ get a nonce, which is new for every page. Its component calls are text that the 
 
 from __future__ import annotations
 
-import asyncio
 import json
 import re
 import secrets
-import time
 from collections.abc import Awaitable, Callable, Iterable, MutableMapping
 from contextlib import suppress
 from http.cookies import CookieError, SimpleCookie
@@ -35,8 +33,6 @@ App = Callable[[Scope, Receive, Send], Awaitable[None]]
 #: Maximum body of a request without files, bytes. Uploads may have `LARGEST_UPLOAD`.
 LARGEST_REQUEST = 1024 * 1024
 UPLOADS = "/api/"
-#: Maximum pause within a request, and maximum time for the whole request, s.
-PAUSE, WHOLE = 20.0, 600.0
 
 _FIXED = {
     "x-frame-options": "DENY",
@@ -51,7 +47,7 @@ _READING = ("GET", "HEAD", "OPTIONS")
 
 
 class RequestRefused(Exception):
-    """A request is too large or too slow. The exception ends the request wherever it is being read."""
+    """A request is too large. The exception ends the request wherever it is being read."""
 
 
 def content_policy(nonce: str, host: str) -> str:
@@ -168,7 +164,7 @@ class Guard:
         with suppress(RequestRefused):
             await self.app(scope, exchange.receive, exchange.send)
         if exchange.refused and not exchange.begun:
-            await _answer(asked, send, *exchange.refused)
+            await _answer(asked, send, *_too_large(limit))
 
 
 def _too_large(limit: int) -> tuple[int, str]:
@@ -213,40 +209,27 @@ class _RequestHead:
 class _Exchange:
     """A request and its answer in transit: limits the request, adds headers, and gives a page its nonce.
 
-    Whatever the declared length, at most `limit` bytes of the body are forwarded, with no pause longer than `PAUSE`
-    and within `WHOLE` seconds. After a violation, the application's answer is dropped.
+    Whatever the declared length, at most `limit` bytes of the body are forwarded. If there are more, the application's
+    answer is dropped.
     """
 
     def __init__(self, receive: Receive, send: Send, asked: _RequestHead, limit: int, cookie: str) -> None:
         self._receive, self._send, self._asked = receive, send, asked
-        self._limit, self._left = limit, limit
+        self._left = limit
         self._cookie = cookie
-        self._end = time.monotonic() + WHOLE
-        self._arriving = True
-        self.refused: tuple[int, str] | None = None
-        self.begun = False
+        self.refused = self.begun = False
         self._held: AsgiMessage | None = None
         self._nonce = secrets.token_urlsafe(16)
         self._body = bytearray()
 
     async def receive(self) -> AsgiMessage:
         """Forward a received message, or raise `RequestRefused`."""
-        message = await self._next()
-        self._arriving = message.get("more_body", False)
+        message = await self._receive()
         self._left -= len(message.get("body", b""))
         if self._left < 0:
-            self.refused = _too_large(self._limit)
+            self.refused = True
             raise RequestRefused
         return message
-
-    async def _next(self) -> AsgiMessage:
-        if not self._arriving:  # the body is complete; the end of the connection may come late
-            return await self._receive()
-        try:
-            return await asyncio.wait_for(self._receive(), min(PAUSE, self._end - time.monotonic()))
-        except TimeoutError:
-            self.refused = (408, "The request did not arrive in time.")
-            raise RequestRefused from None
 
     async def send(self, message: AsgiMessage) -> None:
         """Forward a message. A page is held until it is complete."""
