@@ -96,28 +96,6 @@ def test_no_other_user_of_the_machine_can_read_a_key(tmp_path: Path) -> None:
     assert not (page.parent / "token").exists()
 
 
-@pytest.mark.slow
-def test_pages_without_a_browser_do_not_fill_the_memory(tmp_path: Path) -> None:
-    """In a studio of its own: a page in a browser makes the studio load its readers."""
-    if not Path("/proc/self/status").is_file():
-        pytest.skip("this system does not tell the memory of a process")
-    with (
-        running(tmp_path, first="") as alone,
-        httpx2.Client(base_url=alone.origin, cookies=alone.cookies(), timeout=PATIENCE) as client,
-    ):
-
-        def resident() -> float:
-            status = Path(f"/proc/{alone.process.pid}/status").read_text()
-            return int(status.partition("VmRSS:")[2].split()[0]) / 1024
-
-        for _ in range(60):  # NiceGUI keeps recent pages for a while, and garbage is collected later
-            client.get("/")
-        before = resident()
-        for _ in range(60):
-            client.get("/")
-        until(lambda: resident() - before < 15)  # MiB; 60 pages take about 40
-
-
 def test_the_studio_listens_on_the_loopback_address_alone(server: Server) -> None:
     others = {info[4][0] for info in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)} - {"127.0.0.1"}
     for address in others | {"127.0.0.2"}:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
-import gc
 import logging
 import math
 import time
@@ -12,10 +10,9 @@ from functools import cache
 from html import escape
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Protocol
-from weakref import WeakSet
 
 from fastapi import Request
-from nicegui import Client, background_tasks, ui
+from nicegui import background_tasks, ui
 
 from leafcut.studio.drawing.canvas import STATIC
 from leafcut.studio.folder import Folder
@@ -40,13 +37,9 @@ if TYPE_CHECKING:
 
 #: Time after which a message disappears, unless it is an error, s.
 _SAID_SECONDS = 6.0
-#: Maximum number of pages that wait for a browser; NiceGUI itself drops them only after a minute.
-_MAX_UNSEEN = 20
 #: Time within which a browser must reconnect to keep its page, s. NiceGUI derives the interval and the time limit of
 #: its pings from it.
 RECONNECT_SECONDS = 10.0
-#: Delay before the memory of closed pages is released, s.
-_TIDY_SECONDS = 1.0
 #: Polling interval for running jobs, s; short enough for a result to appear at once.
 _TICK = 0.05
 
@@ -64,16 +57,11 @@ _MODULES = ("focus.js", "badge.js", "picture.js")
 def add_pages(app: FastAPI, studio: Studio) -> None:
     """Add the pages of a studio to its server."""
     logging.getLogger("nicegui").setLevel(logging.ERROR)
-    tidier = _Tidier()
 
     @ui.page("/", title="leafcut studio")
     def page(request: Request, lang: str = "", view: str = "", job: str = "") -> None:
         Page(studio, words(_language(studio.folder, request, lang)), job).build(view)
-        client = ui.context.client
-        client.on_connect(lambda: tidier.seen.add(client))
-        client.on_delete(tidier.page_gone)
-        client.on_connect(studio.workers.get_ready)  # the page is visible, so this delays nobody
-        tidier.drop_unseen()
+        ui.context.client.on_connect(studio.workers.get_ready)  # the page is visible, so this delays nobody
 
     # No compression over the loopback interface. Tailwind would run a compiler in the page.
     ui.run_with(
@@ -95,30 +83,6 @@ class RoomView(Protocol):
 
     def tick(self, *, shown: bool) -> None:
         """Update it; called every `_TICK` seconds once it was shown."""
-
-
-class _Tidier:
-    """Releases the memory of closed pages: about 1 MB each, in reference cycles."""
-
-    def __init__(self) -> None:
-        self._due = False
-        #: Pages that a browser has displayed; NiceGUI deletes these itself.
-        self.seen: WeakSet[Client] = WeakSet()
-
-    def page_gone(self) -> None:
-        if not self._due:
-            self._due = True
-            asyncio.get_running_loop().call_later(_TIDY_SECONDS, self._collect)
-
-    def _collect(self) -> None:
-        self._due = False
-        gc.collect()
-
-    def drop_unseen(self) -> None:
-        """Drop the oldest pages that were requested but never displayed, as by a program that loads the address."""
-        unseen = [client for client in Client.instances.values() if client not in self.seen]
-        for client in unseen[:-_MAX_UNSEEN]:
-            client.delete()
 
 
 def _favicon() -> str:
