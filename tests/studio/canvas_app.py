@@ -8,7 +8,7 @@ from canvas_scenes import grid_of_holes, grid_program
 from nicegui import ui
 from nicegui.events import GenericEventArguments
 
-from leafcut.studio.drawing.canvas import Canvas
+from leafcut.studio.drawing.canvas import STATIC, Canvas
 from leafcut.studio.drawing.program_text import ProgramText
 from leafcut.studio.server.routes import colours_css
 from leafcut.studio.wording import words
@@ -16,7 +16,8 @@ from leafcut.studio.wording import words
 
 def page() -> None:
     """Lay the page."""
-    ui.add_css(colours_css())
+    for style in (colours_css(), STATIC / "drawing.css", STATIC / "program.css"):
+        ui.add_css(style)
     said = ui.label("nothing").props("id=said")
     selections: list[object] = []
 

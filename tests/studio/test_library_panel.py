@@ -31,7 +31,6 @@ def panel_of(studio: Studio, kind: str, tab: str = "toml") -> tuple[LibraryPanel
     page: Any = SimpleNamespace(
         show_message=lambda line, bad=False: said.append(line),
         input=SimpleNamespace(draw=lambda: None),
-        store_draft=lambda *_: None,
     )
     panel = LibraryPanel(View(studio, words("en")), page, kind)
     panel.tab = tab
@@ -67,7 +66,7 @@ def test_what_another_page_saved_is_never_overwritten_but_shown(studio: Studio) 
         assert saved.startswith(f"# theirs, {other}")
         act(one)
         assert said == ["“mine” was changed on another page. This is its current text: make your change again."]
-        assert (one.now, dict(one.drafts)) == (saved, {})
+        assert (one.now, studio.folder.draft("machines", "mine")) == (saved, None)
         one._put("max_feed", "900", "")
         one._save("mine")
         assert library.own_text(studio.folder, "machines", "mine").startswith(f"# theirs, {other}")

@@ -10,6 +10,7 @@ import sys
 import time
 import unicodedata
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
 from leafcut.errors import OptionError
@@ -127,6 +128,22 @@ class Folder:
     def save_own(self, kind: str, name: str, text: str) -> None:
         """Write one of the user's own files atomically."""
         write_whole(self.own_path(kind, name), text)
+
+    def draft(self, kind: str, name: str) -> str | None:
+        """Return the unsaved text of one of the user's own files, or None."""
+        with suppress(OSError, UnicodeDecodeError):
+            return self._draft_path(kind, name).read_text(encoding="utf-8")
+        return None
+
+    def set_draft(self, kind: str, name: str, text: str | None) -> None:
+        """Store the unsaved text of one of the user's own files; None deletes it."""
+        if text is None:
+            self._draft_path(kind, name).unlink(missing_ok=True)
+        else:
+            write_whole(self._draft_path(kind, name), text)
+
+    def _draft_path(self, kind: str, name: str) -> Path:
+        return self.own_path(kind, name).with_suffix(".draft")
 
     def without_paths(self, line: str) -> str:
         """Return a message with file names as the user knows them, without the folder names of the studio."""

@@ -62,8 +62,6 @@ class Studio:
     recent: RecentFiles
     #: Name → view with a package of its own, in the order in which they are closed.
     rooms: dict[str, Room] = field(default_factory=dict)
-    #: Unsaved texts of the user's own files: kind → name → text. Browsers store them, too.
-    drafts: dict[str, dict[str, str]] = field(default_factory=lambda: {"machines": {}, "tools": {}})
     #: The pages (`page.pages.Page`) by the names of their choices in a browser's history.
     open_pages: WeakValueDictionary[str, Any] = field(default_factory=WeakValueDictionary)
 

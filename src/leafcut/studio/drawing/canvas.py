@@ -2,8 +2,8 @@
 
 NiceGUI is an extra, so this module is imported only where the studio runs. The modules in ``static`` draw in the
 browser and do not depend on NiceGUI. Scenes (`studio.drawing.scene`) do not pass through the page's connection: the
-element sends an address from which the browser fetches the bytes. The page must define the report's colours as CSS
-variables.
+element sends an address from which the browser fetches the bytes. The page must contain ``drawing.css`` and define the
+report's colours as CSS variables.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Self
 
-import nicegui.elements.scene  # noqa: F401  three.js becomes available to the page
 from nicegui.dependencies import register_esm
 from nicegui.events import GenericEventArguments
 

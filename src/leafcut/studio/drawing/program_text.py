@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-import nicegui.elements.codemirror  # noqa: F401  its modules become available to the page
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -186,7 +186,7 @@ class Editor(Element, component="../static/editor.js"):
 
 
 class BrowserState(Element, component="../static/browser_state.js"):
-    """The data of a page that the browser stores: steps of its history with their choices, and drafts of profiles.
+    """The data of a page that the browser stores: steps of its history with their choices.
 
     `on_went` is called after Back or Forward. It receives the query of the address (key → text), the choices of the
     step, and whether the browser had recorded all steps; a step that is still on its way is recorded after it.
@@ -213,27 +213,15 @@ class BrowserState(Element, component="../static/browser_state.js"):
 
     async def read(self) -> str:
         """Return the choices of the current step, or an empty text."""
-        return str(await self._ask("read") or "")
+        return await self._answer("read")
 
     async def read_last(self) -> str:
         """Return the choices of the page that was closed last, or an empty text."""
-        return str(await self._ask("readLast") or "")
+        return await self._answer("readLast")
 
-    async def draft_names(self) -> list[str]:
-        """Return the names of the stored drafts."""
-        return [str(name) for name in await self._ask("drafts") or ()]
-
-    async def draft(self, name: str) -> str:
-        """Return a stored draft."""
-        return str(await self._ask("draft", name) or "")
-
-    async def _ask(self, method: str, *args: str) -> Any:
-        """Return the browser's answer; None if the page has gone before it answered."""
+    async def _answer(self, method: str) -> str:
+        """Return the browser's answer; an empty text if the page has gone before it answered."""
         try:
-            return await self.run_method(method, *args, timeout=_PATIENCE)
+            return str(await self.run_method(method, timeout=_PATIENCE) or "")
         except TimeoutError:
-            return None
-
-    def set_draft(self, name: str, text: str | None) -> None:
-        """Store a draft; None deletes it."""
-        self.run_method("setDraft", name, text)
+            return ""

@@ -19,7 +19,6 @@ from leafcut.studio.folder import Folder
 from leafcut.studio.page.badge import Badge
 from leafcut.studio.page.elements import box, button, link, text
 from leafcut.studio.page.help_dialog import VIEWS, help_dialog
-from leafcut.studio.page.library import MAX_CHARACTERS
 from leafcut.studio.page.memory import Memory
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_input import InputPanel
@@ -48,7 +47,7 @@ LEAF = (
     '10-17z"></path><path d="M5 20 14 10"></path><path d="M20 4l-3.5 3.5"></path></svg>'
 )
 
-_STYLES = ("colours.css", "studio.css", "room.css", "works.css", "figures.css")
+_STYLES = ("colours.css", "studio.css", "room.css", "works.css", "figures.css", "drawing.css", "program.css")
 #: Must run before painting, because it sets the light or dark theme.
 _FIRST_SCRIPT = "shell.js"
 _MODULES = ("focus.js", "badge.js", "picture.js")
@@ -267,18 +266,6 @@ class Page:
         elif self._asked:
             await self.open_job(self._asked)
         self.memory.save()
-        for name in await self.memory.browser.draft_names():
-            kind, _, profile = name.partition("/")
-            if profile not in self.studio.drafts.get(kind, {profile: ""}):
-                self.studio.drafts[kind][profile] = await self.memory.browser.draft(name)
-                if self.shown == kind:
-                    self.show(kind)
-
-    def store_draft(self, kind: str, name: str) -> None:
-        """Store a draft in the browser, or delete it there if it no longer exists."""
-        draft = self.studio.drafts[kind].get(name)
-        if draft is None or len(draft) <= MAX_CHARACTERS:
-            self.memory.browser.set_draft(f"{kind}/{name}", draft)
 
     async def resume(self, kept: KeptState) -> None:
         """Continue with stored choices."""

@@ -32,8 +32,6 @@ class LibraryPanel:
         self.tab = "form"
         #: Array and entry of a tool library that the form shows.
         self.array, self.entry = ("tool", 0) if kind == "tools" else ("", 0)
-        #: Name → unsaved text of the user's own profiles.
-        self.drafts = view.studio.drafts[kind]
         self._saved = ""
         #: Text shown on this page. Another page may have saved or typed a different text.
         self._shown = ""
@@ -79,7 +77,8 @@ class LibraryPanel:
     @property
     def now(self) -> str:
         """The current text: the unsaved draft, otherwise the saved text."""
-        return self.drafts.get(self.chosen, self._saved) if self.own else self._saved
+        draft = self.view.studio.folder.draft(self.kind, self.chosen) if self.own else None
+        return self._saved if draft is None else draft
 
     def _read(self) -> None:
         self._saved = (
@@ -226,7 +225,8 @@ class LibraryPanel:
         if not self._ensure_current():
             return False
         try:
-            self._change(change(self.now))
+            # Runs and lists use the saved text.
+            self.view.studio.folder.set_draft(self.kind, self.chosen, change(self.now))
         except LeafcutError as problem:
             self.page.show_message(str(problem), True)
             self.draw()
@@ -246,18 +246,11 @@ class LibraryPanel:
         self._check()
 
     def _typed(self, words: str) -> None:
-        if self._ensure_current():
-            self._change(words)
+        if self._edit(lambda _: words):
             self._check()
 
-    def _change(self, words: str) -> None:
-        """Store the text as a draft. Runs and lists use the saved text."""
-        self.drafts[self.chosen] = words
-        self.page.store_draft(self.kind, self.chosen)
-
     def _drop_draft(self, name: str) -> None:
-        self.drafts.pop(name, None)
-        self.page.store_draft(self.kind, name)
+        self.view.studio.folder.set_draft(self.kind, name, None)
 
     def _discard(self) -> None:
         if not self._ensure_current():

@@ -1,11 +1,10 @@
-// What the browser stores of the page: its steps in the history, each with the choices, and unsaved texts of profiles.
+// What the browser stores of the page: its steps in the history, each with the choices.
 // Also commits the text of a field when the user leaves the page.
 import { defineComponent, h, onMounted, onUnmounted, watch } from "vue";
 
 /** @typedef {[number, "pushState" | "replaceState", string, string]} Step */
 
 const LAST = "leafcut-last"; // choices of the page that was closed last
-const DRAFT = "leafcut-draft/"; // followed by kind and name
 
 export default defineComponent({
   // Steps that the browser has not taken yet, each [number, "pushState" or "replaceState", address, choices].
@@ -46,12 +45,6 @@ export default defineComponent({
         return choices();
       },
       readLast: () => localStorage.getItem(LAST) ?? "",
-      drafts: () => Object.keys(localStorage).filter((key) => key.startsWith(DRAFT)).map((key) => key.slice(DRAFT.length)),
-      draft: (/** @type {string} */ name) => localStorage.getItem(DRAFT + name) ?? "",
-      setDraft: (/** @type {string} */ name, /** @type {string | null} */ text) => {
-        if (text === null) localStorage.removeItem(DRAFT + name);
-        else localStorage.setItem(DRAFT + name, text);
-      },
     });
     return () => h("span", { hidden: true });
   },

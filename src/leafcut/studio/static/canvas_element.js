@@ -1,7 +1,7 @@
 // Drawing as a NiceGUI element (studio/drawing/canvas.py).
 
 import { Drawing } from "leafcut-canvas/canvas.js";
-import { fetchScene, register, withStyle } from "leafcut-canvas/registry.js";
+import { fetchScene, register } from "leafcut-canvas/registry.js";
 import { defineComponent, h, onMounted, onUnmounted, ref, watch } from "vue";
 
 /** @import { MachinePlace, Which } from "./canvas.js" */
@@ -72,7 +72,6 @@ export default defineComponent({
     function later(act) { loading = loading.then(act).catch((error) => console.error(error)); }
 
     onMounted(() => {
-      withStyle();
       drawing = new Drawing(host.value, { words: props.words, layers: props.layers, storage: storage() });
       for (const name of /** @type {const} */ (["select", "drag", "origin"])) {
         drawing.on(name, (detail) => { if (!quiet) emit(name, detail); });

@@ -1,7 +1,7 @@
 // Program of a drawing as a NiceGUI element (studio/drawing/program_text.py).
 
 import { ProgramView } from "leafcut-canvas/program_view.js";
-import { fetchScene, whenThere, withStyle } from "leafcut-canvas/registry.js";
+import { fetchScene, whenThere } from "leafcut-canvas/registry.js";
 import { readScene } from "leafcut-canvas/scene.js";
 import { defineComponent, h, onMounted, onUnmounted, ref } from "vue";
 
@@ -17,8 +17,6 @@ export default defineComponent({
     let view;
     let gone = false;
     onMounted(async () => {
-      withStyle();
-      withStyle("program.css");
       view = new ProgramView(host.value, { words: props.words });
       if (props.source) {
         const bytes = await fetchScene(props.source).catch(() => null);

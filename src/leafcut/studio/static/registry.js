@@ -27,16 +27,6 @@ export function whenThere(id, act) {
   else waiting.set(id, [...(waiting.get(id) ?? []), act]);
 }
 
-/** Load a style sheet once, by default that of the drawing. */
-export function withStyle(name = "drawing.css") {
-  const href = import.meta.resolve(`leafcut-canvas/${name}`);
-  if (document.querySelector(`link[href="${href}"]`)) return;
-  const link = document.createElement("link");
-  link.rel = "stylesheet";
-  link.href = href;
-  document.head.append(link);
-}
-
 /** Fetch the bytes of a scene; null if the server has removed it meanwhile.
  * @param {string} address */
 export async function fetchScene(address) {

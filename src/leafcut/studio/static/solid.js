@@ -96,6 +96,7 @@ export class Solid {
       make("div", "lc-group", { role: "group", "aria-label": words.solidFrom }, ...SIDES.map((from) => this._button(`solid_${from}`, () => this.look(from)))),
       this.colours, this.axis, make("div", "lc-group", {}, ...Object.values(this.toggles)), this.plane,
     );
+    this.picture.addEventListener("webglcontextrestored", () => this.wake());
     this.host.append(this.bar, this.frame);
     host.append(this.host);
     this.marks = new SolidMarks(this);
