@@ -205,4 +205,13 @@ def test_a_second_studio_on_the_same_folder_is_refused_in_one_line_and_the_first
         assert waiting is not None and waiting.state is JobState.WAITING
         first.history.close()
     with lock_folder(root, "http://127.0.0.1:99"):  # released when the first studio ended
-        assert (root / "lock").read_text() == "http://127.0.0.1:99"
+        pass
+
+
+def test_a_folder_that_cannot_be_written_is_refused_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "studio").write_text("a file")
+    with (
+        pytest.raises(OutputError, match="cannot write to the studio's folder"),
+        lock_folder(tmp_path / "studio", "http://127.0.0.1:1234"),
+    ):
+        pass
