@@ -1,7 +1,10 @@
-"""Draws two parts to be nested into this folder, a bracket (DXF) and a gusset (SVG): ``python examples/make_parts.py``.
+"""Draws parts into this folder: ``python examples/make_parts.py``.
+
+A bracket (DXF) and a gusset (SVG) are to be nested, and a name plate (DXF) has a layer for each operation of a mill.
 
 The bracket is an L of 180 × 140 mm, 50 mm wide, with rounded corners and a hole in either leg. The gusset is a
-triangle of 160 × 100 mm with its corners cut and a hole.
+triangle of 160 × 100 mm with its corners cut and a hole. The name plate of 80 × 50 mm has a pocket with an island,
+letters, four holes and a window.
 """
 
 from __future__ import annotations
@@ -34,13 +37,37 @@ def bracket() -> ezdxf.document.Drawing:
     return made
 
 
+def nameplate() -> ezdxf.document.Drawing:
+    """Return the name plate, mm, on the layers OUTLINE, POCKET_3, TEXT, HOLES and NOTES."""
+    made = ezdxf.new("R2000", units=InsertUnits.Millimeters)
+    quarter, space = math.tan(math.pi / 8.0), made.modelspace()
+    outline, pocket, text, holes = ({"layer": name} for name in ("OUTLINE", "POCKET_3", "TEXT", "HOLES"))
+    edge = [
+        (5, 0, 0.0), (75, 0, quarter), (80, 5, 0.0), (80, 45, quarter), (75, 50, 0.0), (5, 50, quarter), (0, 45, 0.0),
+        (0, 5, quarter),
+    ]  # fmt: skip
+    space.add_lwpolyline(edge, format="xyb", close=True, dxfattribs=outline)
+    space.add_lwpolyline([(52, 16), (68, 16), (68, 28), (52, 28)], close=True, dxfattribs=outline)
+    space.add_lwpolyline([(12, 12), (44, 12), (44, 30), (12, 30)], close=True, dxfattribs=pocket)
+    space.add_circle((28, 21), 3, dxfattribs=pocket)
+    space.add_lwpolyline([(18, 44), (18, 36), (23, 36)], dxfattribs=text)
+    space.add_arc((32, 40), 4, 45, 315, dxfattribs=text)
+    space.add_circle((45, 40), 4, dxfattribs=text)
+    for x, y in ((6, 6), (74, 6), (74, 44), (6, 44)):
+        space.add_circle((x, y), 2.5, dxfattribs=holes)
+    note = space.add_text("Mill 3 mm deep", height=2.5, dxfattribs={"layer": "NOTES"})
+    note.set_placement((12, -6))
+    return made
+
+
 def main(folder: Path = Path(__file__).parent) -> None:
-    """Write both into `folder`."""
+    """Write all parts into `folder`."""
     before = ezdxf.options.write_fixed_meta_data_for_testing
     # Without dates, names and random numbers of the program that writes.
     ezdxf.options.write_fixed_meta_data_for_testing = True
     try:
         bracket().saveas(folder / "bracket.dxf")
+        nameplate().saveas(folder / "nameplate.dxf")
     finally:
         ezdxf.options.write_fixed_meta_data_for_testing = before
     (folder / "gusset.svg").write_text(GUSSET, encoding="utf-8", newline="\n")

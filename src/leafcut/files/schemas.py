@@ -34,6 +34,7 @@ class Schema:
 ANSWER = Schema("JSON answer")
 OPTIONS = Schema(Message("file of options"))
 MACHINE = Schema(Message("machine profile"))
+OPERATIONS = Schema(Message("file of operations"))
 #: The file of `leafcut machine new --answers`.
 MACHINE_ANSWERS = Schema("file of answers")
 TOOLS = Schema(Message("tool library"))
@@ -48,7 +49,8 @@ RESULTS = Schema("results file")
 HISTORY = Schema("job history", current=2)
 
 SCHEMAS = (
-    ANSWER, OPTIONS, MACHINE, MACHINE_ANSWERS, TOOLS, MATERIAL, DIALECT, EXPERIMENT, PLAN, ORDER, RESULTS, HISTORY,
+    ANSWER, OPTIONS, OPERATIONS, MACHINE, MACHINE_ANSWERS, TOOLS, MATERIAL, DIALECT, EXPERIMENT, PLAN, ORDER, RESULTS,
+    HISTORY,
 )  # fmt: skip
 
 

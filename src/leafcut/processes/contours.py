@@ -99,6 +99,21 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
     return Sheet(part.name, contours, outline, issues=tuple(issues), holes=holes, price=price)
 
 
+def engraved_paths(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> list[Contour]:
+    """Return the lines and texts of some contours, joined where they meet; closed paths are counter-clockwise."""
+    every = replace(options, cut_layers=(), mark_layers=("*",), sheet_layers=(), ignore_layers=())
+    strokes = _strokes_by_kind(contours, kinds_of(contours, every, issues), issues)
+    return _join_strokes(strokes.get("mark", []), "mark", every, issues)
+
+
+def open_contours(contours: Sequence[Contour], options: SheetOptions) -> list[Contour]:
+    """Return the joined contours of the cut layers that are not closed."""
+    ignored: list[Issue] = []
+    strokes = _strokes_by_kind(contours, kinds_of(contours, options, ignored), ignored)
+    joined = _join_strokes(strokes.get("cut", []), "cut", replace(options, open_paths="drop"), ignored)
+    return [contour for contour in joined if not contour.path.closed]
+
+
 def check_thickness(part: Part, thickness: float | None) -> list[Issue]:
     """Return a warning (L413) if a common substitute replaces the thickness of the solid.
 

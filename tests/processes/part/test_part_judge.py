@@ -14,7 +14,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.part.model import Edge, PartHole, PartRequest, TabRules
+from leafcut.processes.part.model import Edge, Engraving, PartHole, PartRequest, TabRules
 from leafcut.processes.part.proof.part import judge_part
 from leafcut.proof.program import read_back
 
@@ -137,3 +137,41 @@ def test_an_error_in_the_program_is_found(change: Callable[[str], str], what: st
     changed = change(program)
     assert changed != program
     assert what in {difference.what for difference in judged(changed)}
+
+
+LINE = Polyline.of_points([(10.0, 10.0), (25.0, 10.0), (25.0, 20.0)])
+ENGRAVED = replace(REQUEST, engravings=(Engraving(LINE, 0.4, 1, "the line"),))
+CUT = ["G0 X10 Y10 Z2", "G1 Z-0.4 F90", "X25", "Y20", "G0 Z5"]
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    "lines, late, what",
+    [
+        (CUT, False, None),
+        (["G0 X25 Y20 Z2", "G1 Z-0.4 F90", "Y10", "X10", "G0 Z5"], False, None),
+        ([], False, "not cut"),
+        ([line.replace("-0.4", "-0.3") for line in CUT], False, "not cut"),
+        ([line.replace("-0.4", "-0.5") for line in CUT], False, "gouge"),
+        ([line.replace("Y20", "Y19") for line in CUT], False, "not cut"),
+        ([line.replace("Y20", "Y21") for line in CUT], False, "gouge"),
+        ([line.replace("Y10", "Y10.1") for line in CUT], False, "cut not drawn"),
+        ([*CUT[:4], "Y10", "X10", "G0 Z5"], False, "cut twice"),
+        (CUT, True, "order"),
+    ],
+)
+def test_errors_of_an_engraved_path_are_found(lines: list[str], late: bool, what: str | None, program: str) -> None:
+    written = program.splitlines()
+    at = written.index("M5") - 1 if late else next(k for k, line in enumerate(written) if line.startswith("G43")) + 1
+    written[at:at] = [*lines, "G0 X32 Y32"]
+    differences = judge_part(ENGRAVED, read_back("\n".join(written), dialect("linuxcnc")))
+    assert (what in {one.what for one in differences}) if what else differences == []
+
+
+@pytest.mark.hazard
+def test_a_slug_in_a_bore_is_found() -> None:
+    """The mill of 4 mm goes around a hole of 9 mm, and leaves a slug of 1 mm."""
+    hole = Edge(Polyline.circle(20.0, 20.0, 4.5), inside=True, name="hole", is_bore=True)
+    text = "G21 G90 G17 G94\nT1 M6\nG0 X22.5 Y20 Z2\nG1 Z-3.5 F90\nG3 I-2.5\nG0 Z5\nM2\n"
+    differences = judge_part(replace(REQUEST, edges=(hole,)), read_back(text, dialect("linuxcnc")))
+    assert [str(one.what) for one in differences if "has a slug" in str(one.text)] == ["not cut"]

@@ -17,12 +17,25 @@ class Edge:
     """A closed edge of the finished part, mm.
 
     `inside` means that the tool runs inside the edge of an opening. `within` are the indices of the edges around
-    this edge, in no order; they are milled later. `layer` is the layer in the drawing.
+    this edge, in no order; they are milled later. `layer` is the layer in the drawing. `is_bore` means a round hole of
+    at most two diameters of the mill: it has no tabs, and no slug comes loose.
     """
 
     path: Polyline
     inside: bool
     within: tuple[int, ...] = ()
+    name: str = ""
+    layer: str = ""
+    is_bore: bool = False
+
+
+@dataclass(frozen=True)
+class Engraving:
+    """A path to engrave: its depth below the top, mm, the number of the tool, and its name and layer."""
+
+    path: Polyline
+    depth: float
+    tool: int
     name: str = ""
     layer: str = ""
 
@@ -68,7 +81,8 @@ class PartHole:
 
 @dataclass(frozen=True)
 class PartRequest:
-    """What the program must do: mill these edges through the plate with a tool, leave tabs, and drill these holes.
+    """What the program must do: mill these edges through the plate with a tool, leave tabs, drill these holes, and
+    engrave these paths.
 
     `bottom` is the lowest height of the mill, and `thickness` the thickness of the plate, mm. `sheet` is the area of
     the plate, None if it is unknown.
@@ -82,11 +96,26 @@ class PartRequest:
     bottom: float
     tabs: TabRules
     sheet: shapely.Polygon | None = None
+    engravings: tuple[Engraving, ...] = ()
+
+
+@dataclass(frozen=True)
+class LayerWork:
+    """The work of a layer: number of shapes, operation, depth, mm (0 for none), and label of the tool ("" for none)."""
+
+    layer: str
+    shapes: int
+    operation: str
+    depth: float
+    tool: str
 
 
 @dataclass(frozen=True)
 class PartDetail:
-    """Numbers of milled outlines and openings, drilled holes and tabs; thickness and heights of rapids, mm."""
+    """Numbers of milled outlines and openings, drilled holes and tabs; thickness and heights of rapids, mm.
+
+    `layers` is the work of each layer.
+    """
 
     outlines: int
     openings: int
@@ -95,3 +124,4 @@ class PartDetail:
     thickness: float
     clearance: float
     retract: float
+    layers: tuple[LayerWork, ...] = ()

@@ -1,8 +1,9 @@
-"""Options of a part: tabs that hold it while it is milled."""
+"""Options of a part: operations by layer, and tabs that hold it while it is milled."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 from leafcut.options.option_spec import OptionGroup, option, when_given
@@ -10,11 +11,18 @@ from leafcut.options.option_spec import OptionGroup, option, when_given
 
 @dataclass(frozen=True)
 class PartOptions(OptionGroup):
-    """Tabs: bridges of material that hold a part, or the slug of a large opening, until all work is done."""
+    """Operations by layer, and tabs: bridges of material that hold a part, or the slug of a large opening."""
 
     section: ClassVar[str] = "part"
     title: ClassVar[str] = "Parts"
 
+    operations: Path | None = option(
+        "path",
+        None,
+        "file of operations (TOML): what is done with the shapes of each layer",
+        default_words="closed outlines are milled through the plate",
+        of_file=True,
+    )
     tabs: int = option(
         "whole",
         4,

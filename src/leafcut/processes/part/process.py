@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.model.kinds import Head
 from leafcut.options import JobOptions, MachineOptions, MillingOptions, ReadOptions, Settings, SheetOptions
+from leafcut.options.option_spec import when_absent
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, use
 from leafcut.processes.part.options import PartOptions
 
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
 
 _MAIN = (
-    "machine", "thickness", "tools", "tool_diameter", "material", "feed", "spindle_speed", "step_down", "tabs",
-    "clearance_height",
+    "machine", "thickness", "operations", "tools", "tool_diameter", "material", "feed", "spindle_speed", "step_down",
+    "tabs", "clearance_height",
 )  # fmt: skip
 _MORE = (
     "tab_width", "tab_height", "milling", "entry_angle", "plunge_feed", "tool_number", "diameter_tolerance",
@@ -40,13 +41,20 @@ _JOB = (
 _AFTER_CUTTING = 0.99
 
 
+#: Condition of the options that a file of operations replaces.
+_BY_NAME = (when_absent("operations"),)
+
+
 class PartMilling(Process):
     """Mills the outlines and openings of a drawing through a plate, and leaves tabs."""
 
     name = "part"
     title = "milling parts"
     options = (PartOptions,)
-    uses = use(ReadOptions, *_READ, *PLACE) | use(SheetOptions) | use(MachineOptions)
+    uses = use(ReadOptions, *_READ, *PLACE) | use(MachineOptions)
+    uses |= use(SheetOptions) | use(
+        SheetOptions, cut_layers=_BY_NAME, mark_layers=_BY_NAME, ignore_layers=_BY_NAME, open_paths=_BY_NAME
+    )
     uses |= use(JobOptions, *_JOB) | use(MillingOptions) | use(MillingOptions, entry_angle=()) | ORDERED | WRITTEN
     helps = {  # noqa: RUF012  # `Process` declares it as a class variable
         "thickness": ("thickness of the plate: outlines and openings go through it", "must be given"),
@@ -155,6 +163,7 @@ class PartMilling(Process):
             thickness=request.thickness,
             clearance=heights.clearance,
             retract=heights.retract,
+            layers=plan.work.layers,
         )
 
     def report(self, outcome: Outcome[PartDetail]) -> PartReport:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from leafcut.message import Message
 from leafcut.model.fact import Fact
 from leafcut.model.shown_stock import ShownStock
-from leafcut.processes.part.model import PartDetail
+from leafcut.processes.part.model import LayerWork, PartDetail
 from leafcut.report.drawing import Scene
 from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import coordinate_words, height_facts, time_facts, tool_facts
@@ -38,11 +38,39 @@ class PartReport(PathReport[PartDetail]):
         below = to_fixed(-detail.thickness - lowest, 2)
         words = Message("Z0 is the top; the lowest point is Z{}, {} mm below the plate", to_fixed(lowest, 2), below)
         return [
+            *self._layers(),
             *tool_facts(self.outcome.operations),
             Fact(sentence=words, name=Message("Depth")),
             *height_facts(detail.clearance, f"Z{coordinate_words(detail.retract)}"),
             *time_facts(self.outcome),
         ]
+
+    def _layers(self) -> list[Fact]:
+        """Return the work of each layer, as a table for scripts and a line for each layer."""
+        layers = self.outcome.detail.layers
+        rows = [
+            {
+                "layer": row.layer,
+                "shapes": row.shapes,
+                "operation": row.operation,
+                "depth_mm": row.depth,
+                "tool": row.tool,
+            }
+            for row in layers
+        ]
+        lines = [
+            Fact(
+                sentence=Message.joined(", ", [count(row.shapes, "shape"), *self._work_words(row)]),
+                name=Message("Layer {}", row.layer) if row.layer else Message("No layer"),
+            )
+            for row in layers
+        ]
+        return [Fact("layers", rows), *lines]
+
+    def _work_words(self, row: LayerWork) -> list[str]:
+        through = row.depth > self.outcome.detail.thickness
+        depth = Message("through") if through else Message("{:g} mm deep", row.depth)
+        return [row.operation, *([depth] if row.depth else []), *([row.tool] if row.tool else [])]
 
     def size(self, scene: Scene) -> str:
         """Return the size of the part as text."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -16,15 +17,28 @@ from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.issue import Issue
-from leafcut.model.part import Hole
+from leafcut.model.part import Hole, Part
 from leafcut.model.plan import Candidate, Order, Stage
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.options import MillingOptions
+from leafcut.model.sheet import Sheet
+from leafcut.model.tool import MILLS, Tool, ToolLibrary
+from leafcut.options import MillingOptions, Settings
 from leafcut.processes.job import Job, check_dialect_options, check_tool_changes, library_of, plane_point
 from leafcut.processes.milling.mill import assumed_number, library_mill_for, milling_data
-from leafcut.processes.part.model import Edge, PartHole, PartRequest, TabRules
+from leafcut.processes.part.model import Edge, Engraving, LayerWork, PartHole, PartRequest, TabRules
+from leafcut.processes.part.operations import (
+    LayeredPart,
+    LayerRule,
+    Operation,
+    divide_by_layer,
+    edge_options,
+    not_a_bore,
+    open_shape,
+    read_operations,
+)
 from leafcut.processes.part.options import PartOptions
-from leafcut.processes.part.plan.holes import HoleGroup, fitting_drill, hole_groups
+from leafcut.processes.part.plan.engraving import engraving_tasks
+from leafcut.processes.part.plan.holes import HoleGroup, PlannedHole, fitting_drill, hole_groups
 from leafcut.processes.part.plan.motion import part_motion
 from leafcut.processes.part.plan.outlines import OutlineCut, edges_of, missing_paths, plan_cuts
 from leafcut.processes.part.plan.task import Mill, MillTask, PartHeights
@@ -34,7 +48,6 @@ from leafcut.timing.toolpath import measure_toolpath
 from leafcut.timing.travel import travel_metric
 
 if TYPE_CHECKING:
-    from leafcut.model.tool import Tool, ToolLibrary
     from leafcut.read.format import Source
 
 
@@ -63,19 +76,16 @@ class PartWork:
     mills: tuple[MillStage, ...]
     cuts: tuple[OutlineCut, ...]
     heights: PartHeights
+    layers: tuple[LayerWork, ...]
 
 
 def plan_part(job: Job, source: Source) -> Plan:
     """Return the plan of a part.
 
-    Raises ReadError, OptionError or PlanError if the drawing, the tool or the tabs do not suit.
+    Raises ReadError, OptionError or PlanError if the drawing, the tool, the tabs or the operations do not suit.
     """
-    from leafcut.processes.contours import check_thickness, prepare_sheet, without_excluded_holes
-    from leafcut.processes.placing import place_part
-    from leafcut.read import read_contours
-
-    settings, milling = job.settings, job.settings.of(MillingOptions)
-    asked, thickness = settings.job, settings.job.thickness
+    settings, milling, asked = job.settings, job.settings.of(MillingOptions), job.settings.job
+    thickness = asked.thickness
     if thickness is None:
         raise OptionError("a part needs the thickness of its plate; give --thickness")
     if settings.sheet.open_paths in ("cut", "mark"):
@@ -83,30 +93,42 @@ def plan_part(job: Job, source: Source) -> Plan:
             "--open-paths {}: leafcut part mills closed outlines only; close the paths, or use --open-paths drop",
             settings.sheet.open_paths,
         )
-    part = read_contours(source, settings.read, job.start_step(Message("reading")))
-    part = replace(part, issues=(*part.issues, *check_thickness(part, thickness)))
-    part = place_part(part, settings.read)
-    sheet = prepare_sheet(part, settings.sheet, settings.read.concentric)
-    sheet = without_excluded_holes(sheet, settings.read)
+    part = _read_part(job, source, thickness)
+    divided = _divide(part, settings, thickness)
+    sheet = _prepare_sheet(divided, settings)
     bottom = -thickness - asked.break_through
     library = library_of(settings, job.machine)
     mill, diameter = _mill(job, library, -bottom)
     data, issues = milling_data(milling, asked, diameter, job.machine, mill)
+    climb = milling.milling == "climb"
+    main = Mill(data, asked.step_down or 0.5 * diameter, climb)
     tabs = _tab_rules(settings.of(PartOptions), thickness)
     all_edges, left = edges_of(sheet.contours)
-    edges, drilled, other = _split_holes(all_edges, library, asked.diameter_tolerance, -bottom)
+    edges, drilled, other = _split_holes(all_edges, divided, library, asked.diameter_tolerance, -bottom, diameter)
     groups, deep = hole_groups(drilled, bottom, asked.retract_height, asked.retract == "initial", job.machine)
-    climb = milling.milling == "climb"
     area = None if sheet.outline is None else _sheet_area(sheet.outline, sheet.holes)
     cuts, more = plan_cuts(edges, 0.5 * diameter, climb, tabs, area)
-    if not cuts:
+    mills, engraved = _engraving_mills(divided, job, main, library)
+    engravings, unsound = _engravings(divided, settings, data.tool.number)
+    if not (cuts or groups or engravings):
         raise OptionError("{}: no edge is wider than the mill of {:g} mm; use a smaller mill", part.name, diameter)
     words_of = dialect(settings.post.dialect or job.machine.controller)
     job = job.for_dialect(words_of)
     check_dialect_options(settings, words_of)
     check_tool_changes(job.machine, words_of)
-    main = MillStage(Mill(data, asked.step_down or 0.5 * diameter, climb), tuple(cuts))
-    work = PartWork(tuple(groups), (main,), tuple(cuts), _heights(job, tabs, thickness, bottom))
+    stages = []
+    for one in (*mills, main):
+        own = [engraving for engraving in engravings if engraving.tool == one.data.tool.number]
+        tasks = (*engraving_tasks(own, edges, one.step), *(cuts if one is main else ()))
+        stages += [MillStage(one, tasks)] if tasks else []
+    tools = {one.data.tool.number: one.data.tool for one in (*mills, main)}
+    work = PartWork(
+        tuple(groups),
+        tuple(stages),
+        tuple(cuts),
+        _heights(job, tabs, thickness, bottom),
+        _layer_works(part, divided, edges, drilled, engravings, tools, data.tool, -bottom),
+    )
     return Plan(
         job=job,
         part=replace(
@@ -116,21 +138,149 @@ def plan_part(job: Job, source: Source) -> Plan:
         work=work,
         spec=PartRequest(
             tuple(edges),
-            tuple(PartHole(x, y, tool.number, bottom - tool.point_length) for x, y, tool in drilled),
+            tuple(PartHole(hole.x, hole.y, hole.drill.number, bottom - hole.drill.point_length) for hole in drilled),
             data.tool.number,
             0.5 * diameter,
             thickness,
             bottom,
             tabs,
             area,
+            tuple(engravings),
         ),
         stages=_stages(job, part.name, work),
         kind="part",
-        tools=(*(group.tool for group in groups), *(stage.mill.data.tool for stage in work.mills)),
+        tools=(*(group.tool for group in groups), *(stage.mill.data.tool for stage in stages)),
         box=part.extents,
         start=plane_point(asked.start_point),
-        issues=[*sheet.issues, *left, *other, *more, *deep, *assumed_number(milling, mill, data.tool), *issues],
+        issues=[
+            *sheet.issues,
+            *left,
+            *unsound,
+            *other,
+            *more,
+            *deep,
+            *assumed_number(milling, mill, data.tool),
+            *issues,
+            *engraved,
+        ],
     )
+
+
+def _read_part(job: Job, source: Source, thickness: float) -> Part:
+    """Return the drawing, moved to the program zero."""
+    from leafcut.processes.contours import check_thickness
+    from leafcut.processes.placing import place_part
+    from leafcut.read import read_contours
+
+    read = job.settings.read
+    part = read_contours(source, read, job.start_step(Message("reading")))
+    part = replace(part, issues=(*part.issues, *check_thickness(part, thickness)))
+    return place_part(part, read)
+
+
+def _divide(part: Part, settings: Settings, thickness: float) -> LayeredPart:
+    """Return the drawing divided by operation; without a file of operations, all contours are edges."""
+    file = settings.of(PartOptions).operations
+    if file is None:
+        return LayeredPart(part)
+    return divide_by_layer(part, read_operations(file), file, thickness, settings.sheet)
+
+
+def _prepare_sheet(divided: LayeredPart, settings: Settings) -> Sheet:
+    """Return the sheet of the edges. Raises PlanError if an edge is open or does not suit its operation."""
+    from leafcut.processes.contours import open_contours, prepare_sheet, without_excluded_holes
+
+    part, options = divided.edges, settings.sheet
+    if divided.rules:
+        if not part.contours:
+            return Sheet(part.name, (), issues=part.issues)
+        options = edge_options(divided, options)
+        for contour in open_contours(part.contours, options):
+            raise open_shape(divided.rules[contour.layer], contour)
+    sheet = prepare_sheet(part, options, settings.read.concentric)
+    return without_excluded_holes(sheet, settings.read)
+
+
+def _engravings(divided: LayeredPart, settings: Settings, tool: int) -> tuple[list[Engraving], list[Issue]]:
+    """Return the paths to engrave, by default with the end mill `tool`, and issues about repaired lines."""
+    from leafcut.processes.contours import engraved_paths
+
+    engravings: list[Engraving] = []
+    issues: list[Issue] = []
+    for rule, contours in divided.engraved:
+        for contour in engraved_paths(contours, settings.sheet, issues):
+            x, y = contour.path.start
+            name = Message("the path at ({:.4g}, {:.4g}) on layer {}", x, y, contour.layer)
+            engravings.append(Engraving(contour.path, rule.depth, rule.tool or tool, name, contour.layer))
+    return engravings, issues
+
+
+def _engraving_mills(
+    divided: LayeredPart, job: Job, main: Mill, library: ToolLibrary | None
+) -> tuple[list[Mill], list[Issue]]:
+    """Return the engraving tools other than the `main` mill with their feeds, and issues about assumed feeds.
+
+    Raises OptionError or PlanError if the library has no such milling tool, or if it is too short.
+    """
+    # Feeds on the command line are those of the end mill.
+    milling = replace(job.settings.of(MillingOptions), plunge_feed=None)
+    asked = replace(job.settings.job, feed=None, spindle_speed=None)
+    mills: dict[int, Mill] = {}
+    issues: list[Issue] = []
+    for rule, _ in divided.engraved:
+        tool = main.data.tool if rule.tool in (None, main.data.tool.number) else _library_tool(rule, library)
+        if rule.depth > tool.reach + 1e-9:
+            raise PlanError(
+                "{}: {} cuts {:g} mm deep at most, but {:g} mm are needed",
+                rule.place,
+                tool.label,
+                tool.reach,
+                rule.depth,
+            )
+        if tool.number == main.data.tool.number or tool.number in mills:
+            continue
+        data, more = milling_data(milling, asked, tool.diameter, job.machine, tool)
+        mills[tool.number] = Mill(data, asked.step_down or 0.5 * tool.diameter, main.climb)
+        issues += more
+    return list(mills.values()), issues
+
+
+def _library_tool(rule: LayerRule, library: ToolLibrary | None) -> Tool:
+    if library is None:
+        raise OptionError("{}: T{} needs a tool library; give --tools", rule.place, rule.tool)
+    tool = library.by_number.get(rule.tool or 0)
+    if tool is None:
+        raise OptionError("{}: {} has no T{}", rule.place, library.source, rule.tool)
+    if tool.kind not in MILLS:
+        raise PlanError("{}: {} is a {}, not a milling tool", rule.place, tool.label, tool.kind.value)
+    return tool
+
+
+def _layer_works(
+    part: Part,
+    divided: LayeredPart,
+    edges: Sequence[Edge],
+    drilled: Sequence[PlannedHole],
+    engravings: Sequence[Engraving],
+    tools: Mapping[int, Tool],
+    mill: Tool,
+    depth: float,
+) -> tuple[LayerWork, ...]:
+    """Return the work of each layer, in the order of the drawing; `depth` is that of cuts through the plate, mm."""
+    works = [
+        (edge.layer, str(Operation.BORE if edge.is_bore else Operation.PROFILE), depth, mill.label) for edge in edges
+    ]
+    works += [(hole.layer, "drill", depth, hole.drill.label) for hole in drilled]
+    works += [(one.layer, str(Operation.ENGRAVE), one.depth, tools[one.tool].label) for one in engravings]
+    # The strokes of a text have the same handle.
+    ignored = dict.fromkeys(
+        (contour.layer, contour.handle or str(number)) for number, contour in enumerate(part.contours)
+        if divided.operation(contour.layer) is Operation.IGNORE
+    )  # fmt: skip
+    works += [(layer, str(Operation.IGNORE), 0.0, "") for layer, _ in ignored]
+    position = {layer: k for k, layer in enumerate(dict.fromkeys(contour.layer for contour in part.contours))}
+    rows = sorted(Counter(works).items(), key=lambda row: position.get(row[0][0], -1))
+    return tuple(LayerWork(layer, number, word, deep, tool) for (layer, word, deep, tool), number in rows)
 
 
 def _heights(job: Job, tabs: TabRules, thickness: float, bottom: float) -> PartHeights:
@@ -215,23 +365,37 @@ def _mill_problem(
 
 
 def _split_holes(
-    edges: Sequence[Edge], library: ToolLibrary | None, tolerance: float, depth: float
-) -> tuple[list[Edge], list[tuple[float, float, Tool]], list[Issue]]:
-    """Return the edges to mill, the holes (centre and drill) that a drill of the library makes, and an issue about
-    holes that need other tools.
+    edges: Sequence[Edge],
+    divided: LayeredPart,
+    library: ToolLibrary | None,
+    tolerance: float,
+    depth: float,
+    mill: float,
+) -> tuple[list[Edge], list[PlannedHole], list[Issue]]:
+    """Return the edges to mill, the holes that a drill of the library makes, and an issue about holes that need other
+    tools.
 
     A hole with a recipe in the library, such as a thread, is neither milled nor drilled here. An opening with an edge
-    inside is milled.
+    inside is milled, and so is a hole on a layer of profiles. Other round holes are bores if they are not wider than
+    two diameters of the `mill`, mm. Raises PlanError for a shape on a layer of bores that is not a round hole.
     """
     from leafcut.processes.contours import round_diameter
 
     around = {number for edge in edges for number in edge.within}
-    drilled: dict[int, tuple[float, float, Tool]] = {}
+    drilled: dict[int, PlannedHole] = {}
     other: list[Edge] = []
     gone: set[int] = set()
+    milled: dict[int, Edge] = {}
     for number, edge in enumerate(edges):
-        diameter = round_diameter(edge.path) if edge.inside else None
-        if diameter is None or not _is_circle(edge.path, diameter):
+        operation = divided.operation(edge.layer)
+        diameter = round_diameter(edge.path) if edge.inside or operation is Operation.BORE else None
+        is_round = diameter is not None and _is_circle(edge.path, diameter)
+        if operation is Operation.BORE and (not is_round or number in around):
+            raise not_a_bore(divided.rules[edge.layer], edge.path.start, is_round=is_round)
+        is_alone = is_round and number not in around and operation is not Operation.PROFILE
+        is_bore = is_alone and diameter is not None and mill < diameter <= 2.0 * mill
+        milled[number] = replace(edge, inside=edge.inside or operation is Operation.BORE, is_bore=is_bore)
+        if diameter is None or not is_round or operation is Operation.PROFILE:
             continue
         if library is not None and library.recipes_for(diameter, edge.layer, tolerance):
             other.append(edge)
@@ -241,11 +405,11 @@ def _split_holes(
         drill = None if number in around else fitting_drill(library, diameter, tolerance, depth)
         if drill is not None:
             x0, y0, x1, y1 = edge.path.extents
-            drilled[number] = (0.5 * (x0 + x1), 0.5 * (y0 + y1), drill)
+            drilled[number] = PlannedHole(0.5 * (x0 + x1), 0.5 * (y0 + y1), drill, edge.layer)
             gone.add(number)
     place = {number: k for k, number in enumerate(k for k in range(len(edges)) if k not in gone)}
-    milled = [
-        replace(edges[k], within=tuple(place[outer] for outer in edges[k].within if outer in place)) for k in place
+    kept = [
+        replace(milled[k], within=tuple(place[outer] for outer in edges[k].within if outer in place)) for k in place
     ]
     issues = []
     if other:
@@ -253,7 +417,7 @@ def _split_holes(
         x, y = other[0].path.start
         where = Message("the first at ({:.4g}, {:.4g}): make it first, with leafcut drill", x, y)
         issues.append(Issue("L707", words, where, missing=missing_paths("hole", [edge.path for edge in other])))
-    return milled, list(drilled.values()), issues
+    return kept, list(drilled.values()), issues
 
 
 def _is_circle(path: Polyline, diameter: float) -> bool:

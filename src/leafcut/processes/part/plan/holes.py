@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,15 @@ class HoleGroup:
     places: NDArray[np.float64]
 
 
+class PlannedHole(NamedTuple):
+    """A hole through the plate: its centre, mm, its drill, and its layer in the drawing."""
+
+    x: float
+    y: float
+    drill: Tool
+    layer: str
+
+
 def fitting_drill(library: ToolLibrary | None, diameter: float, tolerance: float, depth: float) -> Tool | None:
     """Return the drill of a library whose diameter is nearest to that of a hole, mm, and which is long enough; None if
     none is within the tolerance.
@@ -41,16 +51,16 @@ def fitting_drill(library: ToolLibrary | None, diameter: float, tolerance: float
 
 
 def hole_groups(
-    holes: Sequence[tuple[float, float, Tool]], bottom: float, r_plane: float, to_initial: bool, machine: Machine
+    holes: Sequence[PlannedHole], bottom: float, r_plane: float, to_initial: bool, machine: Machine
 ) -> tuple[list[HoleGroup], list[Issue]]:
-    """Return the holes (x, y and drill) by drill, and warnings about deep holes that are drilled in one stroke.
+    """Return the holes by drill, and warnings about deep holes that are drilled in one stroke.
 
     The full diameter of a drill reaches `bottom`, mm. Raises PlanError if a drill has no feed or speed, or if the
     machine does not have them.
     """
     places: dict[Tool, list[tuple[float, float]]] = {}
-    for x, y, tool in holes:
-        places.setdefault(tool, []).append((x, y))
+    for hole in holes:
+        places.setdefault(hole.drill, []).append((hole.x, hole.y))
     groups, issues = [], []
     for tool, centres in places.items():
         check_speeds(tool, machine)

@@ -113,7 +113,7 @@ def plan_cuts(
     all_paths = shapely.STRtree([_ring(path) for _, path in milled])
     for own, (number, path) in enumerate(milled):
         edge = edges[number]
-        room = tabs.count > 0 and path.length >= tabs.needed_length(2.0 * radius)
+        room = tabs.count > 0 and not edge.is_bore and path.length >= tabs.needed_length(2.0 * radius)
         if tabs.count and not room and not edge.inside:
             raise PlanError(
                 "{}: the tool path of {:.4g} mm has no room for {} tabs of {:g} mm; give fewer --tabs or a smaller "

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
@@ -40,28 +42,39 @@ class Cuts:
         """Return a difference at a cut."""
         return Difference(what, 0, int(self._text_line[self.rows[k]]), text)
 
+    @cached_property
+    def _tree(self) -> shapely.STRtree:
+        return shapely.STRtree(self.lines)
+
+    def along(self, path: Any) -> NDArray[np.int64]:
+        """Return the cuts that lie within `TOLERANCE` of a path, in order."""
+        return np.sort(self._tree.query(path.buffer(TOLERANCE), predicate="covers"))
+
     def place(self, k: int) -> str:
         """Return the end of a cut for a message."""
         return position_text(*self.ends[k, 3:].tolist())
+
+
+class FaceWork(NamedTuple):
+    """A piece of work: its name, the indices of its cuts, and its line or area."""
+
+    name: str
+    cuts: NDArray[np.int64]
+    area: Any
 
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
     """The verdict of an operation: the cuts that belong to it, bool[n], and its differences from the request.
 
-    `works` are its works that are done before the edges which enclose or cross them: name, cuts, and area.
+    Its `works` are done before the edges that enclose or cross them.
     """
 
     explained: NDArray[np.bool_]
     differences: Sequence[Difference]
-    works: Sequence[tuple[str, NDArray[np.int64], shapely.Geometry]] = ()
+    works: Sequence[FaceWork] = ()
 
 
-def strip_along(lines: NDArray[np.object_]) -> shapely.Geometry:
+def strip_along(lines: NDArray[np.object_]) -> Any:
     """Return the strip along some cuts; its round ends reach `STRIP` mm beyond them."""
     return shapely.union_all(shapely.buffer(lines, STRIP))
-
-
-def paths_of(shape: shapely.Geometry, lines: NDArray[np.object_]) -> NDArray[np.int64]:
-    """Return the cuts that lie within `TOLERANCE` of a path."""
-    return np.sort(shapely.STRtree(lines).query(shape.buffer(TOLERANCE), predicate="covers"))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.processes.part.model import Edge, PartRequest
-from leafcut.processes.part.proof.cuts import CHORD, HEIGHT, STRIP, TOLERANCE, Cuts, Verdict, strip_along
+from leafcut.processes.part.proof.cuts import CHORD, HEIGHT, STRIP, TOLERANCE, Cuts, FaceWork, Verdict, strip_along
 from leafcut.proof.difference import position_text
 
 #: Smallest width of the path in an opening that is hardly wider than the tool, mm.
@@ -25,21 +25,26 @@ _NARROWEST = 0.01
 _QUARTER = 256
 
 
-def check_edges(request: PartRequest, cuts: Cuts) -> Verdict:
-    """Check that each edge is cut through all around, except at its tabs, which are as wide and high as requested."""
+def check_edges(request: PartRequest, cuts: Cuts, others: NDArray[np.bool_]) -> Verdict:
+    """Check that each edge is cut through all around, except at its tabs, which are as wide and high as requested.
+
+    `others` are the cuts of other operations, which do not count for the order of the edges.
+    """
     shapes, tabs = [shape_of(edge) for edge in request.edges], request.tabs
-    material = material_of(shapes)
+    material = material_of(request.edges)
     rings = [
         _centre_rings(shape, edge, request.radius, material) for shape, edge in zip(shapes, request.edges, strict=True)
     ]
-    owner = _owners(cuts.lines, rings)
+    owner = _owners(cuts, rings)
     into_tabs = shapely.STRtree(cuts.lines[cuts.lowest < tabs.height - request.thickness - HEIGHT])
     differences, works = [], []
     for number, (edge, own_rings) in enumerate(zip(request.edges, rings, strict=True)):
         mine = np.flatnonzero(owner == number)
         for ring in own_rings:
             differences += _check_ring(request, edge, ring, cuts, mine, into_tabs)
-        works.append((edge.name, mine, shapes[number]))
+        if edge.is_bore and own_rings:
+            differences += _check_bore(request, edge, shapes[number], cuts.lines[mine])
+        works.append(FaceWork(edge.name, mine[~others[mine]], shapes[number]))
     differences += _check_held(request, cuts.lines[cuts.highest <= HEIGHT - request.thickness], material)
     return Verdict(owner >= 0, differences, works)
 
@@ -49,12 +54,12 @@ def shape_of(edge: Edge) -> shapely.Polygon:
     return shapely.Polygon(edge.path.flattened(CHORD))
 
 
-def material_of(shapes: Sequence[Any]) -> Any:
-    """Return the area of the finished part."""
-    material = shapely.Polygon()
-    for shape in sorted(shapes, key=lambda one: -one.area):
-        # An edge inside another one always has the smaller area, so that openings cut outlines and contain others.
-        material = material.symmetric_difference(shape)
+def material_of(edges: Sequence[Edge]) -> Any:
+    """Return the area of the finished part, prepared for queries."""
+    material: Any = shapely.Polygon()
+    # An edge inside another one always has the smaller area.
+    for shape, inside in sorted(((shape_of(edge), edge.inside) for edge in edges), key=lambda pair: -pair[0].area):
+        material = material.difference(shape) if inside else material.union(shape)
     shapely.prepare(material)
     return material
 
@@ -71,15 +76,12 @@ def _centre_rings(shape: Any, edge: Edge, radius: float, material: Any) -> list[
     return [ring for ring in rings if not shapely.dwithin(ring, material, radius - TOLERANCE)]
 
 
-def _owners(lines: NDArray[Any], rings: Sequence[Sequence[Any]]) -> NDArray[np.int64]:
-    """Return the edge whose path each move follows, int64[n]; -1 if a move follows none."""
-    paths = [(number, ring) for number, own in enumerate(rings) for ring in own]
-    owner = np.full(len(lines), -1, dtype=np.int64)
-    if not paths or not len(lines):
-        return owner
-    tree = shapely.STRtree(lines)
-    for number, ring in paths:
-        owner[tree.query(ring.buffer(TOLERANCE), predicate="covers")] = number
+def _owners(cuts: Cuts, rings: Sequence[Sequence[Any]]) -> NDArray[np.int64]:
+    """Return the edge whose path each cut follows, int64[n]; -1 if a cut follows none."""
+    owner = np.full(len(cuts), -1, dtype=np.int64)
+    for number, own in enumerate(rings):
+        for ring in own:
+            owner[cuts.along(ring)] = number
     return owner
 
 
@@ -94,7 +96,7 @@ def _check_ring(
     lines, highest = cuts.lines[mine], cuts.highest[mine]
     through = ring.difference(strip_along(lines[highest <= request.bottom + HEIGHT]))
     left = [piece for piece in shapely.get_parts(_joined(through)) if piece.length > TOLERANCE]
-    wanted = None if edge.inside else tabs.count
+    wanted = 0 if edge.is_bore else None if edge.inside else tabs.count
     differences = []
     if wanted is not None and len(left) != wanted:
         words = Message(
@@ -120,6 +122,16 @@ def _check_ring(
         words = Message("material above the tabs of {} is not cut at {}", edge.name, position_text(*at[:2]))
         differences.append(Difference(Message("not cut"), 0, 0, words))
     return differences
+
+
+def _check_bore(request: PartRequest, edge: Edge, shape: Any, lines: NDArray[Any]) -> list[Difference]:
+    """Check that no slug remains in a bore."""
+    slug = shape.buffer(-STRIP).difference(shapely.union_all(lines).buffer(request.radius, quad_segs=_QUARTER))
+    if slug.is_empty:
+        return []
+    at = slug.representative_point()
+    words = Message("{} has a slug at {}", edge.name, position_text(at.x, at.y))
+    return [Difference(Message("not cut"), 0, 0, words)]
 
 
 def _is_cut_through(piece: Any, ring: Any, edge: Edge, request: PartRequest, into_tabs: shapely.STRtree) -> bool:

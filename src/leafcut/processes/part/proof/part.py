@@ -6,16 +6,20 @@ claims is a difference.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from leafcut.material.straight_moves import straight_moves
 from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.part.model import PartRequest
-from leafcut.processes.part.proof.cuts import CHORD, HEIGHT, TOLERANCE, Cuts, Verdict
-from leafcut.processes.part.proof.edges import check_edges, material_of, shape_of
+from leafcut.processes.part.proof.cuts import CHORD, HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict
+from leafcut.processes.part.proof.edges import check_edges, material_of
+from leafcut.processes.part.proof.engraving import check_engravings
 from leafcut.processes.part.proof.holes import check_holes
 from leafcut.proof.difference import limit_differences
 
@@ -32,32 +36,38 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     4. An edge is finished before the cut of an edge around it starts.
     5. With tabs, each part is connected to the plate after all cuts.
     6. Each hole is drilled once, with its tool, to its depth, before the cuts; nothing else is drilled.
+    7. Each engraved path is engraved once, to its depth, before the edges that enclose or cross it.
     """
     moves = straight_moves(written, CHORD, _WHOLE)
     low = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < -HEIGHT)
     drills = {hole.tool for hole in request.holes}
     cutting = low & ~np.isin(moves.tool, list(drills - {request.tool}))
     cuts = Cuts(moves, cutting)
-    edges = check_edges(request, cuts)
+    others = [check_engravings(request, cuts)]
+    known = np.logical_or.reduce([other.explained for other in others])
+    edges = check_edges(request, cuts, known)
     return limit_differences(
         [
-            *_check_places(request, cuts, edges),
-            *edges.differences,
-            *_check_order(request, cuts, edges),
+            *_check_places(request, cuts, edges, known),
+            *(difference for other in (edges, *others) for difference in other.differences),
+            *_check_order(request, cuts, edges, [work for other in others for work in other.works]),
             *check_holes(request, moves, low & ~cutting, cuts),
         ]
     )
 
 
-def _check_places(request: PartRequest, cuts: Cuts, edges: Verdict) -> list[Difference]:
-    """Check that each cut belongs to an operation, and that none is too deep or inside the finished part."""
-    material = material_of([shape_of(edge) for edge in request.edges])
-    in_part = shapely.dwithin(cuts.lines, material, request.radius - TOLERANCE)
+def _check_places(request: PartRequest, cuts: Cuts, edges: Verdict, others: NDArray[np.bool_]) -> list[Difference]:
+    """Check that each cut belongs to an operation, and that none is too deep or inside the finished part.
+
+    `others` are the cuts that belong to operations on the face of the part.
+    """
+    material = material_of(request.edges)
+    in_part = shapely.dwithin(cuts.lines, material, request.radius - TOLERANCE) & ~others
     differences = [
         cuts.difference(
             Message("tool"), k, Message("the cut uses tool {}, not tool {}", int(cuts.tools[k]), request.tool)
         )
-        for k in np.flatnonzero(cuts.tools != request.tool).tolist()
+        for k in np.flatnonzero((cuts.tools != request.tool) & ~others).tolist()
     ]
     differences += [
         cuts.difference(Message("gouge"), k, Message("the cut ends inside the part, at {}", cuts.place(k)))
@@ -69,21 +79,23 @@ def _check_places(request: PartRequest, cuts: Cuts, edges: Verdict) -> list[Diff
     ]
     differences += [
         cuts.difference(Message("cut not drawn"), k, Message("a cut at {} follows no edge", cuts.place(k)))
-        for k in np.flatnonzero(~edges.explained).tolist()
+        for k in np.flatnonzero(~edges.explained & ~others).tolist()
     ]
     return differences
 
 
-def _check_order(request: PartRequest, cuts: Cuts, edges: Verdict) -> list[Difference]:
-    """Check that each edge is finished before an edge around it is started."""
-    rows = [cuts.rows[own] for _, own, _ in edges.works]
+def _check_order(request: PartRequest, cuts: Cuts, edges: Verdict, works: Sequence[FaceWork]) -> list[Difference]:
+    """Check that each work is finished before an edge that encloses or crosses it is started, and each edge before an
+    edge around it.
+    """
+    names, own_cuts, shapes = zip(*edges.works, strict=True) if edges.works else ((), (), ())
+    pairs = [(edges.works[k], around) for k, edge in enumerate(request.edges) for around in edge.within]
+    tree = shapely.STRtree(shapes)
+    pairs += [(work, around) for work in works for around in tree.query(work.area, predicate="intersects").tolist()]
     return [
         cuts.difference(
-            Message("order"),
-            int(edges.works[number][1][-1]),
-            Message("{} is milled after {}", edge.name, request.edges[around].name),
+            Message("order"), int(work.cuts[-1]), Message("{} is milled after {}", work.name, names[around])
         )
-        for number, edge in enumerate(request.edges)
-        for around in edge.within
-        if len(rows[number]) and len(rows[around]) and rows[number][-1] > rows[around][0]
+        for work, around in pairs
+        if len(work.cuts) and len(own_cuts[around]) and cuts.rows[work.cuts[-1]] > cuts.rows[own_cuts[around][0]]
     ]

@@ -1,0 +1,213 @@
+"""Operations by layer: the file of --operations, and the contours of a drawing for each of its rules."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from pathlib import Path
+
+from leafcut.errors import DataError, OptionError, PlanError, name_suggestion, printable
+from leafcut.files.schemas import OPERATIONS
+from leafcut.files.whole_files import line_of, parse_toml, toml_bytes
+from leafcut.geometry.arrays import Point
+from leafcut.model.contour import Contour, layer_matcher
+from leafcut.model.part import Part
+from leafcut.options import SheetOptions
+from leafcut.units import parse_quantity
+
+
+class Operation(StrEnum):
+    """What is done with the shapes of a layer."""
+
+    PROFILE = "profile"
+    BORE = "bore"
+    ENGRAVE = "engrave"
+    IGNORE = "ignore"
+
+
+#: Operations with a depth, and operations that may name a tool.
+_DEEP, _WITH_TOOL = (Operation.ENGRAVE,), (Operation.ENGRAVE,)
+#: An operation, its depth, and its tool: ``engrave 0.3mm T5``.
+_RULE = re.compile(r"(?P<word>\S+)(?:\s+(?P<depth>[^T\s].*?))?(?:\s+T(?P<tool>\d{1,8}))?")
+_WILDCARDS = re.compile(r"[*?\[]")
+
+
+@dataclass(frozen=True)
+class LayerRule:
+    """The operation of a layer: name with wildcards, depth, mm (0 for through), tool number, and place in the file."""
+
+    layer: str
+    operation: Operation
+    depth: float = 0.0
+    tool: int | None = None
+    place: str = field(default="", compare=False)
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the name has no wildcards."""
+        return not _WILDCARDS.search(self.layer)
+
+
+@dataclass(frozen=True, eq=False)
+class LayeredPart:
+    """A drawing divided by operation.
+
+    `edges` has the contours of profiles and bores. `engraved` has the other contours by rule. `rules` has the rule of
+    each layer.
+    """
+
+    edges: Part
+    engraved: tuple[tuple[LayerRule, tuple[Contour, ...]], ...] = ()
+    rules: dict[str, LayerRule] = field(default_factory=dict)
+
+    def operation(self, layer: str) -> Operation | None:
+        """Return the operation of a layer; None without a file of operations."""
+        rule = self.rules.get(layer)
+        return None if rule is None else rule.operation
+
+
+def read_operations(path: Path) -> tuple[LayerRule, ...]:
+    """Return the rules of a file of operations.
+
+    Raises OptionError if the file does not exist, and DataError, with the line, if it is invalid.
+    """
+    content = toml_bytes(path)
+    tables = parse_toml(content, str(path), OPERATIONS)
+    text = content.decode("utf-8")
+
+    def place(section: str, name: str = "") -> str:
+        line = line_of(text, section, name)
+        return f"{path}:{line}" if line else str(path)
+
+    for key in tables:
+        if key != "layer":
+            at = place(key) if isinstance(tables[key], dict) else place("", key)
+            raise DataError("{}: unknown key '{}'{}", at, printable(key), name_suggestion(key[:80], ["layer"]))
+    table = tables.get("layer", {})
+    if not isinstance(table, dict) or not table:
+        raise DataError(
+            '{}: no layer has an operation; write a table [layer] with lines such as "CUT" = "profile"', path
+        )
+    return tuple(_rule(name, value, place("layer", name)) for name, value in table.items())
+
+
+def _rule(layer: str, value: object, place: str) -> LayerRule:
+    match = _RULE.fullmatch(value.strip()) if isinstance(value, str) and value.isprintable() else None
+    if match is None:
+        raise DataError(
+            "{}: '{}' is no operation; write a text such as 'profile' or 'engrave 0.3mm T5'",
+            place,
+            printable(str(value)),
+        )
+    word, depth, tool = match["word"], match["depth"], match["tool"]
+    if word not in list(Operation):
+        raise DataError("{}: unknown operation '{}'{}", place, printable(word), name_suggestion(word[:80], Operation))
+    operation = Operation(word)
+    if tool and operation not in _WITH_TOOL:
+        raise DataError("{}: '{}' takes no tool: the end mill of the part does it; leave out T{}", place, word, tool)
+    if depth and operation not in _DEEP:
+        raise DataError("{}: '{}' takes no depth; leave out '{}'", place, word, printable(depth))
+    if not depth and operation in _DEEP:
+        raise DataError("{}: '{}' needs a depth, such as '{} 0.3mm'", place, word, word)
+    return LayerRule(layer, operation, _depth(depth, place) if depth else 0.0, int(tool) if tool else None, place)
+
+
+def _depth(text: str, place: str) -> float:
+    try:
+        depth = parse_quantity(text[:80], "mm")
+    except OptionError as problem:
+        raise DataError("{}: {}", place, str(problem)) from None
+    if depth <= 0.0:
+        raise DataError("{}: a depth of {:g} mm is not below the top; give a depth above 0", place, depth)
+    return depth
+
+
+def divide_by_layer(
+    part: Part, rules: Sequence[LayerRule], file: Path, thickness: float, options: SheetOptions
+) -> LayeredPart:
+    """Return the contours of a drawing for each rule of a `file`.
+
+    Raises PlanError if a layer of the drawing has no rule or two, if no shape is on the layer of a rule, or if a depth
+    goes through the plate.
+    """
+    for rule in rules:
+        if rule.depth >= thickness:
+            raise PlanError(
+                "{}: a depth of {:g} mm goes through the plate of {:g} mm; give a smaller depth, or 'profile'",
+                rule.place,
+                rule.depth,
+                thickness,
+            )
+    is_sheet = layer_matcher(options.sheet_layers)
+    layers = list(dict.fromkeys(contour.layer for contour in part.contours))
+    for rule in rules:
+        if rule.is_exact and rule.layer.lower() not in (layer.lower() for layer in layers):
+            known = name_suggestion(rule.layer, [printable(layer) for layer in layers])
+            raise PlanError("{}: no shape of {} is on layer '{}'{}", rule.place, _name(part), rule.layer, known)
+    rule_of = {layer: _rule_for(layer, rules, file, part) for layer in layers if not is_sheet(layer)}
+
+    def on(rule: LayerRule) -> tuple[Contour, ...]:
+        return tuple(contour for contour in part.contours if rule_of.get(contour.layer) is rule)
+
+    through = (Operation.PROFILE, Operation.BORE)
+    edges = tuple(c for c in part.contours if is_sheet(c.layer) or rule_of[c.layer].operation in through)
+    engraved = tuple((rule, on(rule)) for rule in rules if rule.operation is Operation.ENGRAVE)
+    return LayeredPart(replace(part, contours=edges), tuple(pair for pair in engraved if pair[1]), rule_of)
+
+
+def _rule_for(layer: str, rules: Sequence[LayerRule], file: Path, part: Part) -> LayerRule:
+    """Return the rule of a layer; an exact name takes precedence over wildcards."""
+    matching = [rule for rule in rules if rule.is_exact and rule.layer.lower() == layer.lower()]
+    matching = matching or [rule for rule in rules if not rule.is_exact and layer_matcher((rule.layer,))(layer)]
+    if not matching:
+        raise PlanError(
+            '{}: layer \'{}\' of {} has no operation; add "{}" = "ignore" or another operation',
+            file,
+            printable(layer),
+            _name(part),
+            printable(layer),
+        )
+    if len(matching) > 1:
+        raise PlanError(
+            "{}: layer '{}' is already named by '{}' ({}); leave one of both out",
+            matching[1].place,
+            printable(layer),
+            matching[0].layer,
+            matching[0].place,
+        )
+    return matching[0]
+
+
+def edge_options(divided: LayeredPart, options: SheetOptions) -> SheetOptions:
+    """Return the options under which exactly the layers of profiles and bores are cut."""
+    names = tuple(_WILDCARDS.sub(r"[\g<0>]", layer) for layer in dict.fromkeys(c.layer for c in divided.edges.contours))
+    return replace(options, cut_layers=names, mark_layers=(), ignore_layers=(), open_paths="refuse")
+
+
+def open_shape(rule: LayerRule, contour: Contour) -> PlanError:
+    """Return the error for an open contour on a layer whose operation needs closed shapes."""
+    (x0, y0), (x1, y1) = contour.path.start, contour.path.end
+    return PlanError(
+        "{}: '{}' needs closed shapes, but layer '{}' has an open path from ({:g}, {:g}) to ({:g}, {:g})",
+        rule.place,
+        rule.operation,
+        printable(contour.layer),
+        x0,
+        y0,
+        x1,
+        y1,
+    )
+
+
+def not_a_bore(rule: LayerRule, place: Point, *, is_round: bool) -> PlanError:
+    """Return the error for a shape on a layer of bores that is not a round hole, or that has others inside."""
+    x, y = place
+    if is_round:
+        return PlanError("{}: the bore at ({:g}, {:g}) has another shape inside; use 'profile'", rule.place, x, y)
+    return PlanError("{}: the shape at ({:g}, {:g}) is not round and no bore; use 'profile'", rule.place, x, y)
+
+
+def _name(part: Part) -> str:
+    return part.source or part.name

@@ -1,0 +1,51 @@
+"""Check that each engraved path is engraved once, over its whole length, with its tool, to its depth."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import shapely
+
+from leafcut.message import Message
+from leafcut.model.difference import Difference
+from leafcut.processes.part.model import Engraving, PartRequest
+from leafcut.processes.part.proof.cuts import CHORD, HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict, strip_along
+from leafcut.proof.difference import position_text
+
+#: Largest ratio of the length of the cuts at full depth to the length of the path.
+_ONCE = 1.01
+
+
+def check_engravings(request: PartRequest, cuts: Cuts) -> Verdict:
+    """Return the cuts that engrave a path, and the differences of the engraved paths from the request."""
+    explained = np.zeros(len(cuts), dtype=np.bool_)
+    differences, works = [], []
+    for engraving in request.engravings:
+        line = line_of(engraving)
+        along = cuts.along(line)
+        own = along[(cuts.tools[along] == engraving.tool) & (cuts.lowest[along] >= -engraving.depth - HEIGHT)]
+        explained[own] = True
+        differences += _check_path(engraving, line, cuts, own[cuts.highest[own] <= -engraving.depth + HEIGHT])
+        works.append(FaceWork(engraving.name, own, line))
+    return Verdict(explained, differences, works)
+
+
+def line_of(engraving: Engraving) -> Any:
+    """Return the engraved path as a shapely line."""
+    points = engraving.path.flattened(CHORD)
+    return shapely.LinearRing(points) if engraving.path.closed else shapely.LineString(points)
+
+
+def _check_path(engraving: Engraving, line: Any, cuts: Cuts, floor: Any) -> list[Difference]:
+    """Check the length of the path that the cuts at full depth cover, and their own length."""
+    left = line.difference(strip_along(cuts.lines[floor]))
+    if left.length > TOLERANCE:
+        x, y = shapely.get_coordinates(left)[0].tolist()
+        words = Message("{} is not engraved {:g} mm deep at {}", engraving.name, engraving.depth, position_text(x, y))
+        return [Difference(Message("not cut"), 0, 0, words)]
+    length = float(shapely.length(cuts.lines[floor]).sum())
+    if length > _ONCE * line.length + 2.0 * TOLERANCE:
+        words = Message("{} is engraved {:.2g} times", engraving.name, length / line.length)
+        return [cuts.difference(Message("cut twice"), int(floor[-1]), words)]
+    return []

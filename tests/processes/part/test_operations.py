@@ -1,0 +1,219 @@
+"""Operations by layer: the material after the program is the drawing, and files that do not suit it are refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import ezdxf
+import numpy as np
+import pytest
+import shapely
+
+import leafcut
+from leafcut.errors import LeafcutError
+from leafcut.model.toolpath import Kind
+from rs274_moves import run_rs274
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+NAMEPLATE = EXAMPLES / "nameplate.dxf"
+THICKNESS, DIAMETER, CELL = 6.0, 3.0, 0.2
+FAST = {"thickness": THICKNESS, "preset": "fast", "threads": 1}
+MILL = {"tool_diameter": DIAMETER, "feed": "600mm/min", "spindle_speed": 5000, "step_down": 1.5}
+RULES = """[layer]
+"OUTLINE" = "profile"
+"TEXT" = "engrave 0.3mm"
+"HOLES" = "bore"
+"POCKET_3" = "ignore"
+"NOTES" = "ignore"
+"""
+TOOLS = """
+[[tool]]
+number = 4
+diameter = "5 mm"
+spindle_speed = "2000 rpm"
+feed = "300 mm/min"
+[[tool]]
+number = 5
+kind = "end-mill"
+diameter = "1 mm"
+spindle_speed = "6000 rpm"
+feed = "300 mm/min"
+[[tool]]
+number = 7
+kind = "end-mill"
+diameter = "3 mm"
+spindle_speed = "5000 rpm"
+feed = "600 mm/min"
+"""
+
+
+def milled(folder: Path, rules: str = RULES, **options: Any) -> leafcut.ProgramResult:
+    (folder / "rules.toml").write_text(rules)
+    return leafcut.part(NAMEPLATE, folder / "part.ngc", operations=folder / "rules.toml", **{**FAST, **MILL, **options})
+
+
+def with_tools(folder: Path, rules: str = RULES) -> leafcut.ProgramResult:
+    (folder / "tools.toml").write_text(TOOLS)
+    options = {"tools": folder / "tools.toml", "tool_number": 7, "step_down": 1.5}
+    (folder / "rules.toml").write_text(rules)
+    return leafcut.part(NAMEPLATE, folder / "part.ngc", operations=folder / "rules.toml", **FAST, **options)
+
+
+def field_after(program: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return X and Y of the cells, and the heights of the material after a program."""
+    field = leafcut.stock(program, workpiece="-6,-6,-7,86,56,0", cell=CELL, tool_diameter=DIAMETER).field
+    rows, columns = field.heights.shape
+    x, y = np.meshgrid(field.x + CELL * np.arange(columns), field.y + CELL * np.arange(rows))
+    return x, y, field.heights
+
+
+def drawn(layer: str) -> list[Any]:
+    """Return the closed shapes of a layer of the name plate, as ezdxf draws them."""
+    shapes = []
+    for entity in ezdxf.readfile(NAMEPLATE).modelspace().query(f'*[layer=="{layer}"]'):
+        path = ezdxf.path.make_path(entity)
+        shapes.append(shapely.Polygon([(v.x, v.y) for v in path.flattening(0.002)]))
+    return shapes
+
+
+def letters() -> Any:
+    """Return the engraved lines: an L, a C open to the right, and an O."""
+    angles = np.radians(np.linspace(45.0, 315.0, 200))
+    return shapely.union_all(
+        [
+            shapely.LineString([(18, 44), (18, 36), (23, 36)]),
+            shapely.LineString(np.column_stack([32 + 4 * np.cos(angles), 40 + 4 * np.sin(angles)])),
+            shapely.Point(45, 40).buffer(4, quad_segs=128).exterior,
+        ]
+    )
+
+
+@pytest.mark.hazard
+def test_the_material_after_the_program_is_the_drawing(tmp_path: Path) -> None:
+    """Cells within a cell of an edge are not compared. Tabs lie in the path around the outline alone."""
+    milled(tmp_path, rules=RULES.replace("0.3mm", "0.8mm"), tabs=0)
+    x, y, heights = field_after(tmp_path / "part.ngc")
+    outline, window = sorted(drawn("OUTLINE"), key=lambda shape: -shape.area)
+    slug = window.buffer(-DIAMETER)
+    regions = {
+        -THICKNESS: [
+            outline.buffer(DIAMETER, quad_segs=64) - outline,
+            window.buffer(-0.5 * DIAMETER).buffer(0.5 * DIAMETER, quad_segs=64) - slug,
+            *drawn("HOLES"),
+        ],
+        -0.8: [letters().buffer(0.5 * DIAMETER, quad_segs=64)],
+    }
+    touched = np.zeros(heights.shape, dtype=bool)
+    for height, shapes in regions.items():
+        for shape in shapes:
+            own = shapely.contains_xy(shape.buffer(-CELL), x, y)
+            touched |= shapely.contains_xy(shape.buffer(CELL), x, y)
+            assert own.any()
+            reached = np.round(heights[own], 3)
+            assert (reached <= height if height == -THICKNESS else reached == height).all(), shape
+    assert (heights[~touched] == 0.0).all()
+
+
+@pytest.mark.hazard
+def test_each_path_is_engraved_once_before_the_outline(tmp_path: Path) -> None:
+    outcome = with_tools(tmp_path, RULES.replace("0.3mm", "0.3mm T5"))
+    path = outcome.written
+    assert [operation.tool.number for operation in outcome.operations] == [4, 5, 7]
+    cut = np.isin(path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
+    engraved = cut & (path.end[:, 2] == -0.3) & (path.before[:, 2] == -0.3)
+    through = cut & (path.end[:, 2] < -THICKNESS)
+    assert np.flatnonzero(engraved).max() < np.flatnonzero(through).min()
+    assert outcome.after.cut_mm > letters().length
+    ends = {tuple(sorted([tuple(start), tuple(end)])) for start, end in zip(
+        path.before[engraved][:, :2].round(3).tolist(), path.end[engraved][:, :2].round(3).tolist(), strict=True
+    )}  # fmt: skip
+    assert len(ends) == engraved.sum()
+
+
+def test_the_summary_lists_the_work_of_each_layer(tmp_path: Path) -> None:
+    outcome = with_tools(tmp_path, RULES.replace("0.3mm", "0.3mm T5"))
+    works = {row.layer: (row.shapes, row.operation, row.depth, row.tool[:2]) for row in outcome.detail.layers}
+    assert works == {
+        "OUTLINE": (2, "profile", 6.5, "T7"),
+        "POCKET_3": (2, "ignore", 0.0, ""),
+        "TEXT": (3, "engrave", 0.3, "T5"),
+        "HOLES": (4, "drill", 6.5, "T4"),
+        "NOTES": (1, "ignore", 0.0, ""),
+    }
+
+
+@pytest.mark.hazard
+def test_holes_without_a_drill_are_bored_and_leave_no_slug(tmp_path: Path) -> None:
+    outcome = milled(tmp_path)
+    assert ("HOLES", "bore") in {(row.layer, row.operation) for row in outcome.detail.layers}
+    assert sum("slug" in str(issue) for issue in outcome.issues) == 1  # the window
+
+
+def test_a_layer_of_profiles_is_milled_even_if_the_library_has_the_drill(tmp_path: Path) -> None:
+    outcome = with_tools(tmp_path, RULES.replace('"bore"', '"profile"'))
+    assert [operation.tool.number for operation in outcome.operations] == [7]
+
+
+def test_deep_engraving_takes_several_passes(tmp_path: Path) -> None:
+    outcome = milled(tmp_path, RULES.replace("0.3mm", "2.5mm"))
+    assert {-1.25, -2.5} <= set(outcome.written.end[:, 2].round(3).tolist())
+
+
+def test_wildcards_name_the_other_layers(tmp_path: Path) -> None:
+    exact = milled(tmp_path)
+    other = milled(
+        tmp_path, '[layer]\n"OUTLINE" = "profile"\ntext = "engrave 0.3mm"\n"H*" = "bore"\n"[NP]*" = "ignore"'
+    )
+    np.testing.assert_array_equal(other.path_after.end, exact.path_after.end)
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    "old, new, words",
+    [
+        ('"OUTLINE"', '"OUTLIN"', "rules.toml:2: no shape of nameplate.dxf is on layer 'OUTLIN'; did you mean 'OUTL"),
+        ('"profile"', '"mill"', "rules.toml:2: unknown operation 'mill'; choose one of profile"),
+        ('"profile"', "3", "rules.toml:2: '3' is no operation"),
+        ('"profile"', '"profile 3mm"', "rules.toml:2: 'profile' takes no depth; leave out '3mm'"),
+        ('"bore"', '"bore T3"', "rules.toml:4: 'bore' takes no tool"),
+        ("engrave 0.3mm", "engrave", "rules.toml:3: 'engrave' needs a depth, such as 'engrave 0.3mm'"),
+        ("0.3mm", "0.3 miles", "rules.toml:3: "),
+        ("0.3mm", "-0.3mm", "rules.toml:3: a depth of -0.3 mm is not below the top"),
+        ("0.3mm", "6mm", "rules.toml:3: a depth of 6 mm goes through the plate of 6 mm"),
+        ("0.3mm", "0.3mm T5", "rules.toml:3: T5 needs a tool library; give --tools"),
+        ('"NOTES" = "ignore"\n', "", "rules.toml: layer 'NOTES' of nameplate.dxf has no operation; add \"NOTES\" = "),
+        ('"NOTES"', '"NOTES*" = "ignore"\n"N*"', "rules.toml:7: layer 'NOTES' is already named by 'NOTES*'"),
+        ('"NOTES"', '"text" = "ignore"\n"NOTES"', "rules.toml:6: layer 'TEXT' is already named by 'TEXT'"),
+        ("engrave 0.3mm", "profile", "rules.toml:3: 'profile' needs closed shapes, but layer 'TEXT' has an open path"),
+        ('"OUTLINE" = "profile"', '"OUTLINE" = "bore"', "rules.toml:2: the shape at (5, 0) is not round and no bore"),
+        ("[layer]", "[layers]", "rules.toml:1: unknown key 'layers'; did you mean 'layer'?"),
+        (RULES, "[layer]\n", "rules.toml: no layer has an operation; write a table [layer]"),
+        (RULES, '[layer]\n"TEXT" = "engrave 1mm"\n"TEXT" = "bore"', "rules.toml: not a TOML file"),
+    ],
+)  # fmt: skip
+def test_a_file_that_does_not_suit_is_refused_in_one_line(old: str, new: str, words: str, tmp_path: Path) -> None:
+    assert old in RULES
+    with pytest.raises(LeafcutError) as refused:
+        milled(tmp_path, RULES.replace(old, new))
+    message = str(refused.value).replace(f"{tmp_path}/", "")
+    assert words in message and "\n" not in message
+    assert not (tmp_path / "part.ngc").exists()
+
+
+@pytest.mark.parametrize("tool, words", [(9, "has no T9"), (4, "is a drill, not a milling tool")])
+def test_a_tool_that_cannot_engrave_is_refused(tool: int, words: str, tmp_path: Path) -> None:
+    with pytest.raises(LeafcutError, match=rf"rules.toml:3: .*{words}"):
+        with_tools(tmp_path, RULES.replace("0.3mm", f"0.3mm T{tool}"))
+
+
+def test_options_that_the_file_replaces_are_refused_with_it(tmp_path: Path) -> None:
+    with pytest.raises(LeafcutError, match="--ignore-layers: not used with --operations"):
+        milled(tmp_path, ignore_layers="NOTES")
+
+
+@pytest.mark.parametrize("dialect", ["linuxcnc", "grbl"])
+def test_linuxcnc_accepts_the_name_plate(rs274: str, dialect: str, tmp_path: Path) -> None:
+    text = milled(tmp_path, dialect=dialect).text
+    status, said = run_rs274(rs274, text, tmp_path)
+    assert status == 0, said[-500:]
