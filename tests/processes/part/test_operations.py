@@ -24,7 +24,7 @@ RULES = """[layer]
 "OUTLINE" = "profile"
 "TEXT" = "engrave 0.3mm"
 "HOLES" = "bore"
-"POCKET_3" = "ignore"
+"POCKET_3" = "pocket 3mm"
 "NOTES" = "ignore"
 """
 TOOLS = """
@@ -77,6 +77,12 @@ def drawn(layer: str) -> list[Any]:
     return shapes
 
 
+def pocket() -> Any:
+    """Return the area of the pocket without its island."""
+    outline, island = sorted(drawn("POCKET_3"), key=lambda shape: -shape.area)
+    return outline - island
+
+
 def letters() -> Any:
     """Return the engraved lines: an L, a C open to the right, and an O."""
     angles = np.radians(np.linspace(45.0, 315.0, 200))
@@ -103,6 +109,7 @@ def test_the_material_after_the_program_is_the_drawing(tmp_path: Path) -> None:
             *drawn("HOLES"),
         ],
         -0.8: [letters().buffer(0.5 * DIAMETER, quad_segs=64)],
+        -3.0: [pocket().buffer(-0.5 * DIAMETER).buffer(0.5 * DIAMETER, quad_segs=64)],
     }
     touched = np.zeros(heights.shape, dtype=bool)
     for height, shapes in regions.items():
@@ -136,7 +143,7 @@ def test_the_summary_lists_the_work_of_each_layer(tmp_path: Path) -> None:
     works = {row.layer: (row.shapes, row.operation, row.depth, row.tool[:2]) for row in outcome.detail.layers}
     assert works == {
         "OUTLINE": (2, "profile", 6.5, "T7"),
-        "POCKET_3": (2, "ignore", 0.0, ""),
+        "POCKET_3": (1, "pocket", 3.0, "T7"),
         "TEXT": (3, "engrave", 0.3, "T5"),
         "HOLES": (4, "drill", 6.5, "T4"),
         "NOTES": (1, "ignore", 0.0, ""),
@@ -160,10 +167,70 @@ def test_deep_engraving_takes_several_passes(tmp_path: Path) -> None:
     assert {-1.25, -2.5} <= set(outcome.written.end[:, 2].round(3).tolist())
 
 
+@pytest.mark.hazard
+def test_a_pocket_is_cleared_within_its_walls_before_the_outline(tmp_path: Path) -> None:
+    path = milled(tmp_path).written
+    cut = np.isin(path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
+    floor = np.flatnonzero(cut & (path.end[:, 2] == -3.0) & (path.before[:, 2] == -3.0))
+    outside = shapely.distance(pocket(), shapely.points(path.end[floor][:, :2]))
+    from_wall = shapely.distance(pocket().boundary, shapely.points(path.end[floor][:, :2]))
+    assert outside.max() == 0.0 and from_wall.min() >= 0.5 * DIAMETER - 0.02
+    x, y = path.end[:, 0], path.end[:, 1]
+    around = np.flatnonzero(cut & (path.end[:, 2] < 0.0) & ((x < 0.0) | (x > 80.0) | (y < 0.0) | (y > 50.0)))
+    assert floor.max() < around.min()
+
+
+def test_an_opening_in_a_pocket_is_milled_through_its_floor(tmp_path: Path) -> None:
+    source = rectangles(tmp_path, OUTLINE=(0, 0, 60, 50), POCKET=(10, 10, 50, 40), HOLES=(20, 20, 40, 30))
+    rules = '[layer]\n"OUTLINE" = "profile"\n"HOLES" = "profile"\n"POCKET" = "pocket 3mm"\n'
+    (tmp_path / "rules.toml").write_text(rules)
+    options = {"operations": tmp_path / "rules.toml", "tabs": 2, "tab_width": 3, **FAST, **MILL}
+    outcome = leafcut.part(source, **options)
+    assert (outcome.detail.openings, outcome.detail.tabs) == (1, 4)
+    with pytest.raises(LeafcutError, match=r"is so deep that the tabs of .* would be thinner than 4 mm"):
+        leafcut.part(source, tab_height=4, **options)
+
+
+def rectangles(folder: Path, **by_layer: tuple[float, float, float, float]) -> Path:
+    """Return a drawing with a rectangle on each layer: x and y of two corners."""
+    document = ezdxf.new(units=4)
+    for layer, (x0, y0, x1, y1) in by_layer.items():
+        corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
+        document.modelspace().add_lwpolyline(corners, close=True, dxfattribs={"layer": layer})
+    document.saveas(folder / "drawing.dxf")
+    return folder / "drawing.dxf"
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    "shape, rule, words",
+    [
+        ((52, 10, 70, 40), "pocket 3mm", r"the pocket at \(52, 10\) on layer B crosses outline at \(0, 0\)"),
+        (
+            (20, 20, 40, 30),
+            "pocket 2mm",
+            r"rules.toml:4: the pocket at .* on layer B overlaps the pocket at .* layer A",
+        ),
+        ((20, 20, 40, 30), "engrave 1mm", r"the path at .* on layer B is engraved in the pocket at .* on layer A"),
+        ((25, 42, 27, 46), "pocket 2mm", r"the pocket at .* on layer B is narrower than the mill of 3 mm"),
+    ],
+)
+def test_shapes_that_contradict_each_other_are_refused(
+    shape: tuple[float, float, float, float], rule: str, words: str, tmp_path: Path
+) -> None:
+    source = rectangles(tmp_path, OUTLINE=(0, 0, 60, 50), A=(10, 10, 50, 40), B=shape)
+    file = tmp_path / "rules.toml"
+    file.write_text(f'[layer]\n"OUTLINE" = "profile"\n"A" = "pocket 3mm"\n"B" = "{rule}"\n')
+    with pytest.raises(LeafcutError, match=words):
+        leafcut.part(source, tmp_path / "part.ngc", operations=file, **FAST, **MILL)
+    assert not (tmp_path / "part.ngc").exists()
+
+
 def test_wildcards_name_the_other_layers(tmp_path: Path) -> None:
     exact = milled(tmp_path)
     other = milled(
-        tmp_path, '[layer]\n"OUTLINE" = "profile"\ntext = "engrave 0.3mm"\n"H*" = "bore"\n"[NP]*" = "ignore"'
+        tmp_path,
+        '[layer]\nOUTLINE = "profile"\ntext = "engrave 0.3mm"\n"H*" = "bore"\n"P*" = "pocket 3mm"\n"N*" = "ignore"',
     )
     np.testing.assert_array_equal(other.path_after.end, exact.path_after.end)
 
@@ -173,7 +240,7 @@ def test_wildcards_name_the_other_layers(tmp_path: Path) -> None:
     "old, new, words",
     [
         ('"OUTLINE"', '"OUTLIN"', "rules.toml:2: no shape of nameplate.dxf is on layer 'OUTLIN'; did you mean 'OUTL"),
-        ('"profile"', '"mill"', "rules.toml:2: unknown operation 'mill'; choose one of profile"),
+        ('"profile"', '"mill"', "rules.toml:2: unknown operation 'mill'; choose one of profile, bore"),
         ('"profile"', "3", "rules.toml:2: '3' is no operation"),
         ('"profile"', '"profile 3mm"', "rules.toml:2: 'profile' takes no depth; leave out '3mm'"),
         ('"bore"', '"bore T3"', "rules.toml:4: 'bore' takes no tool"),

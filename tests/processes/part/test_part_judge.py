@@ -14,7 +14,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.part.model import Edge, Engraving, PartHole, PartRequest, TabRules
+from leafcut.processes.part.model import Edge, Engraving, PartHole, PartRequest, PocketArea, TabRules
 from leafcut.processes.part.proof.part import judge_part
 from leafcut.proof.program import read_back
 
@@ -161,10 +161,42 @@ CUT = ["G0 X10 Y10 Z2", "G1 Z-0.4 F90", "X25", "Y20", "G0 Z5"]
     ],
 )
 def test_errors_of_an_engraved_path_are_found(lines: list[str], late: bool, what: str | None, program: str) -> None:
+    differences = judge_part(ENGRAVED, read_back(inserted(lines, program, late=late), dialect("linuxcnc")))
+    assert (what in {one.what for one in differences}) if what else differences == []
+
+
+def inserted(lines: list[str], program: str, *, late: bool) -> str:
+    """Return the program with further lines before its first cut, or after its last one."""
     written = program.splitlines()
     at = written.index("M5") - 1 if late else next(k for k, line in enumerate(written) if line.startswith("G43")) + 1
     written[at:at] = [*lines, "G0 X32 Y32"]
-    differences = judge_part(ENGRAVED, read_back("\n".join(written), dialect("linuxcnc")))
+    return "\n".join(written)
+
+
+POCKETED = replace(
+    REQUEST, pockets=(PocketArea(Polyline.of_points([(10, 10), (30, 10), (30, 17), (10, 17)], closed=True), (), 1.0),)
+)
+CLEARED = ["G0 X12 Y12 Z2", "G1 Z-1 F90", "X28", "Y15", "X12", "Y12", "G0 Z5"]
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    "lines, late, what",
+    [
+        (CLEARED, False, None),
+        ([*CLEARED, "G0 Z-0.5", "G0 Z5"], False, None),
+        ([], False, "not cut"),
+        ([*CLEARED[:3], "G0 Z5"], False, "not cut"),
+        ([line.replace("Z-1", "Z-0.9") for line in CLEARED], False, "not cut"),
+        ([line.replace("Z-1", "Z-1.1") for line in CLEARED], False, "gouge"),
+        ([line.replace("X28", "X28.1") for line in CLEARED], False, "gouge"),
+        ([CLEARED[0], "G0 Z-0.5", *CLEARED[1:]], False, "rapid into the part"),
+        ([*CLEARED[:-1], "G0 X20", "G0 Z5"], False, "rapid into the part"),
+        (CLEARED, True, "order"),
+    ],
+)
+def test_errors_of_a_pocket_are_found(lines: list[str], late: bool, what: str | None, program: str) -> None:
+    differences = judge_part(POCKETED, read_back(inserted(lines, program, late=late), dialect("linuxcnc")))
     assert (what in {one.what for one in differences}) if what else differences == []
 
 

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import shapely
 
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
+
+#: Maximum distance of chords from the arcs of the drawing, mm.
+CHORD = 0.002
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,22 @@ class Engraving:
     tool: int
     name: str = ""
     layer: str = ""
+
+
+@dataclass(frozen=True)
+class PocketArea:
+    """A closed area to clear to a depth below the top, mm, except for its islands; its name and layer."""
+
+    outline: Polyline
+    islands: tuple[Polyline, ...]
+    depth: float
+    name: str = ""
+    layer: str = ""
+
+    @cached_property
+    def region(self) -> shapely.Polygon:
+        """The drawn area."""
+        return shapely.Polygon(self.outline.flattened(CHORD), [island.flattened(CHORD) for island in self.islands])
 
 
 @dataclass(frozen=True)
@@ -81,8 +101,8 @@ class PartHole:
 
 @dataclass(frozen=True)
 class PartRequest:
-    """What the program must do: mill these edges through the plate with a tool, leave tabs, drill these holes, and
-    engrave these paths.
+    """What the program must do: mill these edges through the plate with a tool, leave tabs, drill these holes, engrave
+    these paths, and clear these pockets.
 
     `bottom` is the lowest height of the mill, and `thickness` the thickness of the plate, mm. `sheet` is the area of
     the plate, None if it is unknown.
@@ -97,6 +117,7 @@ class PartRequest:
     tabs: TabRules
     sheet: shapely.Polygon | None = None
     engravings: tuple[Engraving, ...] = ()
+    pockets: tuple[PocketArea, ...] = ()
 
 
 @dataclass(frozen=True)

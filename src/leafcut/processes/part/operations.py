@@ -24,11 +24,12 @@ class Operation(StrEnum):
     PROFILE = "profile"
     BORE = "bore"
     ENGRAVE = "engrave"
+    POCKET = "pocket"
     IGNORE = "ignore"
 
 
 #: Operations with a depth, and operations that may name a tool.
-_DEEP, _WITH_TOOL = (Operation.ENGRAVE,), (Operation.ENGRAVE,)
+_DEEP, _WITH_TOOL = (Operation.ENGRAVE, Operation.POCKET), (Operation.ENGRAVE,)
 #: An operation, its depth, and its tool: ``engrave 0.3mm T5``.
 _RULE = re.compile(r"(?P<word>\S+)(?:\s+(?P<depth>[^T\s].*?))?(?:\s+T(?P<tool>\d{1,8}))?")
 _WILDCARDS = re.compile(r"[*?\[]")
@@ -54,18 +55,22 @@ class LayerRule:
 class LayeredPart:
     """A drawing divided by operation.
 
-    `edges` has the contours of profiles and bores. `engraved` has the other contours by rule. `rules` has the rule of
-    each layer.
+    `edges` has the contours of profiles and bores. `faces` has the other contours by rule. `rules` has the rule of each
+    layer.
     """
 
     edges: Part
-    engraved: tuple[tuple[LayerRule, tuple[Contour, ...]], ...] = ()
+    faces: tuple[tuple[LayerRule, tuple[Contour, ...]], ...] = ()
     rules: dict[str, LayerRule] = field(default_factory=dict)
 
     def operation(self, layer: str) -> Operation | None:
         """Return the operation of a layer; None without a file of operations."""
         rule = self.rules.get(layer)
         return None if rule is None else rule.operation
+
+    def faces_of(self, operation: Operation) -> list[tuple[LayerRule, tuple[Contour, ...]]]:
+        """Return the rules of an operation with their contours."""
+        return [face for face in self.faces if face[0].operation is operation]
 
 
 def read_operations(path: Path) -> tuple[LayerRule, ...]:
@@ -153,8 +158,8 @@ def divide_by_layer(
 
     through = (Operation.PROFILE, Operation.BORE)
     edges = tuple(c for c in part.contours if is_sheet(c.layer) or rule_of[c.layer].operation in through)
-    engraved = tuple((rule, on(rule)) for rule in rules if rule.operation is Operation.ENGRAVE)
-    return LayeredPart(replace(part, contours=edges), tuple(pair for pair in engraved if pair[1]), rule_of)
+    faces = tuple((rule, on(rule)) for rule in rules if rule.operation in _DEEP)
+    return LayeredPart(replace(part, contours=edges), tuple(face for face in faces if face[1]), rule_of)
 
 
 def _rule_for(layer: str, rules: Sequence[LayerRule], file: Path, part: Part) -> LayerRule:

@@ -131,6 +131,7 @@ class PartMilling(Process):
             zone_height=crossing_heights(settings.job.keep_out, settings.job.clearance_height),
             tool_radii={tool.number: 0.5 * tool.diameter for tool in tools},
             bodies={tool.number: bodies_of(tool) for tool in tools},
+            milled=bool(plan.spec.pockets),
         )
         return written, [*problems, *judge_part(plan.spec, written)]
 

@@ -25,7 +25,8 @@ from leafcut.model.tool import MILLS, Tool, ToolLibrary
 from leafcut.options import MillingOptions, Settings
 from leafcut.processes.job import Job, check_dialect_options, check_tool_changes, library_of, plane_point
 from leafcut.processes.milling.mill import assumed_number, library_mill_for, milling_data
-from leafcut.processes.part.model import Edge, Engraving, LayerWork, PartHole, PartRequest, TabRules
+from leafcut.processes.part.clearing import check_pockets, pocket_areas, pocket_tasks
+from leafcut.processes.part.model import Edge, Engraving, LayerWork, PartHole, PartRequest, PocketArea, TabRules
 from leafcut.processes.part.operations import (
     LayeredPart,
     LayerRule,
@@ -108,18 +109,22 @@ def plan_part(job: Job, source: Source) -> Plan:
     groups, deep = hole_groups(drilled, bottom, asked.retract_height, asked.retract == "initial", job.machine)
     area = None if sheet.outline is None else _sheet_area(sheet.outline, sheet.holes)
     cuts, more = plan_cuts(edges, 0.5 * diameter, climb, tabs, area)
+    areas, repaired = pocket_areas(divided, settings)
     mills, engraved = _engraving_mills(divided, job, main, library)
     engravings, unsound = _engravings(divided, settings, data.tool.number)
-    if not (cuts or groups or engravings):
+    check_pockets(areas, edges, cuts, engravings, tabs, thickness, diameter)
+    if not (cuts or groups or engravings or areas):
         raise OptionError("{}: no edge is wider than the mill of {:g} mm; use a smaller mill", part.name, diameter)
     words_of = dialect(settings.post.dialect or job.machine.controller)
     job = job.for_dialect(words_of)
     check_dialect_options(settings, words_of)
     check_tool_changes(job.machine, words_of)
+    pockets, unreached = pocket_tasks(job, words_of, part, areas, edges, main)
     stages = []
     for one in (*mills, main):
         own = [engraving for engraving in engravings if engraving.tool == one.data.tool.number]
-        tasks = (*engraving_tasks(own, edges, one.step), *(cuts if one is main else ()))
+        through: tuple[MillTask, ...] = (*pockets, *cuts) if one is main else ()
+        tasks = (*engraving_tasks(own, edges, one.step), *through)
         stages += [MillStage(one, tasks)] if tasks else []
     tools = {one.data.tool.number: one.data.tool for one in (*mills, main)}
     work = PartWork(
@@ -127,7 +132,7 @@ def plan_part(job: Job, source: Source) -> Plan:
         tuple(stages),
         tuple(cuts),
         _heights(job, tabs, thickness, bottom),
-        _layer_works(part, divided, edges, drilled, engravings, tools, data.tool, -bottom),
+        _layer_works(part, divided, edges, drilled, engravings, areas, tools, data.tool, -bottom),
     )
     return Plan(
         job=job,
@@ -146,6 +151,7 @@ def plan_part(job: Job, source: Source) -> Plan:
             tabs,
             area,
             tuple(engravings),
+            tuple(areas),
         ),
         stages=_stages(job, part.name, work),
         kind="part",
@@ -156,6 +162,8 @@ def plan_part(job: Job, source: Source) -> Plan:
             *sheet.issues,
             *left,
             *unsound,
+            *repaired,
+            *unreached,
             *other,
             *more,
             *deep,
@@ -207,7 +215,7 @@ def _engravings(divided: LayeredPart, settings: Settings, tool: int) -> tuple[li
 
     engravings: list[Engraving] = []
     issues: list[Issue] = []
-    for rule, contours in divided.engraved:
+    for rule, contours in divided.faces_of(Operation.ENGRAVE):
         for contour in engraved_paths(contours, settings.sheet, issues):
             x, y = contour.path.start
             name = Message("the path at ({:.4g}, {:.4g}) on layer {}", x, y, contour.layer)
@@ -227,7 +235,7 @@ def _engraving_mills(
     asked = replace(job.settings.job, feed=None, spindle_speed=None)
     mills: dict[int, Mill] = {}
     issues: list[Issue] = []
-    for rule, _ in divided.engraved:
+    for rule, _ in divided.faces_of(Operation.ENGRAVE):
         tool = main.data.tool if rule.tool in (None, main.data.tool.number) else _library_tool(rule, library)
         if rule.depth > tool.reach + 1e-9:
             raise PlanError(
@@ -262,6 +270,7 @@ def _layer_works(
     edges: Sequence[Edge],
     drilled: Sequence[PlannedHole],
     engravings: Sequence[Engraving],
+    areas: Sequence[PocketArea],
     tools: Mapping[int, Tool],
     mill: Tool,
     depth: float,
@@ -272,6 +281,7 @@ def _layer_works(
     ]
     works += [(hole.layer, "drill", depth, hole.drill.label) for hole in drilled]
     works += [(one.layer, str(Operation.ENGRAVE), one.depth, tools[one.tool].label) for one in engravings]
+    works += [(area.layer, str(Operation.POCKET), area.depth, mill.label) for area in areas]
     # The strokes of a text have the same handle.
     ignored = dict.fromkeys(
         (contour.layer, contour.handle or str(number)) for number, contour in enumerate(part.contours)

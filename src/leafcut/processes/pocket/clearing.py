@@ -5,7 +5,7 @@ cost.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -77,8 +77,12 @@ class PocketWork:
         return [clearing for pocket in self.cleared for clearing in pocket.clearings[pocket.plan.result.strategy]]
 
 
-def clear_pocket(job: PocketJob, pocket: Pocket, number: int, time: SearchTime) -> tuple[ClearedPocket, list[Issue]]:
+def clear_pocket(
+    job: PocketJob, pocket: Pocket, number: int, time: SearchTime, names: Collection[str] = ()
+) -> tuple[ClearedPocket, list[Issue]]:
     """Clear a pocket with the requested strategy, or with all strategies, and choose the best result.
+
+    With `names`, only these strategies are tried.
 
     Return the cleared pocket, and issues about areas that the tool cannot reach.
     """
@@ -91,7 +95,8 @@ def clear_pocket(job: PocketJob, pocket: Pocket, number: int, time: SearchTime) 
     clearings: dict[str, list[Clearing]] = {}
     even: dict[str, list[Clearing]] = {}
     asked = job.run.settings.of(PocketOptions).strategy
-    strategies = [strategy for strategy in STRATEGIES if asked in ("best", strategy.name)]
+    allowed = names or [strategy.name for strategy in STRATEGIES]
+    strategies = [strategy for strategy in STRATEGIES if asked in ("best", strategy.name) and strategy.name in allowed]
     each = len(regions) * (len(job.part.pockets) - number)
     time.to_come = each * sum(strategy.searches for strategy in strategies)
     for rank, strategy in enumerate(sorted(strategies, key=lambda strategy: strategy.searches)):

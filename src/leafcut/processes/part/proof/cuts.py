@@ -18,8 +18,6 @@ from leafcut.proof.difference import position_text
 
 #: Largest distance between the tool's path and the ideal path, mm: tolerance of the plan, chords, and written decimals.
 TOLERANCE = 0.03
-#: Maximum distance of chords from the arcs of the program and of the drawing, mm.
-CHORD = 0.002
 #: Tolerance of heights, mm.
 HEIGHT = 0.002
 #: Half of the width of the strip along a cut in which the ideal path must lie, mm.
@@ -48,7 +46,15 @@ class Cuts:
 
     def along(self, path: Any) -> NDArray[np.int64]:
         """Return the cuts that lie within `TOLERANCE` of a path, in order."""
-        return np.sort(self._tree.query(path.buffer(TOLERANCE), predicate="covers"))
+        return self.within(path.buffer(TOLERANCE))
+
+    def within(self, area: Any) -> NDArray[np.int64]:
+        """Return the cuts that lie in an area, in order."""
+        return np.sort(self._tree.query(area, predicate="covers"))
+
+    def near(self, area: Any, distance: float) -> NDArray[np.int64]:
+        """Return the cuts within a distance of an area, mm, in order."""
+        return np.sort(self._tree.query(area, predicate="dwithin", distance=distance))
 
     def place(self, k: int) -> str:
         """Return the end of a cut for a message."""

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from leafcut.message import Message
 from leafcut.model.difference import Difference
-from leafcut.processes.part.model import Edge, PartRequest
-from leafcut.processes.part.proof.cuts import CHORD, HEIGHT, STRIP, TOLERANCE, Cuts, FaceWork, Verdict, strip_along
+from leafcut.processes.part.model import CHORD, Edge, PartRequest
+from leafcut.processes.part.proof.cuts import HEIGHT, STRIP, TOLERANCE, Cuts, FaceWork, Verdict, strip_along
 from leafcut.proof.difference import position_text
 
 #: Smallest width of the path in an opening that is hardly wider than the tool, mm.

@@ -9,8 +9,8 @@ import shapely
 
 from leafcut.message import Message
 from leafcut.model.difference import Difference
-from leafcut.processes.part.model import Engraving, PartRequest
-from leafcut.processes.part.proof.cuts import CHORD, HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict, strip_along
+from leafcut.processes.part.model import CHORD, Engraving, PartRequest
+from leafcut.processes.part.proof.cuts import HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict, strip_along
 from leafcut.proof.difference import position_text
 
 #: Largest ratio of the length of the cuts at full depth to the length of the path.

@@ -16,11 +16,13 @@ from leafcut.material.straight_moves import straight_moves
 from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Toolpath
-from leafcut.processes.part.model import PartRequest
-from leafcut.processes.part.proof.cuts import CHORD, HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict
+from leafcut.processes.part.model import CHORD, PartRequest
+from leafcut.processes.part.proof.cuts import HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict
 from leafcut.processes.part.proof.edges import check_edges, material_of
 from leafcut.processes.part.proof.engraving import check_engravings
 from leafcut.processes.part.proof.holes import check_holes
+from leafcut.processes.part.proof.pockets import check_pockets
+from leafcut.processes.part.proof.rapids import check_rapids
 from leafcut.proof.difference import limit_differences
 
 #: Maximum length of a straight move, mm; no move is divided.
@@ -37,13 +39,15 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     5. With tabs, each part is connected to the plate after all cuts.
     6. Each hole is drilled once, with its tool, to its depth, before the cuts; nothing else is drilled.
     7. Each engraved path is engraved once, to its depth, before the edges that enclose or cross it.
+    8. Each pocket is cleared to its depth, before the edges in it and around it.
+    9. Rapids below the top are vertical, and go down over cleared material only.
     """
     moves = straight_moves(written, CHORD, _WHOLE)
     low = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < -HEIGHT)
     drills = {hole.tool for hole in request.holes}
     cutting = low & ~np.isin(moves.tool, list(drills - {request.tool}))
     cuts = Cuts(moves, cutting)
-    others = [check_engravings(request, cuts)]
+    others = [check_engravings(request, cuts), check_pockets(request, cuts)]
     known = np.logical_or.reduce([other.explained for other in others])
     edges = check_edges(request, cuts, known)
     return limit_differences(
@@ -51,6 +55,7 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
             *_check_places(request, cuts, edges, known),
             *(difference for other in (edges, *others) for difference in other.differences),
             *_check_order(request, cuts, edges, [work for other in others for work in other.works]),
+            *check_rapids(request, moves, cuts),
             *check_holes(request, moves, low & ~cutting, cuts),
         ]
     )

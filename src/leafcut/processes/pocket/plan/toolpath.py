@@ -115,24 +115,38 @@ def pocket_motion(
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
     take_tool(builder, machine, data.tool, heights.clearance, coolant=coolant, pause=pause)
-    motion = _PocketMotion(builder, heights, data, machine, rounded)
+    motion = ClearingMotion(builder, heights, data, machine, rounded=rounded)
     for clearing in clearings:
         motion.clear(clearing)
     motion.finish(coolant)
     return builder.build(), tuple(motion.descents)
 
 
-class _PocketMotion:
+class ClearingMotion:
+    """The motion that clears regions one after another.
+
+    If the tool is already `down`, at or below the retract height over the start of the first region, it does not rise
+    first.
+    """
+
     def __init__(
-        self, builder: ToolpathBuilder, heights: PocketHeights, data: MillingData, machine: Machine, rounded: bool
+        self,
+        builder: ToolpathBuilder,
+        heights: PocketHeights,
+        data: MillingData,
+        machine: Machine,
+        *,
+        rounded: bool = False,
+        down: bool = False,
     ) -> None:
         self.builder, self.heights, self.data, self.machine = builder, heights, data, machine
         self.rounded = rounded
         self.zones = widen_zones(heights.zones, 0.5 * data.tool.diameter)
         self.descents: list[Descent] = []
-        self.down = False
+        self.down = down
 
     def clear(self, clearing: Clearing) -> None:
+        """Clear a region level by level, then finish its walls if roughing left stock."""
         shapely.prepare(clearing.allowed)
         levels, cleared = clearing.levels, ClearedArea(clearing.region.rules)
         top = levels.begin
@@ -239,6 +253,7 @@ class _PocketMotion:
             builder.blending(610)
 
     def finish(self, coolant: bool) -> None:
+        """End the program."""
         builder = self.builder
         builder.rapid(z=self.heights.clearance)
         end_program(builder, self.machine, self.heights.clearance, self.heights.end, coolant=coolant)

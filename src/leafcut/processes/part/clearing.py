@@ -1,0 +1,129 @@
+"""The pockets of a part: their regions by layer, checked against the other shapes, and the paths that clear them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from leafcut.errors import PlanError
+from leafcut.gcode.dialects import Dialect
+from leafcut.message import Message
+from leafcut.model.issue import Issue
+from leafcut.model.part import Part
+from leafcut.model.pocket import EITHER, POCKET, USUAL, Pocket
+from leafcut.options import MillingOptions, Settings
+from leafcut.processes.job import Job, plane_point
+from leafcut.processes.part.model import Edge, Engraving, PocketArea, TabRules
+from leafcut.processes.part.operations import LayeredPart, Operation, open_shape
+from leafcut.processes.part.plan.outlines import OutlineCut
+from leafcut.processes.part.plan.pockets import PocketTask
+from leafcut.processes.part.plan.task import Mill
+from leafcut.processes.pocket.options import PocketOptions
+
+#: Share of the time limit for the paths in pockets; the order of the part gets the rest.
+_CLEARING = 0.5
+#: Overlap of shapes that touch, mm.
+_TOUCH = 0.01
+
+
+def pocket_areas(divided: LayeredPart, settings: Settings) -> tuple[list[PocketArea], list[Issue]]:
+    """Return the areas on the layers of pockets with their islands, and issues about repaired lines.
+
+    Raises PlanError or ReadError, with the line in the file of operations, if an outline is open or crosses another.
+    """
+    from leafcut.processes.contours import open_contours
+    from leafcut.read.pocket_outlines import as_pockets
+
+    every = replace(settings.sheet, cut_layers=("*",), mark_layers=(), ignore_layers=(), sheet_layers=())
+    areas: list[PocketArea] = []
+    issues: list[Issue] = []
+    for rule, contours in divided.faces_of(Operation.POCKET):
+        drawn = tuple(contour for contour in contours if contour.kind != "text")
+        for contour in open_contours(drawn, every):
+            raise open_shape(rule, contour)
+        part = as_pockets(Part(rule.layer, contours=drawn), [EITHER] * len(drawn), every, rule.place, POCKET)
+        issues += part.issues
+        for pocket in part.pockets:
+            x, y = pocket.outline.start
+            name = Message("the pocket at ({:.4g}, {:.4g}) on layer {}", x, y, pocket.layer)
+            area = PocketArea(pocket.outline, pocket.islands, rule.depth, name, pocket.layer)
+            for other in areas:
+                if area.region.intersection(other.region).area > _TOUCH * _TOUCH:
+                    raise PlanError("{}: {} overlaps {}; make it an island there", rule.place, name, other.name)
+            areas.append(area)
+    return areas, issues
+
+
+def check_pockets(
+    areas: Sequence[PocketArea],
+    edges: Sequence[Edge],
+    cuts: Sequence[OutlineCut],
+    engravings: Sequence[Engraving],
+    tabs: TabRules,
+    thickness: float,
+    diameter: float,
+) -> None:
+    """Raise PlanError for a pocket that is narrower than the mill, that an edge crosses, that makes tabs thinner, or in
+    which a path is engraved.
+    """
+    for area in areas:
+        if area.region.buffer(-0.5 * diameter).is_empty:
+            raise PlanError("{} is narrower than the mill of {:g} mm; use a smaller mill", area.name, diameter)
+        inner = area.region.buffer(-_TOUCH)
+        for number, edge in enumerate(edges):
+            line = shapely.LinearRing(edge.path.flattened(_TOUCH))
+            if not inner.intersects(line):
+                continue
+            if not inner.covers(line):
+                raise PlanError("{} crosses {}; a pocket must lie within the part", area.name, edge.name)
+            if area.depth > thickness - tabs.height and any(cut.tabs for cut in cuts if cut.edge == number):
+                raise PlanError(
+                    "{} is so deep that the tabs of {} would be thinner than {:g} mm; give a smaller --tab-height",
+                    area.name,
+                    edge.name,
+                    tabs.height,
+                )
+        for engraving in engravings:
+            if inner.intersects(shapely.LineString(engraving.path.flattened(_TOUCH))):
+                raise PlanError("{} is engraved in {}; engrave outside of pockets", engraving.name, area.name)
+
+
+def pocket_tasks(
+    job: Job, dialect: Dialect, part: Part, areas: Sequence[PocketArea], edges: Sequence[Edge], mill: Mill
+) -> tuple[list[PocketTask], list[Issue]]:
+    """Return a task for each region of the pockets, and issues about places that the mill cannot reach."""
+    if not areas:
+        return [], []
+    from leafcut.processes.pocket.clearing import clear_pocket
+    from leafcut.processes.pocket.job import PocketJob
+    from leafcut.processes.pocket.plan.rules import levels_of, rules_of
+    from leafcut.processes.pocket.plan.toolpath import PocketHeights
+    from leafcut.processes.pocket.strategies import SearchTime
+
+    asked, tool = job.settings.job, mill.data.tool
+    pockets = tuple(Pocket(area.outline, area.islands, area.name, area.layer, depth=area.depth) for area in areas)
+    pocket_job = PocketJob(
+        run=job,
+        part=replace(part, contours=(), pockets=pockets),
+        rules=rules_of(PocketOptions(), job.settings.of(MillingOptions).milling, asked.step_over, tool.diameter),
+        levels=tuple(levels_of(area.depth, mill.step, tool.diameter) for area in areas),
+        around=(None,) * len(areas),
+        heights=PocketHeights(asked.clearance_height, asked.retract_height),
+        data=mill.data,
+        words=dialect,
+        start=plane_point(asked.start_point),
+    )
+    time = SearchTime(job.deadline.part(_CLEARING))
+    shapes = shapely.STRtree([shapely.Polygon(edge.path.flattened(_TOUCH)) for edge in edges])
+    tasks: list[PocketTask] = []
+    issues: list[Issue] = []
+    for number, (area, pocket) in enumerate(zip(areas, pockets, strict=True)):
+        cleared, more = clear_pocket(pocket_job, pocket, number, time, USUAL)
+        issues += more
+        later = tuple(np.sort(shapes.query(area.region, predicate="intersects")).tolist())
+        clearings = cleared.clearings[cleared.plan.result.strategy]
+        tasks += [PocketTask(area, clearing, job.machine, later) for clearing in clearings]
+    return tasks, issues

@@ -1,0 +1,44 @@
+"""Pockets: a region is cleared level by level, on the path that the process of pockets plans."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Point
+from leafcut.model.machine import Machine
+from leafcut.model.toolpath import ToolpathBuilder
+from leafcut.processes.part.model import PocketArea
+from leafcut.processes.part.plan.task import Mill, PartHeights
+from leafcut.processes.pocket.plan.toolpath import Clearing, ClearingMotion, PocketHeights
+
+
+@dataclass(frozen=True, eq=False)
+class PocketTask:
+    """A region of a pocket with its path; the edges that lie in the pocket or around it are milled `later`."""
+
+    pocket: PocketArea
+    clearing: Clearing
+    machine: Machine
+    later: tuple[int, ...]
+
+    @property
+    def choices(self) -> list[tuple[Point, Point]]:
+        """Entry and exit of the only choice."""
+        return [(self.clearing.start, self.clearing.end)]
+
+    def mill(self, builder: ToolpathBuilder, choice: int, mill: Mill, heights: PartHeights) -> None:
+        """Clear the region. Raises PlanError if the mill cannot ramp into it."""
+        planes = PocketHeights(
+            heights.clearance, heights.retract, heights.clearance == heights.retract, zones=heights.zones
+        )
+        motion = ClearingMotion(builder, planes, mill.data, self.machine, down=True)
+        motion.clear(self.clearing)
+        if any(descent.kind == "plunge" for descent in motion.descents):
+            raise PlanError(
+                "{}: no room for a ramp of {:.3g} degrees; give a larger --entry-angle, a smaller --step-down, or a "
+                "smaller mill",
+                self.pocket.name,
+                math.degrees(mill.data.entry_angle),
+            )

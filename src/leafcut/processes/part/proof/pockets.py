@@ -1,0 +1,45 @@
+"""Check that each pocket is cleared to its depth as far as the mill reaches, and that no cut leaves it."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+
+from leafcut.message import Message
+from leafcut.model.difference import Difference
+from leafcut.processes.part.model import PartRequest, PocketArea
+from leafcut.processes.part.proof.cuts import HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict
+from leafcut.proof.difference import position_text
+
+#: Share of the reachable area that may stay uncut.
+_LEFT = 0.001
+#: Chords per quarter of the circle of the tool.
+_QUARTER = 64
+
+
+def check_pockets(request: PartRequest, cuts: Cuts) -> Verdict:
+    """Return the cuts that lie in a pocket, not below its floor, and the places that are not cleared."""
+    explained = np.zeros(len(cuts), dtype=np.bool_)
+    differences, works = [], []
+    for pocket in request.pockets:
+        inside = cuts.within(pocket.region.buffer(TOLERANCE - request.radius, quad_segs=_QUARTER))
+        own = inside[(cuts.tools[inside] == request.tool) & (cuts.lowest[inside] >= -pocket.depth - HEIGHT)]
+        explained[own] = True
+        differences += _check_floor(request, pocket, cuts, own[cuts.highest[own] <= -pocket.depth + HEIGHT])
+        works.append(FaceWork(pocket.name, own, pocket.region))
+    return Verdict(explained, differences, works)
+
+
+def _check_floor(
+    request: PartRequest, pocket: PocketArea, cuts: Cuts, floor: np.ndarray[tuple[int], np.dtype[np.int64]]
+) -> list[Difference]:
+    radius = request.radius
+    reachable = pocket.region.buffer(-radius, quad_segs=_QUARTER).buffer(radius, quad_segs=_QUARTER)
+    cleared = shapely.union_all(shapely.buffer(cuts.lines[floor], radius, quad_segs=_QUARTER))
+    # Films along the walls come from the tolerance of the path.
+    left = reachable.difference(cleared).buffer(-TOLERANCE).buffer(TOLERANCE)
+    if left.area <= _LEFT * reachable.area:
+        return []
+    at = max(shapely.get_parts(left), key=lambda piece: piece.area).representative_point()
+    words = Message("{} is not cleared {:g} mm deep at {}", pocket.name, pocket.depth, position_text(at.x, at.y))
+    return [Difference(Message("not cut"), 0, 0, words)]
