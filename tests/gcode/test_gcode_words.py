@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import PostError
-from leafcut.gcode.numbers import NumberFormat, format_number
 from leafcut.gcode.words import (
     BlockError,
     Word,
@@ -20,6 +19,7 @@ from leafcut.gcode.words import (
     tokenise,
     without_word,
 )
+from leafcut.post.words import NumberFormat, format_number
 
 
 def pairs(line: str) -> list[tuple[str, float]]:

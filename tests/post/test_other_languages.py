@@ -8,11 +8,10 @@ import pytest
 
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.numbers import NumberFormat
 from leafcut.model.toolpath import Arc, DrillCycle, ToolpathBuilder
 from leafcut.options import PostOptions
 from leafcut.post.row_writer import Blocks
-from leafcut.post.words import coolant_words, cycle_words, dwell_word, has_cycle, peck_text
+from leafcut.post.words import NumberFormat, coolant_words, cycle_words, dwell_word, has_cycle, peck_text
 from leafcut.post.writer import write_program
 
 G81 = DrillCycle("G81", 2.0, -5.0)

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from toolpaths import MILLING, assert_same_rows, planned, units_of
 
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.numbers import NumberFormat
 from leafcut.gcode.own_program import interpret
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.options import PostOptions
+from leafcut.post.words import NumberFormat
 from leafcut.post.writer import write_program
 from rs274_moves import assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 

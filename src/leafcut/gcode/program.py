@@ -6,15 +6,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.gcode.active_comments import ControllerSetting
-from leafcut.gcode.block_description import BlockDescription
 from leafcut.gcode.words import Word, plain_block
 from leafcut.model.toolpath import Kind, Toolpath, last_rows
+
+if TYPE_CHECKING:
+    from leafcut.gcode.active_comments import ControllerSetting
+    from leafcut.gcode.block_description import BlockDescription
 
 
 class Lines(Sequence[str]):

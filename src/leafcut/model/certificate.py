@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
+from typing import Any
 
 from leafcut.model.difference import Difference
 
@@ -55,3 +56,15 @@ class Certificate:
     reversed_cuts: int = 0
     notes: tuple[str, ...] = ()
     defaults: tuple[str, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the proof as plain values, as in the answer of `optimize`."""
+        differences = [{**asdict(item), "also": [list(pair) for pair in item.also]} for item in self.differences]
+        answer = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "defaults"}
+        return answer | {
+            "differences": differences,
+            "before": asdict(self.before),
+            "after": asdict(self.after),
+            "compared": list(self.compared),
+            "notes": list(self.notes),
+        }

@@ -8,10 +8,9 @@ Options of a single process are in the package of that process.
 
 from __future__ import annotations
 
-from leafcut.options.cutting import CutDataOptions, FeedOptions, SpeedOptions, StockOptions
+from leafcut.options.cutting import CutDataOptions, FeedOptions, MillingOptions, SpeedOptions, StockOptions
 from leafcut.options.drawings import ORIGINS, PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.options.job import CYCLES, JobOptions, MachineOptions, PostOptions
-from leafcut.options.milling import MillingOptions
 from leafcut.options.option_spec import OptionGroup, flag_name
 from leafcut.options.search import (
     ALGORITHM_GROUP,

@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 
 from leafcut.errors import PostError
 from leafcut.gcode.klartext import CYCLE_200
-from leafcut.gcode.numbers import format_number
 from leafcut.message import Message
 from leafcut.model.toolpath import DrillCycle, Kind, Motion
 from leafcut.post.comments import comment_lines
 from leafcut.post.row_writer import Blocks, Writer
+from leafcut.post.words import format_number
 
 _NAME = "LEAFCUT"
 _WIDTH = 70

@@ -10,13 +10,20 @@ from types import MappingProxyType
 from leafcut.errors import PostError
 from leafcut.files.digests import sign_program
 from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.numbers import NumberFormat, format_number
 from leafcut.message import Message
 from leafcut.model.cycles import expand_drill
 from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath, plane_axes
 from leafcut.options import PostOptions
 from leafcut.post.comments import comment_lines, plain_text
-from leafcut.post.words import coolant_words, cycle_parameters, cycle_words, dwell_word, has_cycle
+from leafcut.post.words import (
+    NumberFormat,
+    coolant_words,
+    cycle_parameters,
+    cycle_words,
+    dwell_word,
+    format_number,
+    has_cycle,
+)
 
 #: Names for a program without tool comments.
 NO_NAMES: Mapping[int, str] = MappingProxyType({})

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from leafcut.gcode.numbers import format_number
 from leafcut.model.cycles import PECKING
 from leafcut.model.toolpath import DrillCycle, Motion
 from leafcut.post.row_writer import Writer
-from leafcut.post.words import peck_text
+from leafcut.post.words import format_number, peck_text
 
 
 class SinumerikWriter(Writer):

@@ -43,9 +43,11 @@ _WIDEST_NOZZLE = 200.0
 
 def shipped_machines() -> list[str]:
     """Return the sorted names of the shipped machines."""
-    return sorted(
-        f.name.removesuffix(".toml") for f in resources.files("leafcut.machines").iterdir() if f.name.endswith(".toml")
-    )
+    return sorted(file.name.removesuffix(".toml") for file in _folder().iterdir() if file.name.endswith(".toml"))
+
+
+def _folder() -> Any:
+    return resources.files("leafcut") / "machines"
 
 
 def _path_of(name: str, entry: Any) -> Path:
@@ -131,7 +133,7 @@ def _profile(name_or_path: str) -> tuple[dict[str, Any], str]:
             path = MACHINES.load(name_or_path)
             return {**read_toml(path, MACHINE), "name": name_or_path}, str(path)
         raise OptionError("unknown machine '{}'{}", name_or_path, name_suggestion(name_or_path, machine_names()))
-    file = resources.files("leafcut.machines") / f"{name_or_path}.toml"
+    file = _folder() / f"{name_or_path}.toml"
     return parse_toml(file.read_bytes(), file.name, MACHINE), file.name
 
 

@@ -123,27 +123,10 @@ def simulation_as_json(simulation: Simulation) -> dict[str, Any]:
 
 def verification_as_json(proof: Certificate) -> dict[str, Any]:
     """Return the answer of `leafcut verify --json`: the proof, and the message of each difference."""
-    answer = certificate_as_json(proof)
+    answer = proof.as_json()
     for row, difference in zip(answer["differences"], proof.differences, strict=True):
         row["words"] = str(difference)
     return {**answer, **_defaults(proof.defaults)}
-
-
-def certificate_as_json(proof: Certificate) -> dict[str, Any]:
-    """Return a proof as plain values, as in the answer of `optimize`."""
-    return {
-        "same": proof.same,
-        "differences": [
-            {**asdict(difference), "also": [list(pair) for pair in difference.also]} for difference in proof.differences
-        ],
-        "before": asdict(proof.before),
-        "after": asdict(proof.after),
-        "compared": list(proof.compared),
-        "sha256": proof.sha256,
-        "allow_reverse": proof.allow_reverse,
-        "reversed_cuts": proof.reversed_cuts,
-        "notes": list(proof.notes),
-    }
 
 
 def issues_as_json(issues: Iterable[Issue]) -> list[dict[str, str]]:

@@ -83,7 +83,7 @@ def test_a_laser_marks_at_the_speed_of_marks(plate: Path) -> None:
 
 
 def test_marks_are_no_faster_than_the_machine_unless_that_is_asked_for(plate: Path, tmp_path: Path) -> None:
-    table = resources.files("leafcut.machines") / "plasma-table.toml"
+    table = resources.files("leafcut") / "machines" / "plasma-table.toml"
     slow = tmp_path / "slow.toml"
     slow.write_text(re.sub(r'^max_feed = "[^"]*"', 'max_feed = "2200 mm/min"', table.read_text(), flags=re.MULTILINE))
     options = {"machine": str(slow), "thickness": "12", **FAST}

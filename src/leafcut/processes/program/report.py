@@ -11,7 +11,6 @@ from leafcut.model.json_values import plain
 from leafcut.model.outcome import Outcome
 from leafcut.model.shown_stock import ShownStock
 from leafcut.processes.program.model import ProgramDetail, StockProof
-from leafcut.report.json_answer import certificate_as_json
 from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import time_facts
 from leafcut.report.wording import count, replace_unprintable
@@ -67,7 +66,7 @@ class ProgramReport(PathReport[ProgramDetail]):
             [] if detail.stock is None else [Fact("stock", plain(detail.stock), "", stock_words(detail.stock), "stock")]
         )
         return [
-            Fact("certificate", certificate_as_json(detail.certificate)),
+            Fact("certificate", detail.certificate.as_json()),
             Fact("staying", [asdict(group) for group in detail.staying], "", stays, "stays" if stays else ""),
             Fact("avoided_areas", asdict(detail.avoided)),
             *left,

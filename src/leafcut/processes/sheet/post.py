@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterator, Sequence
 
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import Dialect, Torch
-from leafcut.gcode.numbers import format_number
 from leafcut.gcode.torch import KERF_REGISTER, LEAST_PERCENT, convert_for_controller
 from leafcut.model.cutting import CutPlan
 from leafcut.model.toolpath import Kind, Motion, Toolpath
 from leafcut.options import PostOptions
 from leafcut.post.row_writer import Writer
+from leafcut.post.words import format_number
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Number of decimals of a percentage; 0.1 % of a feed is negligible.

@@ -33,7 +33,6 @@ from leafcut.processes.sheet.passes import (
     sequence_of,
     stages_of,
 )
-from leafcut.processes.sheet.plan.chains import chain_blocks, chain_problem, chains_of, planned_chains, with_chains
 from leafcut.processes.sheet.plan.cut_rules import resolve_rules
 from leafcut.processes.sheet.plan.cutting import (
     CutSequence,
@@ -195,6 +194,7 @@ def _given_order(
     """
     order = drawing_order(cutting)
     if file is not None:
+        from leafcut.processes.sheet.plan.chains import planned_chains, with_chains
         from leafcut.processes.sheet.plan.plan_file import follow_plan, plan_order
 
         order = plan_order(cutting, file)
@@ -218,9 +218,12 @@ def _with_best_chains(job: Job, cutting: Cutting, file: PlanFile | None, overhea
 
     Raises PlanError if a chain of the plan file does not fit.
     """
-    from leafcut.order.solve import solve
-
     settings, options, keep = job.settings, job.settings.of(CutOptions), job.settings.solve.keeps_order
+    if file is None and (not options.chains or keep):
+        return cutting
+    from leafcut.order.solve import solve
+    from leafcut.processes.sheet.plan.chains import chain_blocks, chain_problem, chains_of, planned_chains, with_chains
+
     chains = [] if file is None else planned_chains(cutting, file, everything=keep)
     if not options.chains or keep:
         return with_chains(cutting, chains)

@@ -20,7 +20,6 @@ from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.certificate import Certificate
 from leafcut.model.machine import Machine
 from leafcut.processes.program.proof.certificate import certify, proof_lines
-from leafcut.report.json_answer import certificate_as_json
 
 LINUXCNC = dialect("linuxcnc")
 
@@ -520,7 +519,7 @@ def test_a_program_that_is_wrong_everywhere_makes_a_short_list() -> None:
 
 def test_a_certificate_is_plain_data_and_two_lines_that_any_controller_takes() -> None:
     certificate = certified(written(CYCLES), written(CYCLES, [3, 1, 0, 2]))
-    answer = json.loads(json.dumps(certificate_as_json(certificate)))
+    answer = json.loads(json.dumps(certificate.as_json()))
     assert answer["same"] is True and answer["differences"] == []
     assert answer["before"] == {"holes": 4, "cuts": 0, "dwells": 0, "stages": 1, "tool_changes": 1}
     digest = hashlib.sha256(written(CYCLES).encode()).hexdigest()
@@ -534,7 +533,7 @@ def test_a_certificate_is_plain_data_and_two_lines_that_any_controller_takes() -
 
 def test_a_certificate_that_refuses_says_so_everywhere() -> None:
     certificate = certified(written(CYCLES), written(CYCLES, [0, 1, 2]))
-    answer = certificate_as_json(certificate)
+    answer = certificate.as_json()
     assert answer["same"] is False
     assert answer["differences"][0]["original"] > 0
     assert "NOT" in proof_lines(certificate, "1.2", "x.nc")[0]

@@ -25,7 +25,6 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.common_edges import doubled_edges, pierced_first
-from leafcut.processes.sheet.plan.common_lines import scrap_with_lead_ins, with_common_lines
 from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, names_of, prepare_contours, with_notches
 from leafcut.processes.sheet.plan.cut_path import chain_length, compensate_where_needed, make_chain, make_cut
 from leafcut.processes.sheet.plan.cut_rules import CutRules
@@ -184,6 +183,8 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
         scrap = Scrap(sheet, contours, rules)
     order: list[tuple[int, int]] = []
     if rules.common_lines or rules.once:
+        from leafcut.processes.sheet.plan.common_lines import scrap_with_lead_ins, with_common_lines
+
         contours, order, found = with_common_lines(contours, scrap)
         scrap, issues = scrap_with_lead_ins(Scrap(sheet, contours, rules), contours), [*issues, *found]
     contours = with_notches(contours, rules)
