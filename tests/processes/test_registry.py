@@ -53,11 +53,6 @@ def test_what_is_made_of_a_file_is_what_is_asked_for_else_what_it_is_good_for_al
 @pytest.mark.parametrize(
     ("asked", "names", "words"),
     [
-        (
-            "cat",
-            ("dxf",),
-            "unknown process 'cat'; choose one of auto, drill, cut, pocket, part, reorder, mill, laser, plasma",
-        ),
         ("mill", ("dxf",), "mill: the input is a drawing, not a program; use drill, cut, pocket or part"),
         (
             "cut",
@@ -72,6 +67,12 @@ def test_what_nothing_does_is_refused_in_one_line(asked: str, names: tuple[str, 
     with pytest.raises(OptionError) as refused:
         chosen(asked, *names)
     assert str(refused.value).endswith(words)
+
+
+def test_an_unknown_process_is_refused_with_all_known_ones() -> None:
+    known = "auto, drill, cut, pocket, part, reorder, mill, laser, plasma"
+    with pytest.raises(OptionError, match=f"^--process: unknown process 'cat'; choose one of {known}$"):
+        registry.check_asked("cat")
 
 
 def test_the_registry_has_every_process_of_the_package() -> None:
@@ -273,4 +274,5 @@ def test_a_package_that_shares_nothing_with_another_is_used_beside_it(install: I
 def test_a_process_has_to_be_said_again_where_the_input_alone_would_be_taken_for_another(
     asked: str, names: tuple[str, ...], needed: str
 ) -> None:
-    assert registry.needed_word(inputs_of(*names), asked) == needed
+    inputs = inputs_of(*names)
+    assert registry.needed_word(inputs, asked, registry.process_for(inputs, asked)) == needed

@@ -168,6 +168,7 @@ def _program_file(inputs: Sequence[str], output: str | None, given: Mapping[str,
         name, command = api.program_for(inputs[0], **given)
         output = places_beside(inputs[:1], [name], inputs)[0]
         if Path(output).is_file():
+            registry.check_asked(str(given["process"]))
             registry.process_for([read_source(source) for source in inputs], str(given["process"]))
     check_own(output, inputs, command)
     return output

@@ -196,8 +196,9 @@ class OptionGroup:
 
     def changed(self) -> dict[str, Any]:
         """Return the options that differ from their defaults, in internal units."""
-        reference = type(self)()
-        return {n: getattr(self, n) for n in self.specs() if getattr(self, n) != getattr(reference, n)}
+        return {
+            name: getattr(self, name) for name, default in self.defaults().items() if getattr(self, name) != default
+        }
 
 
 @cache

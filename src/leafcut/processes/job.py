@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from leafcut.errors import OptionError, PlanError, VerifyError
 from leafcut.geometry.arrays import Point
 from leafcut.message import Message
-from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, heartbeat_for_step, progress_of_search
+from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, heartbeat_for_step
 from leafcut.model.issue import Issue, Severity, missing_work
 from leafcut.model.machine import Machine
 from leafcut.model.snapshot import Observer
@@ -64,12 +64,6 @@ class Job:
         The receiver of the report may raise an exception to cancel the job.
         """
         return heartbeat_for_step(self.progress, step)
-
-    def search_progress(self, step: Message, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
-        """Return the progress callback of a search. `left` is the share of the work that remains, and `part` is the
-        share that this search does.
-        """
-        return progress_of_search(self.progress, step, left, part)
 
 
 def machine_of(settings: Settings) -> Machine:

@@ -18,6 +18,7 @@ import numpy as np
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Ints, Point
 from leafcut.message import Message
+from leafcut.model.heartbeat import progress_of_search
 from leafcut.model.plan import Order, Stage
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
@@ -75,9 +76,10 @@ def find_order(
         except KeyboardInterrupt:
             job.cancelled.set()  # Ctrl-C between two searches: keep the best order, as within a search
         stage_options = replace(options, time_limit=deadline.part(problem.n_clusters / remaining).seconds)
+        progress = progress_of_search(job.progress, stages[number].name, remaining / total, tasks / total)
         solution = solve(
             problem, stage_options, _ant_options(settings.aco, stages[number]), firefly=settings.firefly,
-            progress=job.search_progress(stages[number].name, remaining / total, tasks / total), observe=job.observe,
+            progress=progress, observe=job.observe,
             cancelled=job.cancelled, bounds=job.bounds.part(tasks / remaining),
         )  # fmt: skip
         deadline.subtract(solution.seconds)

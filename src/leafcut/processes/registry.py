@@ -326,8 +326,10 @@ def check_asked(word: str) -> None:
 
 
 def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
-    """Return the process for the inputs of a job. Raises OptionError if the requested process cannot read them."""
-    check_asked(asked)
+    """Return the process for the inputs of a job; `asked` is a known value of ``--process`` (`check_asked`).
+
+    Raises OptionError if the requested process cannot read the inputs.
+    """
     if len(inputs) > 1:
         return _joining_process(inputs, asked)
     if asked == "auto":
@@ -364,9 +366,8 @@ def _usual_name(inputs: Sequence[tuple[Format, Source]]) -> str:
     return _USUAL[kind]
 
 
-def needed_word(inputs: Sequence[tuple[Format, Source]], asked: str) -> str:
-    """Return the value of ``--process`` that repeats the job; "" if the inputs alone determine the process."""
-    chosen = process_for(inputs, asked)
+def needed_word(inputs: Sequence[tuple[Format, Source]], asked: str, chosen: Process) -> str:
+    """Return the value of ``--process`` that chooses the process again; "" if the inputs alone determine it."""
     implied = asked in ("auto", chosen.command) and _usual_name(inputs) == chosen.name
     return "" if implied else asked
 

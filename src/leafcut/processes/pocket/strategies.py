@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError
 from leafcut.message import Message
+from leafcut.model.heartbeat import progress_of_search
 from leafcut.model.pocket import PocketPath
 from leafcut.options import Settings
 from leafcut.order.stop import Deadline
@@ -122,7 +123,7 @@ def _grid(name: str) -> Strategy:
             replace(options, algorithm=ants if name == "ants" else name),
             settings.aco,
             firefly=settings.firefly,
-            progress=run.search_progress(Message("{}: ordering the points of a grid", name)),
+            progress=progress_of_search(run.progress, Message("{}: ordering the points of a grid", name)),
             observe=run.observe,
             cancelled=run.cancelled,
         )

@@ -16,6 +16,7 @@ from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.cutting import CutData, PlanFile
+from leafcut.model.heartbeat import progress_of_search
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod, Head, method_of
 from leafcut.model.plan import Order
@@ -238,7 +239,7 @@ def _with_best_chains(job: Job, cutting: Cutting, file: PlanFile | None, overhea
             continue
         problem, bridges = found
         search = replace(settings.solve, bound=False, algorithm="auto", time_limit=own.seconds)
-        on_progress = job.search_progress(Message("joining cuts"), 0.0, 1.0)
+        on_progress = progress_of_search(job.progress, Message("joining cuts"), 0.0, 1.0)
         solution = solve(problem, search, settings.aco, progress=on_progress, cancelled=job.cancelled)
         own.subtract(solution.seconds)
         chains = [*chains, *chains_of(cutting, bridges, [int(n) for n in solution.nodes], chains)]
