@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from leafcut.post.comments import comment_lines, plain_text
+from leafcut.post.words import comment_lines, plain_text
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.own_program import interpret
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Motion, Toolpath, ToolpathBuilder
 from leafcut.options import PostOptions
-from leafcut.post.comments import comment_lines, plain_text
+from leafcut.post.words import comment_lines, plain_text
 from leafcut.post.writer import write_program
 
 G81 = DrillCycle("G81", 2.0, -5.0)

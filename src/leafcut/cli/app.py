@@ -18,8 +18,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 
 from leafcut._version import __version__
 from leafcut.cli.flags import File, Name, command_of, show_panel, usage_of
-from leafcut.cli.json_output import print_json
-from leafcut.cli.shared import DONE, REFUSED, STATUSES, USAGE, failure, print_line, printable
+from leafcut.cli.shared import DONE, REFUSED, STATUSES, USAGE, failure, print_json, print_line, printable
 from leafcut.cli.usage import DASH, GROUPS, HELD, command_in, usage_message
 from leafcut.errors import OptionError
 from leafcut.options.settings import Settings

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from leafcut.cli.flags import File, Json, Name, switch
-from leafcut.cli.json_output import print_json
 from leafcut.cli.several import expand_inputs
 from leafcut.cli.shared import (
     DONE,
@@ -21,6 +20,7 @@ from leafcut.cli.shared import (
     given_options,
     note_old_output,
     print_defaults,
+    print_json,
 )
 from leafcut.cli.usage import DASH, refuse_dash
 from leafcut.errors import OptionError, count_of

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from leafcut.cli.flags import File, Json, switch
-from leafcut.cli.json_output import print_json
+from leafcut.cli.shared import print_json
 from leafcut.cli.usage import refuse_dash
 from leafcut.errors import OptionError
 from leafcut.files.user_files import DEFAULTS_VARIABLE, defaults_file, usual_defaults_file

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from cyclopts import App, Parameter
 
 from leafcut.cli.flags import Json, switch
-from leafcut.cli.json_output import print_json
+from leafcut.cli.shared import print_json
 from leafcut.cli.usage import DASH, HELD
 from leafcut.errors import LeafcutError, OptionError, count_of, name_suggestion
 from leafcut.files.whole_files import OutputError

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from leafcut.cli.flags import File, Json, Name, Percent, Time, switch
-from leafcut.cli.json_output import print_json
 from leafcut.cli.progress import Reporter
+from leafcut.cli.shared import print_json
 from leafcut.errors import OptionError
 from leafcut.options.option_spec import OptionSpec, convert_value
 

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from leafcut.cli.flags import Json
-from leafcut.cli.json_output import print_json
+from leafcut.cli.shared import print_json
 from leafcut.errors import OptionError, name_suggestion
 
 KINDS = ("machines", "materials", "dialects", "formats", "algorithms", "plugins")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from leafcut.cli.flags import Acceleration, File, Json, Lengths, Name, Rpm, Speed, Time
-from leafcut.cli.json_output import print_json
+from leafcut.cli.shared import print_json
 from leafcut.cli.usage import DASH, HELD, refuse_dash
 from leafcut.errors import OptionError, count_of
 from leafcut.message import Message

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Group, Parameter
 
 from leafcut.cli.flags import File, Json, Name, Time, switch
-from leafcut.cli.json_output import print_json
 from leafcut.cli.progress import Reporter
 from leafcut.cli.several import (
     TABLE,
@@ -37,6 +36,7 @@ from leafcut.cli.shared import (
     given_options,
     note_old_output,
     print_issues,
+    print_json,
     print_line,
     write_program,
 )  # fmt: skip

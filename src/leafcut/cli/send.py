@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TextIO
 from cyclopts import Parameter
 
 from leafcut.cli.flags import File, Json, Name, switch
-from leafcut.cli.json_output import print_json
+from leafcut.cli.shared import print_json
 from leafcut.cli.terminal_keys import Keys
 from leafcut.cli.usage import DASH, HELD
 from leafcut.errors import OptionError, SendError

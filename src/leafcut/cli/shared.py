@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,6 +15,7 @@ from cyclopts import Parameter
 from leafcut.cli.flags import File, Name, switch
 from leafcut.cli.usage import DASH, HELD
 from leafcut.errors import DataError, LeafcutError, OptionError
+from leafcut.files.schemas import ANSWER, numbered
 from leafcut.files.user_files import DEFAULTS_VARIABLE, defaults_file
 from leafcut.message import Message
 
@@ -80,6 +82,20 @@ def printable(line: str) -> str:
     """Return a line without unprintable characters, which file names may contain."""
     line = line.replace(HELD, DASH)  # the placeholder of a dash that does not stand for standard input
     return "".join(c if c.isprintable() else "?" for c in line)
+
+
+def print_json(answer: Mapping[str, Any]) -> None:
+    """Print the answer of a command as JSON, schema number first."""
+    text = json.dumps(numbered(ANSWER, answer), allow_nan=False, indent=2, ensure_ascii=False)
+    with suppress(UnicodeError):
+        # If a file name does not fit the locale, Python stores its bytes as surrogates: restore the characters.
+        text = text.encode("utf-8", "surrogateescape").decode("utf-8")
+    try:
+        text.encode(sys.stdout.encoding or "ascii")
+    except (UnicodeError, LookupError):
+        # Standard output cannot encode all characters: escape them.
+        text = json.dumps(json.loads(text), indent=2)
+    print(text)
 
 
 @contextmanager

@@ -7,7 +7,6 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from leafcut.cli.flags import File, switch
-from leafcut.cli.json_output import print_json
 from leafcut.cli.progress import Reporter
 from leafcut.cli.shared import (
     DONE,
@@ -18,6 +17,7 @@ from leafcut.cli.shared import (
     defaults_given,
     given_options,
     print_defaults,
+    print_json,
 )
 from leafcut.cli.usage import DASH
 from leafcut.errors import OptionError

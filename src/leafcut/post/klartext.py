@@ -9,9 +9,8 @@ from leafcut.errors import PostError
 from leafcut.gcode.klartext import CYCLE_200
 from leafcut.message import Message
 from leafcut.model.toolpath import DrillCycle, Kind, Motion
-from leafcut.post.comments import comment_lines
 from leafcut.post.row_writer import Blocks, Writer
-from leafcut.post.words import format_number
+from leafcut.post.words import comment_lines, format_number
 
 _NAME = "LEAFCUT"
 _WIDTH = 70

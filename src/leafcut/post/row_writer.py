@@ -14,15 +14,16 @@ from leafcut.message import Message
 from leafcut.model.cycles import expand_drill
 from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath, plane_axes
 from leafcut.options import PostOptions
-from leafcut.post.comments import comment_lines, plain_text
 from leafcut.post.words import (
     NumberFormat,
+    comment_lines,
     coolant_words,
     cycle_parameters,
     cycle_words,
     dwell_word,
     format_number,
     has_cycle,
+    plain_text,
 )
 
 #: Names for a program without tool comments.

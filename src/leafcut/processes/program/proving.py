@@ -252,7 +252,7 @@ def _section_at(work: ForeignWork, line: int) -> int:
 
 def with_comments(text: str, comments: Iterable[str], dialect: Dialect) -> str:
     """Insert comments near the top of a program, below the percent sign and the program number."""
-    from leafcut.post.comments import comment_lines
+    from leafcut.post.words import comment_lines
 
     lines = text.splitlines(keepends=True)
     end = "\r\n" if lines and lines[0].endswith("\r\n") else "\n"

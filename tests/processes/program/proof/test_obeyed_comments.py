@@ -11,7 +11,7 @@ from leafcut.errors import ReadError
 from leafcut.gcode.active_comments import is_active_comment
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
-from leafcut.post.comments import comment_lines
+from leafcut.post.words import comment_lines
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.post.rewriter import rewrite
 from leafcut.processes.program.proof.certificate import certify
