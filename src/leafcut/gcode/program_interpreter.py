@@ -98,7 +98,7 @@ def interpret_program(
         Feed for materials in the controller's table that the program does not define, mm/s; None: unknown feed.
 
     Raises ReadError if a block is invalid (a letter without a number, an arc that does not end on its circle, a cut
-    without a feed, a missing subprogram …), or loops run too many blocks. The message has the line.
+    without a feed, a missing subprogram …), or loops run too many blocks. The message names the line.
     """
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError("unknown unit '{}'; use mm or in", units)
@@ -452,7 +452,7 @@ class _ProgramReader:
 
     def _command(self, command: str, at: int) -> int:
         """Keep a firmware command such as ``$H`` in place: after homing and jogging the position is unknown, and most
-        settings may change anything.
+        settings may change the behaviour of the controller.
         """
         state, text = self.state, self.lines[at]
         state.line, rows, path = at + 1, len(state.path), state.path

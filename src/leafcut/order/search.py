@@ -123,7 +123,7 @@ class Best:
 
 @dataclass(frozen=True)
 class AlgorithmRun:
-    """Arguments of an algorithm other than the instance: options, best tour, and stopping criteria."""
+    """Arguments of an algorithm in addition to the instance: options, best tour, and stopping criteria."""
 
     options: SolveOptions
     aco: AcoOptions

@@ -1,4 +1,4 @@
-"""Compare a program, interpreted again, with the planned toolpath row by row."""
+"""Compare a program that was read back with the planned toolpath, row by row."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Charts: the best cost over the time of a search, and bars."""
+"""Charts: the best cost during a search, and bar charts."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ class PathReport(Generic[D]):
     Attributes
     ----------
     came_in
-        Origin of the order before: ``drawing``, ``plan`` file or ``program``.
+        Origin of the first order: ``drawing``, ``plan`` file or ``program``.
     proof, found
         Text of the badge on the page, and result of the proof for the summary.
     ordered

@@ -102,7 +102,7 @@ def _tool_fronts(
     works: list[tuple[ToolWork, ToolMaterial]], settings: Settings, machine: Machine, material: WorkMaterial,
     objective: str, issues: list[Issue],
 ) -> list[ToolFront]:  # fmt: skip
-    """Return the Pareto fronts of all tools; a tool without a front becomes an issue.
+    """Return the Pareto fronts of all tools; an issue reports each tool without a front.
 
     Raises PlanError if no tool has a front.
     """
@@ -127,7 +127,9 @@ def _tool_works(
     drawing: Input | None, settings: Settings, machine: Machine, material: WorkMaterial, issues: list[Issue],
     progress: OnProgress | None,
 ) -> Iterator[tuple[ToolWork, ToolMaterial]]:  # fmt: skip
-    """Yield the work of each tool, and the material of the tool; tools without a choice of speeds become an issue."""
+    """Yield the work of each tool, and the material of the tool; an issue reports tools for which no speeds can be
+    chosen.
+    """
     from leafcut.processes.cutting_data.drawn_work import work_of_drawing
 
     options = settings.of(SpeedOptions)

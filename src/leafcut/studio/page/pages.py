@@ -89,8 +89,8 @@ def _favicon() -> str:
 
 
 def _language(folder: Folder, request: Request, asked: str) -> str:
-    """Return the requested language and save it. Without a request, return the saved language, or else the browser's
-    language.
+    """Return the requested language and save it. Without a request, return the saved language, or else the language of
+    the browser.
     """
     kept = folder.root / "language"
     if asked in LANGUAGES:
@@ -242,7 +242,9 @@ class Page:
             self.memory.push()
 
     async def follow(self, address: dict[str, Any], kept: KeptState | None) -> None:
-        """Show the view of a step in the history of the browser, and its choices if this page has others."""
+        """Show the view of the step that the browser has opened, and its choices if they differ from the choices of
+        this page.
+        """
         view = str(address.get("view", ""))
         self.show(view if view in self.views else "work")
         if kept is not None:
@@ -250,7 +252,7 @@ class Page:
             await self._show_restored(kept)
 
     async def _load(self) -> None:
-        """Load the state that the browser has stored. The page is invisible until then."""
+        """Continue with the choices that the browser has stored. The page is invisible until then."""
         try:
             kept = await self.memory.load()
             if kept is None and not self._asked:

@@ -37,7 +37,7 @@ class Lighting:
 class TorchRun:
     """A run of the torch, as chords.
 
-    `points` are float64[n + 1, 2], mm. For each chord, `burning` tells whether the torch is on, `feed` is in mm/s,
+    `points` are float64[n + 1, 2], mm. For each chord, `burning` states whether the torch is on, `feed` is in mm/s,
     `height` is the height at its end, mm above the sheet, and `row_line` is the program line. `line` is the program
     line at the start.
     """

@@ -53,7 +53,7 @@ class SheetScene:
     """Data shared by all drawings of a sheet.
 
     Every `every`-th cut is numbered. If `many`, rapids are coloured from first to last. `kerf` is the drawn width of
-    the kerf, in user units; `true_kerf` tells whether that width is to scale.
+    the kerf, in user units; `true_kerf` states whether that width is to scale.
     """
 
     frame: Frame
