@@ -35,7 +35,7 @@ FAULTS = [
     ("G1 X1 X2", 3, "X is given twice"),
     ("G1 G2 X1", 3, "G1 and G2 exclude each other"),
     ("M3 M5", 3, "exclude each other"),
-    ("G2 X10 Y0 I4", 3, "does not end on its circle: the radius is 4.0000 mm, then 6.0000 mm"),
+    ("G2 X10 Y0 I4", 3, "does not end on its circle: its radius is 4.0000 mm at the start and 6.0000 mm at the end"),
     ("G2 X10 Y0 R2", 3, "too small to reach"),
     ("G2 X10", 3, "an arc needs I and J, or R"),
     ("F0\nG1 X5", 4, "a cut without a feed"),

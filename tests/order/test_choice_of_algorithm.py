@@ -152,8 +152,8 @@ def test_full_candidate_lists_are_refused_for_more_than_three_thousand_clusters(
     with pytest.raises(SolveError) as refused:
         check_options(points(3001), *given)
     assert str(refused.value) == (
-        "--candidates 0 makes all 3001 nodes candidates of each other, too much memory above 3000 nodes; give a "
-        "number such as 16"
+        "--candidates 0 makes all 3001 nodes candidates of each other, which needs too much memory above 3000 nodes; "
+        "give a number such as 16"
     )
 
 

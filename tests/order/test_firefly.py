@@ -131,7 +131,7 @@ def test_the_search_ends_when_nothing_got_shorter_for_twenty_iterations_or_after
 def test_costs_between_too_many_nodes_are_refused_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fireflies, "MOST_NODES", 49)
     problem = RoutingProblem.of_points(places(50), closed=True)
-    with pytest.raises(SolveError, match="up to 49 of them; there are 50; leave out --no-local-search"):
+    with pytest.raises(SolveError, match="for at most 49 nodes; this problem has 50; leave out --no-local-search"):
         solve(problem, SolveOptions(algorithm="firefly", local_search=False))
 
 

@@ -135,7 +135,11 @@ def check_radii(u0: float, v0: float, u1: float, v1: float, uc: float, vc: float
     if inner == 0.0:
         raise BlockError("an arc of radius 0")
     if abs(inner - outer) > _RADIUS_TOLERANCE and abs(inner - outer) > _RADIUS_RELATIVE_TOLERANCE * inner:
-        raise BlockError("the arc does not end on its circle: the radius is {:.4f} mm, then {:.4f} mm", inner, outer)
+        raise BlockError(
+            "the arc does not end on its circle: its radius is {:.4f} mm at the start and {:.4f} mm at the end",
+            inner,
+            outer,
+        )
 
 
 def _centre_of_radius(

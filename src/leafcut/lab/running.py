@@ -250,8 +250,8 @@ def executor_performer(executor: WatchedExecutor, ended: threading.Event) -> Per
     """
     if executor.together > 1:
         raise OptionError(
-            "--executor: runs are timed by the processor time of their process, so there must be one at a time in "
-            "each; use processes, or Dask workers with --nthreads 1"
+            "--executor: runs are timed by the processor time of their process, so each process may execute only "
+            "one run at a time; use processes, or Dask workers with --nthreads 1"
         )
 
     def performs(tasks: Iterable[RunTask]) -> Iterator[tuple[RunTask, Answer]]:

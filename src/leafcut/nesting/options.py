@@ -52,7 +52,7 @@ class NestOptions(OptionGroup):
         "number of nests to offer and to write, best first",
         minimum=1,
         maximum=100,
-        default_words="3 are offered; the best is written",
+        default_words="3 offered, the best written",
     )
     blocks: str = option(
         "text",

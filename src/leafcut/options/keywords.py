@@ -423,7 +423,7 @@ class _NestOptions1(TypedDict, total=False):
     nester: Literal["auto", "shapes", "rectangles", None]
     """Nesting method: by true shapes, by bounding rectangles, or whichever suits the parts (default: auto)."""
     variants: int | None
-    """Number of nests to offer and to write, best first (default: 3 are offered; the best is written)."""
+    """Number of nests to offer and to write, best first (default: 3 offered, the best written)."""
     blocks: Literal["none", "pairs", "rows", "grids", None]
     """Group equal parts one kerf apart for common-line cutting: pairs, two rows (plasma, oxyfuel), or grids
     (laser, water) (default: none).

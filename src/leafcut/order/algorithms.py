@@ -160,8 +160,8 @@ def check_options(
     algorithm.check(algorithm.name, aco, firefly, algorithm.has_choices)
     if options.candidates == 0 and problem.n_clusters > FULL_LISTS_LIMIT:
         raise SolveError(
-            "--candidates 0 makes all {} nodes candidates of each other, too much memory above "
-            "{} nodes; give a number such as 16",
+            "--candidates 0 makes all {} nodes candidates of each other, which needs too much memory above {} "
+            "nodes; give a number such as 16",
             problem.n_clusters,
             FULL_LISTS_LIMIT,
         )

@@ -289,7 +289,7 @@ def _no_process_message(rows: list[ChartRow], process: str, material: str) -> Me
             "--cut-process: the chart has no '{}'{}", process, name_suggestion(process, _column_values(rows, "process"))
         )
     return Message(
-        "the chart has no data for {}, only for {}; give a --chart that has it, or {}",
+        "the chart has no data for {}, only for {}; give a --chart that has these data, or {}",
         process,
         ", ".join(alike),
         _OWN_DATA,

@@ -87,7 +87,7 @@ def test_reordering_takes_a_step_file_as_its_stock(slot: str, tmp_path: Path) ->
             "0,0,-10,40,40,0",
             ("--solid", "1"),
             2,
-            "--solid, --up, --z-zero: a block has no solids, a STEP file has; leave them out",
+            "--solid, --up and --z-zero apply to STEP files only, not to a block; leave them out",
         ),
         ("", ("--solid", "1"), 2, "--solid: only used with --workpiece"),
     ],

@@ -148,8 +148,8 @@ def all_costs(instance: Instance) -> NDArray[np.float32]:
     h = instance.n
     if h > MOST_NODES:
         raise SolveError(
-            "fireflies without local search store the costs between all nodes, up to {} of them; there are "
-            "{}; leave out --no-local-search",
+            "fireflies without local search store the costs between all nodes, for at most {} nodes; this problem "
+            "has {}; leave out --no-local-search",
             MOST_NODES,
             h,
         )

@@ -107,7 +107,9 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
         from leafcut.read.tool_formats import WITH_PRESETS
 
         if tools.suffix.lower() not in WITH_PRESETS:
-            raise OptionError("--material selects only a preset of a Fusion tool library here; leave it out")
+            raise OptionError(
+                "--material has an effect only with a Fusion tool library, whose presets it selects; leave it out"
+            )
     on_progress, reading = job.start_step(Message("reading")), job.settings.read
     options, drill_options = job.settings.job, job.settings.of(DrillOptions)
     of_step = any(sniff_step(source.data[:SNIFF_BYTES]) is Match.YES for source in sources)
@@ -143,7 +145,7 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
     if "retract" in job.settings.asked and plan.always_initial and options.retract != "initial":
         raise OptionError(
             "--retract r: the heights between holes of different heights are unknown, so the tool rises above the "
-            "highest hole after each; leave it out"
+            "highest hole after each hole; leave it out"
         )
     for name in ("feed", "spindle_speed"):
         if name in job.settings.asked and not any(tool.assumed for tool in plan.tools):

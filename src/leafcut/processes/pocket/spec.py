@@ -233,9 +233,8 @@ def refuse_clamps(
                 farther = math.ceil(height - floor - lowest.above)
                 apart = math.ceil(max(disc.radius for disc in meets) - away)
                 raise PlanError(
-                    "{}: the {} of {} meets the keep-out zone '{}', "
-                    "{:.3g} mm beside the tool's path; let the mill stick out {} mm farther, move the "
-                    "clamp {} mm away, or use a lower one",
+                    "{}: the {} of {} meets the keep-out zone '{}', {:.3g} mm beside the tool's path; let the mill "
+                    "stick out {} mm farther, move the clamp {} mm away, or use a lower clamp",
                     pocket.label,
                     lowest.body,
                     tool.label,

@@ -326,7 +326,7 @@ def line_of(problem: BaseException) -> str:
     elif isinstance(problem, MemoryError):
         line = Message("not enough memory for this input")
     elif isinstance(problem, OSError) and problem.strerror:
-        line = Message("a file of the studio's own folder cannot be written or read ({})", problem.strerror)
+        line = Message("a file in the studio's folder cannot be written or read ({})", problem.strerror)
     else:
         if os.environ.get("LEAFCUT_TRACEBACK"):
             traceback.print_exception(problem, file=sys.stderr)

@@ -56,10 +56,11 @@ def test_a_mode_is_stated_before_the_first_line_that_relies_on_it(mode: str) -> 
     first = next(line for line, letter in LETTERS.items() if letter in letters)
     for word in [word.replace("_", " ") for word in words.split()]:
         (gone,) = stated(with_words(program, 1, word), program)
-        text = f"{mode}: the original states it before line {first} relies on it"
+        reason = f"states this mode before line {first}, which relies on it; the"
+        text = f"{mode}: the original {reason} new program does not"
         assert gone == Difference("not stated", first, first, text), word
         added = stated(program, with_words(program, 1, word))
-        text = f"{mode}: the original does not state it before line {first} relies on it, the new one does"
+        text = f"{mode}: the new program {reason} original does not"
         assert added == [Difference("newly stated", first, first, text)] * rare, word
 
 

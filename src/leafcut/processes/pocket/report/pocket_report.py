@@ -181,7 +181,7 @@ class PocketReport(PathReport[PocketDetail]):
         if m.retracts:
             lifted = Message("{}, {} of rapids", count(m.retracts, "retract"), rapids)
         asked = Message(
-            "{} mm asked for; passes that meet in the middle: {} mm apart",
+            "{} mm requested; passes that meet in the middle: {} mm apart",
             f"{rules.step_over:.4g}",
             f"{m.max_core:.2f}",
         )

@@ -578,7 +578,8 @@ def _after_length_change(original: ProgramWork, new: ProgramWork, room: float) -
         limit, was = limits.get(length, (height, 0))
         if height < limit - room:
             text = Message(
-                "a rapid goes to Z{:.3f} right after the length offset changed, never below Z{:.3f} before",
+                "a rapid right after a change of length offset goes to Z{:.3f}; in the original, such rapids go no "
+                "lower than Z{:.3f}",
                 height,
                 limit,
             )

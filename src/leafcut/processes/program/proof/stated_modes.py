@@ -78,11 +78,17 @@ def find_lost_modes(
     for mode, pattern in zip(_MODES, _PATTERNS, strict=True):
         was, now = (_first_use(*side, mode, pattern) for side in zip(programs, works, words, counted, strict=True))
         if (now.first and not was.first) or now.cuts > was.cuts:
-            text = Message("{}: the original states it before line {} relies on it", mode.said, now.line or was.line)
+            text = Message(
+                "{}: the original states this mode before line {}, which relies on it; the new program does not",
+                mode.said,
+                now.line or was.line,
+            )
             yield Difference(Message("not stated"), was.line, now.line, text)
         elif mode.rare and was.first and not now.first:
             text = Message(
-                "{}: the original does not state it before line {} relies on it, the new one does", mode.said, was.line
+                "{}: the new program states this mode before line {}, which relies on it; the original does not",
+                mode.said,
+                was.line,
             )
             yield Difference(Message("newly stated"), was.line, now.line, text)
 
