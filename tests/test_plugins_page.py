@@ -129,7 +129,7 @@ def test_the_process_makes_a_program_with_its_own_option(circle: str, capsys: py
     assert run(["spot", circle, "--spot-depth", "0.8", "--preset", "fast", "-q"]) == 0
     capsys.readouterr()
     assert run(["optimize", circle, "--process", "spot", "--depth", "3"]) == 2
-    assert "--spot-depth says how deep" in capsys.readouterr().err
+    assert "use --spot-depth instead" in capsys.readouterr().err
     assert run(["optimize", circle, "--spot-depth", "0.8", "--dry-run"]) == 2
     assert "it applies to spotting" in capsys.readouterr().err
     assert run(["optimize", "--help-all"]) == 0

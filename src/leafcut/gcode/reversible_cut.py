@@ -157,7 +157,7 @@ class _CutReader:
     def _places(
         self, blocks: list[Block], body: int, tail: int, rows: list[int]
     ) -> tuple[tuple[str | None, str | None], ...] | None:
-        """Return the text of every point of the cut; None if a text differs from its coordinate."""
+        """Return X and Y of every point of the cut as text; None if a text does not match its coordinate."""
         unit = self.program.modal(body).unit or 1.0
         said: dict[str, str | None] = {"X": None, "Y": None}
         places: list[tuple[str | None, str | None]] = []

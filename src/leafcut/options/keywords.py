@@ -502,7 +502,7 @@ class _SolveOptions2(TypedDict, total=False):
     """Search effort; the result is the same on every machine (default: default)."""
     time_limit: Quantity | None
     """Time for all searches together; they end earlier if five colonies in a row find no improvement (s; default:
-    the preset decides).
+    set by --preset).
     """
     seed: int | None
     """Random seed: same seed, same result (default: 1)."""
@@ -519,7 +519,7 @@ class _SolveOptions3(TypedDict, total=False):
 class _SolveOptions4(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, nest, solve.
     iterations: int | None
-    """Stop after this many iterations (default: the preset decides)."""
+    """Stop after this many iterations (default: set by --preset)."""
 
 
 class _AcoOptions1(TypedDict, total=False):
@@ -554,8 +554,9 @@ class _AcoOptions1(TypedDict, total=False):
 class _FireflyOptions1(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, solve.
     variant: Literal["leafcut", "published", "published-complex", None]
-    """Firefly variant; in the published variants, for simple and for complex pockets, every pair makes β₀
-    inversions, the n shortest tours survive, and there is no local search (default: leafcut).
+    """Firefly algorithm: leafcut's own, or the published one for simple or for complex pockets. In the published
+    ones, every pair makes β₀ inversions, the n shortest tours survive, and there is no local search (default:
+    leafcut).
     """
     reading: Literal["brighter-tenth", "brighter-distance", "darker-tenth", "darker-distance", None]
     """Reading of the paper: which firefly of a pair moves first, and the maximum length of a short inversion, a

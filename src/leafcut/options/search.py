@@ -73,14 +73,14 @@ class SolveOptions(OptionGroup):
         "time for all searches together; they end earlier if five colonies in a row find no improvement",
         unit="s",
         minimum=0.001,
-        default_words="the preset decides",
+        default_words="set by --preset",
     )
     iterations: int | None = option(
         "whole",
         None,
         "stop after this many iterations",
         minimum=0,
-        default_words="the preset decides",
+        default_words="set by --preset",
     )
     bound: bool = option(
         "flag",
@@ -207,8 +207,8 @@ class FireflyOptions(OptionGroup):
     variant: str = option(
         "text",
         "leafcut",
-        "firefly variant; in the published variants, for simple and for complex pockets, every pair makes β₀ "
-        "inversions, the n shortest tours survive, and there is no local search",
+        "firefly algorithm: leafcut's own, or the published one for simple or for complex pockets. In the published "
+        "ones, every pair makes β₀ inversions, the n shortest tours survive, and there is no local search",
         choices=("leafcut", "published", "published-complex"),
         needs=(FIREFLIES,),
     )

@@ -121,7 +121,9 @@ class _Processes(WatchedExecutor):
 
 @contextmanager
 def _without_interrupts() -> Iterator[None]:
-    """Block Ctrl-C in this process; processes started in the block inherit that until they ignore the signal."""
+    """Block Ctrl-C in this process. Processes that are started in the block inherit the blocked signal until they
+    ignore it.
+    """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

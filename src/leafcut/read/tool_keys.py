@@ -13,7 +13,7 @@ _POSITIVE = "above 0"
 _LENGTH = "above 0 and at most 1000 mm"
 
 TOOL_KEYS: tuple[ProfileKey, ...] = (
-    ProfileKey("number", "its number in programs, the T word", example=1, required=True, bounds="1 to 99999999"),
+    ProfileKey("number", "number in programs, the T word", example=1, required=True, bounds="1 to 99999999"),
     ProfileKey("kind", "kind of tool", ToolKind.DRILL.value, choices=tuple(k for k in ToolKind if k not in NO_TOOLS)),
     ProfileKey("diameter", "diameter of the hole it makes", required=True, unit="mm", bounds=_LENGTH),
     ProfileKey("name", "name for lists and programs", why="its kind"),
@@ -26,14 +26,14 @@ TOOL_KEYS: tuple[ProfileKey, ...] = (
     ),
     ProfileKey("feed", "feed rate", why="assumed from its diameter", unit="mm/s", bounds=_POSITIVE),
     ProfileKey("spindle_speed", "spindle speed", why="assumed from its diameter", unit="rpm", bounds=_POSITIVE),
-    ProfileKey("cycle", "drilling cycle; G84 is for taps alone", why="as --cycle says", choices=CYCLES),
+    ProfileKey("cycle", "drilling cycle; only taps use G84", why="the value of --cycle", choices=CYCLES),
     ProfileKey("peck", "peck depth; G83 and G73 need it", why="no pecking", unit="mm", bounds=_LENGTH),
     ProfileKey("dwell", "dwell at the bottom; G82 needs it", why="none", unit="s", bounds="0 to 100 s"),
     ProfileKey(
         "pitch", "of a tap: length per revolution", why="a tap needs it", unit="mm", bounds="below the diameter"
     ),
     ProfileKey("flute_length", "maximum cutting depth", why="the requested depth", unit="mm", bounds=_LENGTH),
-    ProfileKey("depth", "of a centre drill: drilling depth", why="as --depth says", unit="mm", bounds=_LENGTH),
+    ProfileKey("depth", "of a centre drill: drilling depth", why="the value of --depth", unit="mm", bounds=_LENGTH),
     ProfileKey("plunge_feed", "of a mill: plunge rate", why="a third of its feed", unit="mm/s", bounds=_POSITIVE),
     ProfileKey("teeth", "of a mill: number of teeth", why="not known", example=2, bounds="1 to 100"),
     ProfileKey(
@@ -53,7 +53,7 @@ TOOL_KEYS: tuple[ProfileKey, ...] = (
     ProfileKey(
         "material",
         "material of its cutting edges, for `leafcut tools speeds`",
-        why="as --tool-material says",
+        why="the value of --tool-material",
         example=ToolMaterial.HSS.value,
         choices=tuple(ToolMaterial),
     ),

@@ -62,7 +62,9 @@ def kind_in(comment: str) -> str | None:
 
 
 def tap_in(comment: str) -> str | None:
-    """Return the pitch of the right-hand tap named in a comment as text, "" without a pitch; None for other tools."""
+    """Return the pitch of the right-hand tap that a comment names, as text: "" if the pitch is missing, None for other
+    tools.
+    """
     if _TAP.search(comment) is None or _NO_TAP.search(comment):
         return None
     if per_inch := _PER_INCH.search(comment):
@@ -73,7 +75,7 @@ def tap_in(comment: str) -> str | None:
 
 
 def cone_in(comment: str) -> tuple[str, str] | None:
-    """Return the kind of conical tool named in a comment, and its full angle as text; "" if there is no angle.
+    """Return the kind of the conical tool that a comment names, and its full angle as text; "" if the angle is missing.
 
     A small angle of a chamfer mill is usually the half angle, so it counts only if the comment contains "included".
     """

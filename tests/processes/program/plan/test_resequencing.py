@@ -109,7 +109,7 @@ def test_a_coolant_or_tool_change_is_told_in_an_issue() -> None:
     holes = "G0 X{} Y0 / G1 Z-1 F100 / G0 Z5 / X{} / G1 Z-1 / G0 Z5"
     issues = sequence_of(f"{holes.format(0, 9)} / M8 / {holes.format(20, 30)}").issues
     assert [(i.code, i.message, i.place) for i in issues] == [
-        ("L501", "stays in its place: coolant is switched", "line 11")
+        ("L501", "keeps its position: coolant is switched", "line 11")
     ]
 
 
@@ -119,7 +119,7 @@ def test_a_reason_with_a_semicolon_is_one_note_at_its_own_line() -> None:
         "G0 Z5 / G81 X0 Y0 Z-1 R1 F100 / X5 / G91 X5 R1 / G80 / G90 / G81 X20 Y0 Z-1 R1 / X25 / G80"
     ).issues
     told = [(i.message, i.place) for i in issues if "inside a cycle" in i.message]
-    assert told == [("stays in its place: G90/G91 changed inside a cycle; give R and Z again", "line 8")]
+    assert told == [("keeps its position: G90/G91 changed inside a cycle; give R and Z again", "line 8")]
 
 
 def test_blocks_with_the_same_unknown_axis_are_one_note() -> None:
@@ -127,7 +127,7 @@ def test_blocks_with_the_same_unknown_axis_are_one_note() -> None:
     holes = "G0 X0 Y0 A10 / G1 Z-1 F100 / G0 Z5 / X9 A20 / G1 Z-1 / G0 Z5 / X20 A30 / G1 Z-1 / G0 Z5"
     issues = sequence_of(holes).issues
     told = [(i.message, i.place) for i in issues if "axis A" in i.message]
-    assert told == [("stays in its place: the axis A is not understood", "line 5")]
+    assert told == [("keeps its position: the axis A is not understood", "line 5")]
 
 
 def test_a_program_of_one_piece_says_that_nothing_can_move() -> None:
@@ -292,7 +292,7 @@ def test_what_stays_is_said_with_the_line_that_it_is_about() -> None:
     first = f"G21 G90 / T1 M6 / S1000 M3 / G0 X0 Y0 / G43 Z5 H1 / {holes}"
     second = f"M5 / T2 M6 / S900 M3 / G0 G43 Z5 H2 / {holes} / M2"
     sequence = find_sequence(program_of(f"{first} / {second}"))
-    assert ("stays in its place: a tool change", "line 11") in [(i.message, i.place) for i in sequence.issues]
+    assert ("keeps its position: a tool change", "line 11") in [(i.message, i.place) for i in sequence.issues]
     assert ("unknown-height", 4) in [(s.reason, s.line) for s in sequence.stays]
 
 

@@ -160,7 +160,7 @@ def _issues(finder: SectionFinder, items: list[FixedBlocks | Section]) -> list[I
         )
         issues.append(
             Issue(
-                "L501", Message("stays in its place: {}{}", reason, times), Message("line {}", lines[0]), Severity.NOTE
+                "L501", Message("keeps its position: {}{}", reason, times), Message("line {}", lines[0]), Severity.NOTE
             )
         )
     return issues

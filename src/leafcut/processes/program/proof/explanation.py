@@ -47,7 +47,7 @@ _Item = TypeVar("_Item")
 class Explanation(NamedTuple):
     """The explained differences in the order of their lines.
 
-    `found` is the minimum number of differences. `changes` are those of work that is in both programs.
+    `found` is the minimum number of differences. `changes` are the changes of work that occurs in both programs.
     """
 
     differences: list[Difference]
