@@ -530,12 +530,12 @@ def tool_speeds(
     ReadError, OptionError, PlanError, OutputError
         The message is one line: the problem, its location, and the remedy. No file was written.
     """
-    from leafcut.report.front_chart import check_name, front_svg
+    from leafcut.report.front_chart import check_extension, front_svg
     from leafcut.results.tool_speeds import ToolSpeedsResult
 
     settings = _settings("cutting-data", options, None, defaults_file, "drawing" if drawing is not None else "none")
     inputs = [*_file_names(drawing), defaults_file, *files_read(settings)]
-    check_name(plot)
+    check_extension(plot)
     check_output(plot, [*inputs, save])
     check_output(save, inputs)
     outcome = registry.command("cutting_data")(drawing, settings, objective, progress)

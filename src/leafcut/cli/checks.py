@@ -122,14 +122,14 @@ def stock(
     """Show what a program cuts from its stock: volume, depth, air-cutting time, collisions of rapids and holders."""
     from leafcut import api
     from leafcut.files.whole_files import check_output, write_bytes
-    from leafcut.report.stock_report import as_file, check_name, print_stock, stock_as_json
+    from leafcut.report.stock_report import as_file, check_extension, print_stock, stock_as_json
 
     if more:
         raise OptionError(f"stock takes one program, not {1 + len(more)}; run them one by one")
     program = dashed(program)
     refuse_dash("--same-as", same_as)
     check_file_name("-o", output)
-    check_name(output)
+    check_extension(output)
     check_output(
         output, [program if program != DASH else None, same_as, options.get("tools"), options.get("workpiece")]
     )

@@ -47,7 +47,7 @@ svg.front { background: var(--page); }
 """
 
 
-def check_name(file: str | Path | None) -> None:
+def check_extension(file: str | Path | None) -> None:
     """Raise OptionError if the name of a file does not end in ``.svg``."""
     if file is not None and Path(file).suffix.lower() != ".svg":
         raise OptionError(

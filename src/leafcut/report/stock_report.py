@@ -33,7 +33,7 @@ MAX_CELLS = 200_000
 _ROW = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
-def check_name(output: str | None) -> None:
+def check_extension(output: str | None) -> None:
     """Raise OptionError unless the extension of a file is that of a picture or a solid."""
     if output is not None and Path(output).suffix.lower() not in _FILES:
         raise OptionError(f"--output: '{Path(output).name}' is neither a picture (.png) nor a solid (.stl)")
