@@ -155,12 +155,12 @@ def consumption_of(times: CutTimes, data: CutData, sheet: CutTimes) -> Consumpti
 
 
 def _worn_parts(times: CutTimes, sheet: CutTimes, life: float | None, pierces: float | None) -> float | None:
-    def by_time(of: CutTimes) -> float:
+    def worn_by_time(of: CutTimes) -> float:
         return (of.cut_s + of.pierce_s) / life if life else 0.0
 
-    def by_pierces(of: CutTimes) -> float:
+    def worn_by_pierces(of: CutTimes) -> float:
         return of.pierces / pierces if pierces else 0.0
 
     if life is None and pierces is None:
         return None
-    return by_time(times) if by_time(sheet) >= by_pierces(sheet) else by_pierces(times)
+    return worn_by_time(times) if worn_by_time(sheet) >= worn_by_pierces(sheet) else worn_by_pierces(times)
