@@ -37,17 +37,17 @@ def test_an_estimate_is_named_as_one() -> None:
 
 
 def test_a_controller_without_a_dialect_is_replaced_by_the_nearest() -> None:
-    assert stored(lambda values: values.controller("haas", "line 1", "grbl")) == [
+    assert stored(lambda values: values.store_controller("haas", "line 1", "grbl")) == [
         ("controller", "haas", DERIVED, "line 1")
     ]
-    assert stored(lambda values: values.controller("reprap", "line 1", "grbl")) == [
+    assert stored(lambda values: values.store_controller("reprap", "line 1", "grbl")) == [
         ("controller", "grbl", ASSUMED, "leafcut has no dialect of GRBL 1.1 yet; grbl is the nearest")
     ]
 
 
 def test_the_slower_rapid_of_x_and_y_is_the_highest_feed() -> None:
     rapids, gains = axes(30, 20, 10, unit="mm/s", derived=True), axes(500, 500, 500, unit="mm/s2", assumed=True)
-    assert stored(lambda values: values.motion(rapids, gains)) == [
+    assert stored(lambda values: values.store_motion(rapids, gains)) == [
         ("rapid.velocity", ["30 mm/s", "20 mm/s", "10 mm/s"], DERIVED, "line 3"),
         ("rapid.acceleration", "500 mm/s2", ASSUMED, "line 3"),
         ("max_feed", "20 mm/s", DERIVED, "the slower rapid of x and y: axes also limit feeds"),
@@ -68,7 +68,7 @@ def test_the_slower_rapid_of_x_and_y_is_the_highest_feed() -> None:
 )  # fmt: skip
 def test_speeds_that_no_machine_has_are_refused(velocity: float, acceleration: float, words: str) -> None:
     def act(values: Values) -> None:
-        values.motion(axes(1, velocity, 1, unit="mm/s"), axes(1, acceleration, 1, unit="mm/s2"))
+        values.store_motion(axes(1, velocity, 1, unit="mm/s"), axes(1, acceleration, 1, unit="mm/s2"))
 
     if words:
         assert refusal(act) == f"a.txt: {words}"
@@ -87,13 +87,13 @@ def test_a_limit_is_in_the_unit_of_the_file() -> None:
 
 def test_an_infinite_travel_is_unknown_and_noted() -> None:
     values = Values("a.txt", "GRBL")
-    values.travel(axes(-INF, 0, -5), axes(9, INF, 0, derived=True))
+    values.store_travel(axes(-INF, 0, -5), axes(9, INF, 0, derived=True))
     assert values.notes == ["the travel of x, y is unknown: it is not checked"]
     assert [(one.key, one.value, one.how) for one in values.entries.values()] == [
         ("travel.min", ["unknown", "0 mm", "-5 mm"], TAKEN), ("travel.max", ["9 mm", "unknown", "0 mm"], DERIVED)
     ]  # fmt: skip
     values = Values("a.txt", "GRBL")
-    values.travel(axes(0, 0, 0), axes(1, 1, 1))
+    values.store_travel(axes(0, 0, 0), axes(1, 1, 1))
     assert values.notes == []
 
 
@@ -107,7 +107,7 @@ def test_an_infinite_travel_is_unknown_and_noted() -> None:
     ],
 )
 def test_a_travel_that_no_machine_has_is_refused(low: float, high: float, words: str) -> None:
-    assert refusal(lambda values: values.travel(axes(0, low, 0), axes(1, high, 1))) == f"a.txt: {words}"
+    assert refusal(lambda values: values.store_travel(axes(0, low, 0), axes(1, high, 1))) == f"a.txt: {words}"
 
 
 @pytest.mark.parametrize(
@@ -130,8 +130,8 @@ def test_home_lies_within_the_travel(
 ) -> None:
     def act(values: Values) -> None:
         if travel:
-            values.travel(*(Axes(side, "mm", "line 1") for side in travel))
-        values.home_at(position)
+            values.store_travel(*(Axes(side, "mm", "line 1") for side in travel))
+        values.store_home(position)
 
     assert stored(act)[-1] == ("home", home, how, "line 3; moved into the travel" if moved else "line 3")
 
@@ -145,7 +145,7 @@ def test_home_lies_within_the_travel(
 )  # fmt: skip
 def test_speeds_of_the_spindle_are_kept_or_refused(highest: float, lowest: float, kept: list[str] | str) -> None:
     def act(values: Values) -> None:
-        values.spindle(highest, lowest, "line 3")
+        values.store_spindle_range(highest, lowest, "line 3")
 
     if isinstance(kept, list):
         keys = ["spindle.max_speed", "spindle.min_speed"]
@@ -155,11 +155,13 @@ def test_speeds_of_the_spindle_are_kept_or_refused(highest: float, lowest: float
 
 
 def test_what_a_file_does_not_tell_is_an_estimate() -> None:
-    assert stored(lambda values: values.tools_by_hand("no changer")) == [
+    assert stored(lambda values: values.store_manual_tool_changes("no changer")) == [
         ("tool_change.automatic", False, ASSUMED, "no changer"),
         ("tool_change.time", "60 s", ASSUMED, "a practised operator, including setting Z again"),
     ]
-    assert stored(lambda values: values.work(Head.LASER, "line 1")) == [("process", "laser", DERIVED, "line 1")]
+    assert stored(lambda values: values.store_process(Head.LASER, "line 1")) == [
+        ("process", "laser", DERIVED, "line 1")
+    ]
 
 
 @pytest.mark.parametrize(

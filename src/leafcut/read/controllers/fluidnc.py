@@ -62,7 +62,7 @@ def read(text: str, file: str) -> Values:
     for axis, part in zip("xy", parts, strict=False):
         if not part:
             raise values.refusal(f"has no axis {axis} in 'axes'; is the file complete?")
-    values.motion(
+    values.store_motion(
         _axis_values(values, parts, "max_rate_mm_per_min", _RATE, "mm/min"),
         _axis_values(values, parts, "acceleration_mm_per_sec2", _ACCELERATION, "mm/s2"),
     )
@@ -191,10 +191,12 @@ def _store_travel(values: Values, parts: list[_Tree]) -> None:
         values.note("the file has no max_travel_mm: the travel is not checked")
     else:
         source = f"max_travel_mm and homing, {in_lines(lines)}"
-        values.travel(Axes(tuple(lowest), "mm", source, derived=True), Axes(tuple(highest), "mm", source, derived=True))
+        values.store_travel(
+            Axes(tuple(lowest), "mm", source, derived=True), Axes(tuple(highest), "mm", source, derived=True)
+        )
     homed = any(_subtree(part, "homing") for part in parts)
     source = "mpos_mm of homing" if homed else "no homing: machine zero is its position at power-on"
-    values.home_at(Axes(tuple(homes), "mm", source, derived=homed, assumed=not homed))
+    values.store_home(Axes(tuple(homes), "mm", source, derived=homed, assumed=not homed))
 
 
 def _store_process(values: Values, tree: _Tree) -> None:
@@ -203,7 +205,7 @@ def _store_process(values: Values, tree: _Tree) -> None:
     only_laser = laser and spindle is None
     values.derive("controller", "grbl-laser" if only_laser else "grbl", "FluidNC uses the dialect of GRBL")
     if only_laser:
-        values.work(Head.LASER, f"section '{_LASER}' and no spindle")
+        values.store_process(Head.LASER, f"section '{_LASER}' and no spindle")
     else:
         values.assume("process", Head.SPINDLE.value, f"section '{spindle}'" if spindle else "the file names no spindle")
         if laser:
@@ -220,7 +222,7 @@ def _store_process(values: Values, tree: _Tree) -> None:
         values.assume("spindle.start_time", *SPINDLE_START)
     else:
         values.assume("spindle.start_time", "0 s", "a laser needs no start-up time")
-    values.tools_by_hand("FluidNC changes tools by macros, which are not read")
+    values.store_manual_tool_changes("FluidNC changes tools by macros, which are not read")
 
 
 def _store_speeds(values: Values, entry: _Scalar) -> None:
@@ -237,7 +239,9 @@ def _store_speeds(values: Values, entry: _Scalar) -> None:
     turning = [speed for speed, power in speeds if power > 0 and speed > 0]
     if turning:
         several = len(turning) > 1
-        values.spindle(max(turning), min(turning) if several else 0.0, f"speed_map, {in_lines([entry.line])}")
+        values.store_spindle_range(
+            max(turning), min(turning) if several else 0.0, f"speed_map, {in_lines([entry.line])}"
+        )
 
 
 def _axis_values(values: Values, parts: list[_Tree], key: str, otherwise: float, unit: str) -> Axes:

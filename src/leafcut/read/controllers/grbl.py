@@ -55,7 +55,7 @@ def read(text: str, file: str) -> Values:
     version = _VERSION.search(text)
     name = (version[1] or version[2]) if version else ""
     values = Values(file, " ".join(filter(None, ["grblHAL" if hal else "GRBL", name])))
-    values.motion(_axes(values, settings, _RATES, "mm/min"), _axes(values, settings, _ACCELERATIONS, "mm/s2"))
+    values.store_motion(_axes(values, settings, _RATES, "mm/min"), _axes(values, settings, _ACCELERATIONS, "mm/s2"))
     laser = bool(_flags(values, settings, _LASER))
     _store_controller(values, settings, laser)
     _store_travel(values, settings, hal)
@@ -111,14 +111,14 @@ def _store_board(values: Values, settings: dict[int, _Setting]) -> None:
 def _store_controller(values: Values, settings: dict[int, _Setting], laser: bool) -> None:
     values.derive("controller", "grbl-laser" if laser else "grbl", "the settings have GRBL's format")
     if laser:
-        values.work(Head.LASER, f"{_source(settings, _LASER)}: laser mode")
+        values.store_process(Head.LASER, f"{_source(settings, _LASER)}: laser mode")
     else:
         values.assume("process", Head.SPINDLE.value, "laser mode is off ($32); the file has no other information")
     highest = _number(values, settings, _FASTEST_RPM) if _FASTEST_RPM in settings else 0.0
     lowest = _number(values, settings, _SLOWEST_RPM) if _SLOWEST_RPM in settings else 0.0
     if highest > 0:
         keys = [key for key in (_FASTEST_RPM, _SLOWEST_RPM) if key in settings]
-        values.spindle(highest, lowest, _sources(settings, keys))
+        values.store_spindle_range(highest, lowest, _sources(settings, keys))
         if highest == 1000.0 and not laser:
             values.note("$30 is 1000 rpm, GRBL's own default: set it to the spindle speed at full voltage")
     if _SPINDLE_ON in settings:
@@ -129,7 +129,7 @@ def _store_controller(values: Values, settings: dict[int, _Setting], laser: bool
         values.assume("spindle.start_time", "0 s", "a laser needs no start-up time")
     else:
         values.assume("spindle.start_time", *SPINDLE_START)
-    values.tools_by_hand("GRBL itself has no tool changer")
+    values.store_manual_tool_changes("GRBL itself has no tool changer")
 
 
 def _store_travel(values: Values, settings: dict[int, _Setting], hal: bool) -> None:
@@ -148,7 +148,7 @@ def _store_travel(values: Values, settings: dict[int, _Setting], hal: bool) -> N
         ends = list(zip(counts_up, lengths.numbers, strict=True))
         lowest = Axes(tuple(0.0 if rises else -length for rises, length in ends), "mm", source, derived=True)
         highest = Axes(tuple(length if rises else 0.0 for rises, length in ends), "mm", source, derived=True)
-        values.travel(lowest, highest)
+        values.store_travel(lowest, highest)
         home = [
             low if to_min >> axis & 1 else high
             for axis, (low, high) in enumerate(zip(lowest.numbers, highest.numbers, strict=True))
@@ -158,10 +158,10 @@ def _store_travel(values: Values, settings: dict[int, _Setting], hal: bool) -> N
         values.note("the file has no travel ($130 to $132): it is not checked")
     if homing & 1:
         home_source = _sources(settings, [key for key in (_HOMING, _HOME_TO_MIN) if key in settings])
-        values.home_at(Axes(tuple(home), "mm", f"{home_source}: the ends with its limit switches", derived=True))
+        values.store_home(Axes(tuple(home), "mm", f"{home_source}: the ends with its limit switches", derived=True))
     else:
         reason = "no homing ($22): machine zero is its position at power-on"
-        values.home_at(Axes((0.0, 0.0, 0.0), "mm", reason, assumed=True))
+        values.store_home(Axes((0.0, 0.0, 0.0), "mm", reason, assumed=True))
         values.note("homing is off ($22=0): the travel starts at the position at power-on")
 
 

@@ -117,7 +117,7 @@ class _Reader:
             if path_limit is not None and clipped != numbers:
                 source += f"; at most [TRAJ]MAX_LINEAR_{name}, {path_limit.place}"
             limits.append(Axes(tuple(clipped), f"{self.units}/{unit}", source, derived=clipped != numbers))
-        self.values.motion(*limits)
+        self.values.store_motion(*limits)
         ratio = self.ini.get("ARC_BLEND_KINK_RATIO", "TRAJ")
         blend_ratio = _KINK_RATIO if ratio is None else self._number(ratio, "[TRAJ]ARC_BLEND_KINK_RATIO")
         if not 0 <= blend_ratio < 1:
@@ -142,7 +142,7 @@ class _Reader:
                 sources += [] if entry is None else [f"{entry[1]} {entry[0].place}"]
             limits.append(Axes(tuple(numbers), self.units, _source_text(sources, key)))
         if any(math.isfinite(value) for limit in limits for value in limit.numbers):
-            self.values.travel(*limits)
+            self.values.store_travel(*limits)
         else:
             self.values.note("the file has no MIN_LIMIT and MAX_LIMIT: the travel is not checked")
         homes, sources = [], []
@@ -153,7 +153,7 @@ class _Reader:
             homes.append(0.0 if home is None else self._number(home, f"[{section}]HOME"))
             sources += [] if home is None else [f"[{section}] {home.place}"]
         source = _source_text(sources, "HOME") if sources else "LinuxCNC's default of HOME"
-        self.values.home_at(Axes(tuple(homes), self.units, source, assumed=not sources))
+        self.values.store_home(Axes(tuple(homes), self.units, source, assumed=not sources))
 
     def work(self) -> None:
         """Store the process: a plasma torch if an entry or a section names one, else a spindle."""
@@ -162,13 +162,13 @@ class _Reader:
         if "QTPLASMAC" in self.ini.sections or "PLASMAC" in self.ini.sections or qtplasmac is not None:
             origin = qtplasmac.place if qtplasmac is not None else "its section"
             self.values.derive("controller", "qtplasmac", f"the file is set up for QtPlasmaC, {origin}")
-            self.values.work(Head.TORCH, f"QtPlasmaC, {origin}")
+            self.values.store_process(Head.TORCH, f"QtPlasmaC, {origin}")
             return
         plasma = next((entry for entry in names if _PLASMA.search(entry.text)), None)
         if "PLASMA" in self.ini.sections or plasma is not None:
             origin = plasma.place if plasma is not None else "its section [PLASMA]"
             self.values.derive("controller", "plasma", f"the file names plasma, {origin}")
-            self.values.work(Head.TORCH, f"plasma, {origin}")
+            self.values.store_process(Head.TORCH, f"plasma, {origin}")
             return
         self.values.derive("controller", "linuxcnc", "the file is one of LinuxCNC")
         self.values.assume("process", Head.SPINDLE.value, "the file does not state the process")
@@ -187,7 +187,7 @@ class _Reader:
             lowest = self.ini.get(key.replace("MAX", "MIN"), section)
             slowest = 0.0 if lowest is None else self._number(lowest, f"[{section}]{key.replace('MAX', 'MIN')}")
             highest = self._number(entry, f"[{section}]{key}")
-            self.values.spindle(highest, max(slowest, 0.0), f"[{section}]{key}, {entry.place}")
+            self.values.store_spindle_range(highest, max(slowest, 0.0), f"[{section}]{key}, {entry.place}")
             break
         if self.values.entries["controller"].value == "linuxcnc":
             self.values.assume("spindle.start_time", *SPINDLE_START)
@@ -199,7 +199,7 @@ class _Reader:
             self.values.derive("tool_change.automatic", True, origin)
             self.values.assume("tool_change.time", "10 s", "between a carousel and a manual change")
         else:
-            self.values.tools_by_hand("LinuxCNC's HAL files decide, which are not read")
+            self.values.store_manual_tool_changes("LinuxCNC's HAL files decide, which are not read")
         entry = self.ini.get("TOOL_CHANGE_POSITION", "EMCIO")
         if entry is not None:
             texts = entry.text.split()

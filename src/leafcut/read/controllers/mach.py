@@ -65,7 +65,7 @@ def read_mach3(text: str, file: str, units: str | None = None) -> Values:
         values.take("name", printable(name, 40), "<Profile>")
     values.derive("controller", "mach3", "the file is one of Mach3")
     values.take("units", unit, "<Units>")
-    values.motion(
+    values.store_motion(
         Axes(per_axis("Vel{}"), f"{unit}/s", "motor tuning, <Vel0> to <Vel2>"),
         Axes(per_axis("Acc{}"), f"{unit}/s2", "motor tuning, <Acc0> to <Acc2>"),
     )
@@ -74,7 +74,7 @@ def read_mach3(text: str, file: str, units: str | None = None) -> Values:
         raise values.refusal("steps per unit (<Steps0> to <Steps2>) must be above 0; is the motor tuning done?")
     lowest, highest = per_axis("M{}Min"), per_axis("M{}Max")
     _store_mach3_travel(values, unit, lowest, highest, limits_off=tags.get("SoftLimit", "1").strip() == "0")
-    values.home_at(Axes((0.0, 0.0, 0.0), unit, "in Mach3 the owner chooses the position of zero", assumed=True))
+    values.store_home(Axes((0.0, 0.0, 0.0), unit, "in Mach3 the owner chooses the position of zero", assumed=True))
     _store_mach3_process(values, tags)
     return values
 
@@ -90,7 +90,7 @@ def _store_mach3_travel(
     if limits_off:
         values.note("soft limits are off in Mach3 (<SoftLimit>0): their travel is used anyway")
     source = template.format(0, 2)
-    values.travel(Axes(lowest, unit, source), Axes(highest, unit, source))
+    values.store_travel(Axes(lowest, unit, source), Axes(highest, unit, source))
 
 
 def _store_mach3_process(values: Values, tags: Mapping[str, str]) -> None:
@@ -101,7 +101,7 @@ def _store_mach3_process(values: Values, tags: Mapping[str, str]) -> None:
     fastest, slowest = tags.get(f"SPEED{pulley}"), tags.get(f"LSPEED{pulley}", "0")
     if fastest is not None and number(values, fastest, f"<SPEED{pulley}>") > 0:
         highest, lowest = number(values, fastest, f"<SPEED{pulley}>"), number(values, slowest, f"<LSPEED{pulley}>")
-        values.spindle(highest, max(lowest, 0.0), f"pulley in use, <SPEED{pulley}>")
+        values.store_spindle_range(highest, max(lowest, 0.0), f"pulley in use, <SPEED{pulley}>")
     if "SpinDelayCW" in tags:
         delay = number(values, tags["SpinDelayCW"], "<SpinDelayCW>")
         values.take("spindle.start_time", f"{max(delay, 0.0):.10g} s", "<SpinDelayCW>")
@@ -132,19 +132,21 @@ def read_mach4(text: str, file: str, units: str | None = None) -> Values:
     values.derive("controller", "mach4", "the file is one of Mach4")
     values.take("units", unit, statement)
     motors = [_motor(ini, values, axis) for axis in range(3)]
-    values.motion(
+    values.store_motion(
         Axes(*_motor_values(ini, values, motors, "MaxVelocity", f"{unit}/s"), derived=True),
         Axes(*_motor_values(ini, values, motors, "MaxAccel", f"{unit}/s2"), derived=True),
     )
     _store_mach4_travel(ini, values, motors, unit)
-    values.home_at(Axes((0.0, 0.0, 0.0), unit, "Mach4's file has the direction of homing, not its end", assumed=True))
+    values.store_home(
+        Axes((0.0, 0.0, 0.0), unit, "Mach4's file has the direction of homing, not its end", assumed=True)
+    )
     values.assume("process", Head.SPINDLE.value, "the file does not state the process")
     fastest = ini.get("MaxRPM", "SpindleRange0")
     if fastest is not None and number(values, fastest.text, f"MaxRPM ({fastest.place})") > 0:
         slowest = ini.get("MinRPM", "SpindleRange0")
         low = number(values, slowest.text, f"MinRPM ({slowest.place})") if slowest else 0.0
         high = number(values, fastest.text, f"MaxRPM ({fastest.place})")
-        values.spindle(high, max(low, 0.0), f"[SpindleRange0], {fastest.place}")
+        values.store_spindle_range(high, max(low, 0.0), f"[SpindleRange0], {fastest.place}")
     delay = ini.get("SpindleDelay", "Preferences")
     if delay is not None:
         seconds = number(values, delay.text, f"SpindleDelay ({delay.place})")
@@ -168,7 +170,7 @@ def _store_mach4_travel(ini: Ini, values: Values, motors: list[str], unit: str) 
         values.note(f"soft limits of {', '.join(ignored)} are off in Mach4: their travel is used anyway")
     lowest = tuple(value if is_set else -math.inf for value, is_set in zip(low, was_set, strict=True))
     highest = tuple(value if is_set else math.inf for value, is_set in zip(high, was_set, strict=True))
-    values.travel(Axes(lowest, unit, source, derived=True), Axes(highest, unit, source, derived=True))
+    values.store_travel(Axes(lowest, unit, source, derived=True), Axes(highest, unit, source, derived=True))
 
 
 def _motor(ini: Ini, values: Values, axis: int) -> str:
@@ -204,7 +206,7 @@ def _store_moves(values: Values) -> None:
     values.derive("rapid.style", "linear", "Mach moves all axes together on a straight line")
     values.assume("corners.style", "round", "constant velocity (G64) rounds corners of feed moves")
     values.assume("corners.deviation", *_DEVIATION)
-    values.tools_by_hand("macros decide (M6), which are not read")
+    values.store_manual_tool_changes("macros decide (M6), which are not read")
 
 
 def _resolve_unit(values: Values, stated: str | None, statement: str, given: str | None) -> str:

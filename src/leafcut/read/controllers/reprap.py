@@ -70,17 +70,17 @@ def read_marlin(text: str, file: str) -> Values:
     settings = _settings(_lines(text))
     values = Values(file, "Marlin")
     unit = "in" if settings.inch else "mm"
-    values.controller("marlin", "the file is one of Marlin", "grbl")
+    values.store_controller("marlin", "the file is one of Marlin", "grbl")
     if settings.inch:
         values.take("units", "in", f"G20, {_location([settings.inch])}")
     rates = _axes(values, settings, "M203", f"{unit}/s", "highest rates")
-    values.motion(rates, _marlin_acceleration(values, settings, unit))
+    values.store_motion(rates, _marlin_acceleration(values, settings, unit))
     endstops = _ENDSTOPS.search(text)
     if endstops is not None:
         limits = [number(values, limit, "a soft endstop") for limit in endstops.groups()]
         line = text.count("\n", 0, endstops.start()) + 1
         source = f"soft endstops (M211), {in_lines([line])}"
-        values.travel(Axes(tuple(limits[:3]), unit, source), Axes(tuple(limits[3:]), unit, source))
+        values.store_travel(Axes(tuple(limits[:3]), unit, source), Axes(tuple(limits[3:]), unit, source))
     else:
         values.note("M503 does not report the travel (M211 does): it is not checked")
     _store_zero_home(values)
@@ -136,12 +136,12 @@ def read_rrf(text: str, file: str) -> Values:
     if laser:
         values.assume("controller", "grbl-laser", "leafcut has no dialect of RepRapFirmware's laser mode; the nearest")
     else:
-        values.controller("rrf", "the file is one of RepRapFirmware", "grbl")
+        values.store_controller("rrf", "the file is one of RepRapFirmware", "grbl")
     if settings.inch:
         values.take("units", "in", f"G20, {_location([settings.inch])}")
     rates = _axes(values, settings, "M203", f"{unit}/min", "highest speeds")
     acceleration = _axes(values, settings, "M201", f"{unit}/s2", "highest accelerations")
-    values.motion(rates, acceleration)
+    values.store_motion(rates, acceleration)
     _store_rrf_home(values, lines, _store_rrf_travel(values, lines, unit), unit)
     jerk = settings.words.get("M566", {})
     if "X" in jerk:
@@ -163,7 +163,7 @@ def _store_rrf_spindle(values: Values, lines: list[_Line]) -> None:
         if line.word == "M950" and "R" in line.letters and line.letters.get("L"):
             speeds = [_number(values, part, "M950 L", line.place) for part in line.letters["L"].split(":")]
             slowest = min(speeds) if len(speeds) > 1 else 0.0
-            values.spindle(max(speeds), slowest, f"M950 L, {_location([line.place])}")
+            values.store_spindle_range(max(speeds), slowest, f"M950 L, {_location([line.place])}")
 
 
 def _store_rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str, list[float]]:
@@ -190,7 +190,7 @@ def _store_rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str
     if plain:
         source = f"M208, {_location(line.place for line, _ in plain)}"
         low, high = (tuple(ends[axis][k] for axis in "XYZ") for k in (0, 1))
-        values.travel(Axes(low, unit, source), Axes(high, unit, source))
+        values.store_travel(Axes(low, unit, source), Axes(high, unit, source))
     return ends
 
 
@@ -209,7 +209,7 @@ def _store_rrf_home(values: Values, lines: list[_Line], ends: dict[str, list[flo
         _store_zero_home(values)
         return
     source = f"M574, {_location(positions)}: the ends with its limit switches, with the values of M208"
-    values.home_at(Axes(tuple(homes.values()), unit, source, derived=True))
+    values.store_home(Axes(tuple(homes.values()), unit, source, derived=True))
 
 
 def _store_steps(values: Values, settings: _Settings, unit: str) -> None:
@@ -238,17 +238,17 @@ def _store_jerk_corners(values: Values, jerk: float, place: _Source, unit: str, 
 
 
 def _store_zero_home(values: Values) -> None:
-    values.home_at(Axes((0.0, 0.0, 0.0), "mm", "the file does not state the end of homing", assumed=True))
+    values.store_home(Axes((0.0, 0.0, 0.0), "mm", "the file does not state the end of homing", assumed=True))
 
 
 def _store_common_values(values: Values, name: str, laser: bool = False) -> None:
     values.derive("rapid.style", "linear", f"{name} moves all axes together on a straight line")
     if laser:
-        values.work(Head.LASER, "M452")
+        values.store_process(Head.LASER, "M452")
     else:
         values.assume("process", Head.SPINDLE.value, "the file does not state the process")
     values.assume("spindle.start_time", *(("0 s", "a laser needs no start-up time") if laser else SPINDLE_START))
-    values.tools_by_hand("the file does not state how tools are changed")
+    values.store_manual_tool_changes("the file does not state how tools are changed")
 
 
 def _axes(values: Values, settings: _Settings, word: str, unit: str, label: str) -> Axes:

@@ -87,7 +87,7 @@ class Values:
         """Return the error for a file that cannot be used."""
         return ReadError(self.file, reason, line)
 
-    def controller(self, name: str, source: str, otherwise: str) -> None:
+    def store_controller(self, name: str, source: str, otherwise: str) -> None:
         """Store the dialect of the controller, or `otherwise` if leafcut does not support it."""
         if name in dialects():
             self.derive("controller", name, source)
@@ -96,7 +96,7 @@ class Values:
                 "controller", otherwise, f"leafcut has no dialect of {self.title} yet; {otherwise} is the nearest"
             )
 
-    def motion(self, velocity: Axes, acceleration: Axes) -> None:
+    def store_motion(self, velocity: Axes, acceleration: Axes) -> None:
         """Store rapids and accelerations; the highest feed is the slower rapid of x and y."""
         for key, axes, limit in (("velocity", velocity, FASTEST), ("acceleration", acceleration, HARDEST)):
             axes.check(self, f"rapid.{key}", limit, above_0=True)
@@ -105,7 +105,7 @@ class Values:
         slower = min(velocity.numbers[:2])
         self.derive("max_feed", with_unit(slower, velocity.unit), "the slower rapid of x and y: axes also limit feeds")
 
-    def travel(self, lowest: Axes, highest: Axes) -> None:
+    def store_travel(self, lowest: Axes, highest: Axes) -> None:
         """Store the travel; an infinite limit is unknown."""
         for low, high, name in zip(lowest.numbers, highest.numbers, "xyz", strict=True):
             if not high > low:
@@ -122,8 +122,8 @@ class Values:
         if unknown:
             self.note(f"the travel of {', '.join(unknown)} is unknown: it is not checked")
 
-    def home_at(self, position: Axes) -> None:
-        """Store the home position, clamped to the travel. Call it after `travel`."""
+    def store_home(self, position: Axes) -> None:
+        """Store the home position, clamped to the travel. Call it after `store_travel`."""
         ends = [self.entries.get(f"travel.{end}") for end in ("min", "max")]
         inside = list(position.numbers)
         for axis in range(3):
@@ -136,16 +136,16 @@ class Values:
         store = self.assume if position.assumed else self.derive if moved or position.derived else self.take
         store("home", axis_texts(inside, position.unit), source)
 
-    def tools_by_hand(self, why: str) -> None:
+    def store_manual_tool_changes(self, why: str) -> None:
         """Store that tools are changed by hand."""
         self.assume("tool_change.automatic", False, why)
         self.assume("tool_change.time", *HAND_CHANGE)
 
-    def work(self, head: Head, source: str) -> None:
+    def store_process(self, head: Head, source: str) -> None:
         """Store the process."""
         self.derive("process", head.value, source)
 
-    def spindle(self, highest: float, lowest: float, source: str) -> None:
+    def store_spindle_range(self, highest: float, lowest: float, source: str) -> None:
         """Store the speed range of the spindle, rpm."""
         if not 0 <= lowest <= highest <= FASTEST_SPINDLE or not highest > 0:
             raise self.refusal(f"the spindle turns {lowest:g} to {highest:g} rpm ({source}); correct it first")
