@@ -63,7 +63,7 @@ class ProgramTask:
         Height at which the tool arrives, and to which it retracts, mm.
     reversible
         Whether the task may be done in reverse: the tool then arrives at `exit` and retracts at `entry`.
-    may_free, frees
+    may_detach, detaches
         Whether the task may detach a part, and whether it certainly does.
     """
 
@@ -77,8 +77,8 @@ class ProgramTask:
     bottom: float
     line: int
     reversible: bool = False
-    may_free: bool = False
-    frees: bool = False
+    may_detach: bool = False
+    detaches: bool = False
 
 
 @dataclass(frozen=True, eq=False)

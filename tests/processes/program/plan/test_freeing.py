@@ -58,7 +58,7 @@ def sections(cuts: list[str], **options: object) -> Sequence:
 
 def test_outlines_at_the_end_are_a_section_of_their_own() -> None:
     found = sections([*BORES, *OUTLINES]).sections
-    assert [[c.frees for c in s.pieces] for s in found] == [[False] * 12, [True] * 6]
+    assert [[c.detaches for c in s.pieces] for s in found] == [[False] * 12, [True] * 6]
     assert [len(s.precedence) for s in found] == [0, 0]
     assert found[0].end is None
     assert found[1].start is None
@@ -67,12 +67,12 @@ def test_outlines_at_the_end_are_a_section_of_their_own() -> None:
 def test_with_tabs_nothing_comes_free() -> None:
     found = sections([*SLOTS, *TABBED, *SLOTS[:1]]).sections
     assert len(found) == 1
-    assert not any(c.may_free for c in found[0].pieces)
+    assert not any(c.may_detach for c in found[0].pieces)
 
 
 def test_a_bore_in_a_part_frees_no_part_and_a_part_in_a_frame_does() -> None:
     pieces = [c for s in sections([bore(20, 20), outline(0, 0), outline(-20, -20, 90)]).sections for c in s.pieces]
-    assert [c.frees for c in pieces] == [False, True, True]
+    assert [c.detaches for c in pieces] == [False, True, True]
 
 
 def test_pairs_of_many_parts_stay_few() -> None:

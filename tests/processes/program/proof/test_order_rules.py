@@ -14,7 +14,7 @@ from leafcut.processes.program.proof.changed_order import _moved_visits, _reorde
 from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.order_rules import (
     Visits,
-    freed_parts,
+    detaching_visits_of_outlines,
     line_index,
     lowest_level,
     passes_at_levels,
@@ -356,7 +356,7 @@ def freed(boxes: Sequence[tuple[float, ...]], doubt: OrderThresholds, above: Seq
     )
     outlines = [Outline(shapely.box(*box), [k], alone) for k, box in enumerate(boxes)]
     heights = np.array([*(above or [0.0] * len(boxes)), *([0.0] * len(starts))])
-    may, surely = freed_parts(visits, outlines, heights, doubt)
+    may, surely = detaching_visits_of_outlines(visits, outlines, heights, doubt)
     return may.tolist(), surely.tolist()
 
 
@@ -413,7 +413,7 @@ def test_only_work_that_starts_inside_a_hole_keeps_it_a_part(doubt: OrderThresho
         visits = visits_at(
             [((-9.0, -9.0), (0.0, 0.0), -1.0), ((-9.0, -9.0), (0.0, 0.0), -1.0), (start, (0.0, 0.0), -1.0)]
         )
-        may, surely = freed_parts(visits, outlines, np.zeros(3), doubt)
+        may, surely = detaching_visits_of_outlines(visits, outlines, np.zeros(3), doubt)
         assert may.tolist() == [True, part, False] == surely.tolist()
 
 

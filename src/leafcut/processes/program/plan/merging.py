@@ -101,7 +101,7 @@ class _Merger:
             elif self._have_same_state(item, later):
                 self._merge_into(place, at)
                 return True
-            elif any(piece.may_free for piece in later.pieces):
+            elif any(piece.may_detach for piece in later.pieces):
                 # A part would be detached before the work in between.
                 return False
             elif are_related(self.program, self.rows, (item.pieces, later.pieces), self.process, self.check_cancelled):

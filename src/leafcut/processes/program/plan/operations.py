@@ -22,7 +22,7 @@ from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import FixedBlocks, Section, Sequence
 from leafcut.model.toolpath import last_rows
 from leafcut.processes.program.plan.fixed_tasks import why_pieces_stay
-from leafcut.processes.program.plan.precedence import freeing_stages
+from leafcut.processes.program.plan.precedence import detaching_stages
 from leafcut.processes.program.plan.program_rows import Rows
 
 #: Minimum number of occurrences and maximum median number of pieces of a comment that labels pieces.
@@ -44,7 +44,7 @@ def keep_apart(program: Program, sequence: Sequence, rows: Rows, mix_operations:
             items.append(item)
             continue
         apart = set() if mix_operations or sequence.process in BEAMS else set(_operations(program, item, rows))
-        edges = sorted({0, *apart, *freeing_stages(item.pieces), len(item.pieces)})
+        edges = sorted({0, *apart, *detaching_stages(item.pieces), len(item.pieces)})
         whole = replace(item, stays=why_pieces_stay(item, sorted(apart)))
         items += [_subsection(whole, low, high) for low, high in pairwise(edges)]
     return replace(sequence, items=tuple(items))

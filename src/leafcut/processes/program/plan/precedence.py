@@ -21,7 +21,7 @@ from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.order_rules import (
     LEVEL,
     Visits,
-    detached_parts,
+    detaching_visits,
     line_index,
     passes_beside,
     rows_in_order,
@@ -109,9 +109,9 @@ def with_precedence(
     work = _OrderRuleInput(program, rows, [pieces])
     causes = _related_pairs(work, process, check_cancelled)
     marked = _mark_detaching_tasks(work, process, check_cancelled)
-    causes[FREES] = work_before_freeing(marked)
+    causes[FREES] = work_before_detaching(marked)
     ties = {cause: ties_of(pairs, n) for cause, pairs in causes.items() if len(pairs)}
-    stages = ties_at_edges(freeing_stages(marked), n)
+    stages = ties_at_edges(detaching_stages(marked), n)
     if stages is not None:
         ties[FREES] = nearer_ties(ties.get(FREES), stages)
     return Precedence(marked, _without_implied(np.concatenate(list(causes.values())), n, check_cancelled), ties)
@@ -179,50 +179,52 @@ def _mark_detaching_tasks(work: _OrderRuleInput, process: str, check_cancelled: 
     above = np.where([piece.kind == "cut" for piece in pieces], visits.bottom - deepest, np.inf)
     if not (above <= KEEP.through).any():
         return pieces
-    frees = detached_parts(work.features, work.traces, visits, work.owner, above, KEEP, check_cancelled)
+    detaches = detaching_visits(work.features, work.traces, visits, work.owner, above, KEEP, check_cancelled)
     return tuple(
-        replace(piece, may_free=may, frees=may and surely) if may else piece
-        for piece, may, surely in zip(pieces, *(mask.tolist() for mask in frees), strict=True)
+        replace(piece, may_detach=may, detaches=may and surely) if may else piece
+        for piece, may, surely in zip(pieces, *(mask.tolist() for mask in detaches), strict=True)
     )
 
 
-def freeing_stages(pieces: Sequence[ProgramTask]) -> list[int]:
+def detaching_stages(pieces: Sequence[ProgramTask]) -> list[int]:
     """Return the first pieces of the final stages, ascending; every piece in these stages detaches a part.
 
     All work before such a first piece precedes all work after it, so each stage becomes its own section.
     """
-    may, frees, bottoms = _freed_by(pieces)
+    may, detaches, bottoms = _detaching_columns(pieces)
     if not may.any():
         return []
     only = np.logical_and.accumulate(may[::-1])[::-1]
     # Pieces that certainly detach a part may change places with each other.
-    lowest = np.minimum.accumulate(np.where(frees, bottoms, np.inf))[:-1]
+    lowest = np.minimum.accumulate(np.where(detaches, bottoms, np.inf))[:-1]
     highest = np.maximum.accumulate(bottoms[::-1])[::-1][1:]
     found: list[int] = (1 + np.flatnonzero(only[1:] & (lowest > highest + LEVEL))).tolist()
     return found
 
 
-def work_before_freeing(pieces: Sequence[ProgramTask]) -> NDArray[np.int64]:
+def work_before_detaching(pieces: Sequence[ProgramTask]) -> NDArray[np.int64]:
     """Return the pairs (before, after) of a piece of work and a later piece that detaches a part, int64[k, 2].
 
     Pieces that detach parts at the same depth may change places. Pairs of different stages are left out. If there are
     too many pairs, parts are detached in the original order.
     """
-    may, frees, bottoms = _freed_by(pieces)
+    may, detaches, bottoms = _detaching_columns(pieces)
     found = []
-    for low, high in pairwise([0, *freeing_stages(pieces), len(pieces)]):
+    for low, high in pairwise([0, *detaching_stages(pieces), len(pieces)]):
         after = low + np.flatnonzero(may[low:high])
         many = (after - low).sum() > _MOST_PAIRS
         for first, last in pairwise([low, *after.tolist()]):
             earlier = np.arange(first if many else low, last)
-            alike = frees[earlier] & (bottoms[earlier] <= bottoms[last] + KEEP.same_depth) & (not many)
+            alike = detaches[earlier] & (bottoms[earlier] <= bottoms[last] + KEEP.same_depth) & (not many)
             found.append(np.column_stack([earlier[~alike], np.full(np.count_nonzero(~alike), last)]))
     return np.concatenate(found) if found else np.zeros((0, 2), dtype=np.int64)
 
 
-def _freed_by(pieces: Sequence[ProgramTask]) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.float64]]:
-    may, frees = (np.array([getattr(c, name) for c in pieces], dtype=bool) for name in ("may_free", "frees"))
-    return may, frees, np.array([c.bottom for c in pieces], dtype=np.float64)
+def _detaching_columns(
+    pieces: Sequence[ProgramTask],
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.float64]]:
+    may, detaches = (np.array([getattr(c, name) for c in pieces], dtype=bool) for name in ("may_detach", "detaches"))
+    return may, detaches, np.array([c.bottom for c in pieces], dtype=np.float64)
 
 
 def ties_of(pairs: NDArray[np.int64], n: int) -> NDArray[np.int32]:

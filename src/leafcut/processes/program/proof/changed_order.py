@@ -17,7 +17,7 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.order_rules import (
     LEVEL,
     Visits,
-    detached_parts,
+    detaching_visits,
     line_index,
     passes_beside,
     rows_in_order,
@@ -133,7 +133,7 @@ class ChangedOrder:
         text = partial(
             Message, "{} was cut before the part whose outline ends at {} was detached; now it is cut afterwards"
         )
-        for other, outline in islice(self._freed_too_early(visits, visit), MOST_LISTED + 1):
+        for other, outline in islice(self._detached_too_early(visits, visit), MOST_LISTED + 1):
             yield self._difference(Message("part detached too early"), other, outline, text)
 
     def _passes(self, visits: Visits, visit: Indices, width: float) -> Iterator[_Pair]:
@@ -161,7 +161,7 @@ class ChangedOrder:
                 text = partial(Message, "{} clears a row beside {}, which used to come later and now comes first")
                 yield int(visits.first[one]), int(visits.first[other]), text
 
-    def _freed_too_early(self, visits: Visits, visit: Indices) -> Iterator[tuple[int, int]]:
+    def _detached_too_early(self, visits: Visits, visit: Indices) -> Iterator[tuple[int, int]]:
         """Yield (feature, last feature of an outline) if the outline now detaches its part before the feature is cut.
 
         Another part at the same depth or deeper may be detached in either order.
@@ -181,7 +181,7 @@ class ChangedOrder:
         overtakes = (above <= FREE.surely_through) & (ends >= 0) & (latest > ends)
         if not overtakes.any():
             return
-        may, surely = detached_parts(features, self.traces, visits, visit, above, FREE, self.check_cancelled)
+        may, surely = detaching_visits(features, self.traces, visits, visit, above, FREE, self.check_cancelled)
         for outline in np.flatnonzero(overtakes & surely).tolist():
             later = ends[:outline] > ends[outline]
             later &= ~(may[:outline] & (visits.floor[:outline] <= visits.floor[outline] + FREE.same_depth))

@@ -320,7 +320,7 @@ def lowest_level(features: Features, visits: Visits, visit: Indices, doubt: Orde
     return level
 
 
-def detached_parts(
+def detaching_visits(
     features: Features, traces: Traces, visits: Visits, visit: Indices, above: Floats, doubt: OrderThresholds,
     check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> tuple[Mask, Mask]:  # fmt: skip
@@ -331,10 +331,12 @@ def detached_parts(
     level = lowest_level(features, visits, visit, doubt) & (above <= doubt.through)[visit]
     lines = lines_of(features, traces, np.where(level, visit, -1), doubt.sagitta)
     tab = TOUCHING if doubt.keep else None
-    return freed_parts(visits, list(outlines_of(list(lines), tab, doubt, check_cancelled)), above, doubt)
+    return detaching_visits_of_outlines(
+        visits, list(outlines_of(list(lines), tab, doubt, check_cancelled)), above, doubt
+    )
 
 
-def freed_parts(
+def detaching_visits_of_outlines(
     visits: Visits, outlines: Sequence[Outline], above: Floats, doubt: OrderThresholds
 ) -> tuple[Mask, Mask]:
     """Return the masks of visits that may detach a part, and that certainly detach one, bool[n] each.
