@@ -57,7 +57,7 @@ def test_a_drawing_opens_as_what_it_suits(name: str, work: str) -> None:
 )
 def test_the_chosen_machine_decides_between_works_that_suit_well(name: str, machine: str, works: list[str]) -> None:
     seen = read_preview(str(EXAMPLES / name), options={"machine": machine})
-    assert list(seen.whole.suits)[0] == seen.work == works[0]
+    assert next(iter(seen.whole.suits)) == seen.work == works[0]
 
 
 @pytest.mark.parametrize("count", [2_000, pytest.param(100_000, marks=pytest.mark.slow)])

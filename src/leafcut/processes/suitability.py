@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import shapely
@@ -114,7 +115,7 @@ class WholeDrawing:
     @cached_property
     def has_openings(self) -> bool:
         """Whether a closed outline surrounds a round hole or another contour; open lines that meet are joined."""
-        outlines = [_area(c) for c in self._outlines if c.path.closed]
+        outlines: list[Any] = [_area(c) for c in self._outlines if c.path.closed]
         outlines += _areas(self._open_lines)
         inside = [(hole.x, hole.y) for hole in self.part.holes if hole.diameter > 0.0]
         inside += [c.path.start for c in self._contours_of(self.worked_mask)]
@@ -158,7 +159,7 @@ def _areas(lines: Sequence[Contour]) -> list[shapely.Geometry]:
         return []
     paths = [line.path.flattened() for line in lines]
     ends = np.concatenate([path[[0, -1]] for path in paths])
-    points = shapely.points(ends)
+    points: Any = shapely.points(ends)
     end, near = shapely.STRtree(points).query(points, predicate="dwithin", distance=2.0 * _JOIN_TOLERANCE)
     joined = np.full(len(ends), len(ends))
     np.minimum.at(joined, end, near)
@@ -167,8 +168,9 @@ def _areas(lines: Sequence[Contour]) -> list[shapely.Geometry]:
     for path, pair in zip(paths, joined.reshape(-1, 2), strict=True):
         path[[0, -1]] = ends[pair]
     number = np.repeat(np.arange(len(paths)), [len(path) for path in paths])
-    areas = shapely.polygonize(shapely.linestrings(np.concatenate(paths), indices=number)).geoms
-    return [shapely.Polygon(area.exterior) for area in areas]  # without the areas of the openings
+    lines_of_paths: Any = shapely.linestrings(np.concatenate(paths), indices=number)
+    areas: Any = shapely.polygonize(lines_of_paths)
+    return [shapely.Polygon(area.exterior) for area in areas.geoms]  # without the areas of the openings
 
 
 def _count_chains(lines: Sequence[Contour]) -> int:

@@ -113,7 +113,7 @@ def pocket_tasks(
         around=(None,) * len(areas),
         heights=PocketHeights(asked.clearance_height, asked.retract_height),
         data=mill.data,
-        words=dialect,
+        dialect=dialect,
         start=plane_point(asked.start_point),
     )
     time = SearchTime(job.deadline.part(_CLEARING))

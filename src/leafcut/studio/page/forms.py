@@ -140,8 +140,7 @@ def _group(
         "folded": key not in ("main", "search", "cuts"),
         "changed": sum(1 for name in names if values.get(name) not in (None, "")),
         "fields": [
-            _field(name, words, work, own_choices.get(name)) | {"offers": (menus or {}).get(name, [])}
-            for name in names
+            _field(name, words, work, own_choices.get(name)) | {"offers": (menus or {}).get(name, [])} for name in names
         ],
     }
 

@@ -32,8 +32,8 @@ G81, G83 = (int.from_bytes(name, "big") for name in (b"G81", b"G83"))
 VALUES = {
     **dict.fromkeys((*EXACT, *PLACE, *AMOUNT, *HEIGHT), 0.0), "kind": int(Kind.FEED), "plane": 17, "turns": 1,
     "tool": 1, "coolant": 2, "length": 1, "frame": 540, "radius": 40, "blending": 640, "feed_mode": 94, "spindle": 1,
-    "stated": 7, "obeyed": 0, "table": 0, "x": 10.0, "y": 20.0, "depth": -1.0, "feed": 10.0, "speed": 1000.0, "r_plane": 2.0,
-    "retract": 5.0,
+    "stated": 7, "obeyed": 0, "table": 0, "x": 10.0, "y": 20.0, "depth": -1.0, "feed": 10.0, "speed": 1000.0,
+    "r_plane": 2.0, "retract": 5.0,
 }  # fmt: skip
 
 

@@ -250,8 +250,10 @@ VERIFY_FAULTS = [
     Fault("a laser's constant power for one that follows the speed", "grbl-laser",
           "G21 G90 / M4 S0 / G0 X1 / G1 X9 S500 F900 / M5 / M2", "M4", "M3"),
     # A switch-off that acts after the motion of its block on Haas and Fanuc, and before the next one.
-    Fault("spindle off before its last cut", "haas", f"{SWITCHED} / G1 X5. M5 / G0 Z5. / M30", "G1 X5. M5", "M5 / G1 X5."),
-    Fault("coolant off before its last cut", "haas", f"{SWITCHED} / G1 X5. M9 / G0 Z5. / M30", "G1 X5. M9", "M9 / G1 X5."),
+    Fault("spindle off before its last cut", "haas", f"{SWITCHED} / G1 X5. M5 / G0 Z5. / M30",
+          "G1 X5. M5", "M5 / G1 X5."),
+    Fault("coolant off before its last cut", "haas", f"{SWITCHED} / G1 X5. M9 / G0 Z5. / M30",
+          "G1 X5. M9", "M9 / G1 X5."),
     Fault("tool changed by hand before its last cut", "grbl", f"{SWITCHED} / T2 / G1 X5. M0 / G0 Z5. / M30",
           "G1 X5. M0", "M0 / G1 X5."),
     # A tool's length that is taken again after the table has changed.
