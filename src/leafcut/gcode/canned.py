@@ -86,14 +86,14 @@ def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
     name = f"G{state.cycle}"
     words = state.cycle_values
     _take_plane_words(state, letters, words, ("Z", "I") if fagor else ("R", "Z"))
-    if "Q" in letters and (name in PECKING or (state.keeps_unknown and not fagor)):
+    if "Q" in letters and (name in PECKING or not fagor):
+        _note_spare(state, words, letters["Q"], name in PECKING)
         words.peck = _peck_word(state, letters.pop("Q"))
-        words.spare |= set() if name in PECKING else {"Q"}
     dwelling = name in (*state.dialect.dwell_cycles, "G86", "G89") or (fagor and name in ("G81", "G85"))
-    if (dwelling or (state.keeps_unknown and not fagor)) and state.dialect.dwell_letter in letters:
+    if (dwelling or not fagor) and state.dialect.dwell_letter in letters:
+        _note_spare(state, words, letters[state.dialect.dwell_letter], dwelling)
         words.dwell = state.dwell(letters.pop(state.dialect.dwell_letter))
         state.last_dwell = words.dwell if dwelling else state.last_dwell
-        words.spare |= set() if dwelling else {"P"}
     if fagor and name == "G81" and words.dwell is not None:
         name = "G82"
     elif fagor and name == "G85" and words.dwell:
@@ -111,9 +111,15 @@ def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
     return DrillCycle(name, r_plane, bottom, state.to_initial, peck, dwell if waits else 0.0)
 
 
+def _note_spare(state: InterpreterState, words: CycleValues, word: Word, used: bool) -> None:
+    if not used:
+        state.policy.unknown("{} has no meaning in this block", word)
+        words.spare.add("Q" if word.letter == "Q" else "P")
+
+
 def _peck_word(state: InterpreterState, word: Word) -> float:
     """Return the Q of a cycle, mm. Without a decimal point, many Fanuc controls read thousandths, unlike for X."""
-    if state.keeps_unknown and state.dialect.point_required and "." not in word.text:
+    if state.dialect.point_required and "." not in word.text:
         raise UnclearBlock("{} has no decimal point: its unit differs between controls", word)
     return state.mm(word)
 

@@ -1,8 +1,8 @@
 """The interpreter of G-code blocks, in the order of RS274/NGC table 8: feed mode, F, S, T, tool change, spindle,
 coolant, dwell, plane, units, offsets, distance mode, motion, stop.
 
-An unsupported block is an error in leafcut's own programs. In programs of other CAMs (`keeps_unknown`), it becomes a
-row FOREIGN, and the axes that it may move are unknown until they are programmed again.
+An unsupported block is an error in leafcut's own programs. In programs of other CAMs, it becomes a row FOREIGN, and the
+axes that it may move are unknown until they are programmed again. `policy` has the differences.
 """
 
 from __future__ import annotations
@@ -14,8 +14,6 @@ from dataclasses import replace
 from leafcut.errors import ReadError
 from leafcut.gcode.active_comments import active_comments, may_stop
 from leafcut.gcode.canned import end_cycle, run_cycle, start_cycle
-from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.linuxcnc_refusals import is_linuxcnc, is_malformed, is_refused
 from leafcut.gcode.motion import chooses_origin, run_arc, run_home, run_machine, run_origin, run_probe, run_straight
 from leafcut.gcode.state import AXES, InterpreterState, ModalValues, named_axes, unit_of, whole_number
 from leafcut.gcode.torch import (
@@ -27,11 +25,8 @@ from leafcut.gcode.torch import (
 )
 from leafcut.gcode.word_groups import (
     ENDS_TRANSFORM,
-    GROUP_OF,
-    M_GROUP_OF,
     NO_MOTION,
     OTHER_AXES,
-    OUTPUT_CODES,
     PAUSE,
     TRANSFORMS,
     SortedBlock,
@@ -45,10 +40,8 @@ from leafcut.model.toolpath import STILL, UNKNOWN, Kind
 #: G38.2 as a motion.
 _PROBE = 38
 _SET_OFFSETS = 100
+_MACRO, _END_OF_CYCLE = 65.0, 80.0
 _PROBES = (382, 383, 384, 385)
-_MOTIONS = frozenset({0, 10, 20, 30})
-#: Cycles of `model.cycles`; G76, G87 and G88 wait for the operator or move aside at the bottom.
-_CYCLES = frozenset({730, 810, 820, 830, 840, 850, 860, 890})
 #: M words that may call another program; M72 restores stored modes, M73 restores them at the end of a call.
 _CALLS = frozenset({197, 198, 72})
 _JUMPS_ON_SIGNAL = 96
@@ -71,25 +64,16 @@ _NONE = (False, False, False)
 MAX_ROWS = 10_000_000
 
 
-def _known_codes(dialect: Dialect) -> frozenset[int]:
-    """Return the supported G codes, in tenths, in programs of other CAMs."""
-    if dialect.cycle_words == "fagor":
-        return dialect.g_codes
-    # G69 ends a rotation nearly everywhere. G70 and G71 are bolt circles on Haas, and cycles of a lathe in LinuxCNC.
-    no_units = dialect.groups == "fanuc" or is_linuxcnc(dialect)
-    other = {690, 700, 710} if no_units else {690}
-    return frozenset(GROUP_OF) - (other - dialect.g_codes)
 
 
 def _is_probe(words: SortedBlock) -> bool:
     """Return whether a block moves until a probe trips: G38.2 to G38.5, and G31 on Fanuc and Mach."""
-    return words.g.get("motion") in _PROBES or any(str(w) == "G31" for w in words.unknown or ())
+    return words.g.get("motion") in _PROBES or any(str(w) == "G31" for w in words.unknown)
 
 
 class Interpreter:
     """Executes blocks one at a time. `begins` is set before `run`: the block starts a subprogram, so it may have a
-    program number. The other attributes describe the last block; all but `call` and `returns` concern programs of
-    other CAMs.
+    program number. The other attributes describe the last block.
 
     Attributes
     ----------
@@ -119,14 +103,9 @@ class Interpreter:
         self._percents = self._blocks = 0
         dialect = state.dialect
         self._separate = dialect.groups == "fanuc"
-        self._turning = {3: 1, 4: -1, 5: 0}
-        if state.keeps_unknown:
-            self._g, self._m = _known_codes(dialect), frozenset(M_GROUP_OF) - OUTPUT_CODES - {PAUSE}
-        else:
-            self._g, self._m = dialect.g_codes, dialect.m_codes
-            # M4 may switch on a beam. In other CAMs' programs M3 and M4 differ in whether the power follows the speed.
-            if dialect.torch is not None:
-                self._turning[dialect.torch.on_code] = 1
+        self.policy = state.policy
+        self._g, self._m = self.policy.codes(dialect)
+        self._turning = self.policy.spindle_directions(dialect)
         self._reset()
 
     def _reset(self) -> None:
@@ -150,39 +129,39 @@ class Interpreter:
         if block.percent is not None:
             self._run_percent(block.percent)
             return
-        if state.keeps_unknown:
-            state.line = block.line
+        state.line = block.line
+        if block.comments or block.deleted:
             self._comments(block)
         if not block.words:
             return
-        if block.deleted and not state.keeps_unknown:
-            raise BlockError("'/' (block delete): execution of this block depends on the machine's block-delete switch")
-        state.line = block.line
-        if state.dialect.one_command and not state.keeps_unknown:
-            _check_one_command(block, state.dialect.tool_change == "pause")
+        if block.deleted:
+            self.policy.unknown(
+                "'/' (block delete): execution of this block depends on the machine's block-delete switch"
+            )
+        if state.dialect.one_command and not _is_one_command(block, state.dialect.tool_change == "pause"):
+            self.policy.unknown("each block must contain a single G or M word, and start with it")
         self._run_words(block)
 
     def _run_words(self, block: Block) -> None:
-        state, keeps_unknown = self.state, self.state.keeps_unknown
+        state = self.state
         without_value = {word.letter for word in block.words if math.isnan(word.value)}
-        if keeps_unknown:
-            self.refused = is_linuxcnc(state.dialect) and is_malformed(block.words)
-            macro = next((w for w in block.words if w.letter == "G" and w.value == 65.0), None)
-            if macro is not None:
-                # The remaining words are macro arguments.
-                self._blocks, self.opaque = self._blocks + 1, str(macro)
-                return
+        codes = {word.value: word for word in block.words if word.letter == "G"}
+        if _MACRO in codes:
+            self.policy.unknown("{} is not understood", codes[_MACRO])
+            # The remaining words are macro arguments.
+            self._blocks, self.opaque = self._blocks + 1, str(codes[_MACRO])
+            return
         if without_value:
             block = replace(block, words=tuple(w for w in block.words if not math.isnan(w.value)))
-        words = self._sort_words(block)
+        words = self._sort_words(block, ends_cycle=_END_OF_CYCLE in codes)
         words.letters.pop("N", None)
         if "O" in words.letters:
             self._program_number(whole_number(words.letters.pop("O")))
         self._blocks += 1
-        if keeps_unknown:
+        if words.unknown:
             self._subprograms(words)
-            self.refused |= is_linuxcnc(state.dialect) and is_refused(state, words)
-            self.unknown = tuple(words.unknown or ())
+        self.refused = self.policy.is_refused(state, block, words)
+        self.unknown = tuple(words.unknown)
         if without_value:
             self.reason = _OF_MACHINE
             if without_value != {"F"}:
@@ -195,34 +174,38 @@ class Interpreter:
         state, off_last = self.state, self.state.dialect.off_after_motion
         self._run_settings(words)
         self._tool_words(words)
-        if not state.keeps_unknown:
+        if words.m or "$" in words.letters:
             run_outputs(state, words)
-        self._run_switches(words, off=False if off_last else None)
+            self._run_switches(words, off=False if off_last else None)
         self._run_modes(words)
-        if state.keeps_unknown:
-            self._execute_or_keep(words)
-        else:
-            self._offsets(words)
-            self._choose_motion(words.g)
-            self._move(words)
-            if words.letters:
-                raise BlockError("{} has no meaning in this block", next(iter(words.letters.values())))
-        during = (len(state.path), state.modal_values()) if words.m else None
-        if off_last:
-            self._run_switches(words, off=True)
-        self._stop(words.m.get("stop"))
-        if during is not None and during[1] != state.modal_values():
-            self.during_motion = during
-        stops = [99] if self.returns else words.m.get("stop", [])
-        self.named = next((f"M{code}" for code in stops if code > 1), self.named)
+        self._execute_or_keep(words)
+        if words.m:
+            self._switch_off_and_stop(words)
+        if self.returns:
+            self.named = "M99"
         if len(state.path) > MAX_ROWS:
             raise BlockError("the program has more than {:,} moves", MAX_ROWS)
 
-    def _sort_words(self, block: Block) -> SortedBlock:
-        keeps_unknown = self.state.keeps_unknown
+    def _switch_off_and_stop(self, words: SortedBlock) -> None:
+        """Execute the words that act after the motion of their block."""
+        state = self.state
+        during = len(state.path), state.modal_values()
+        if state.dialect.off_after_motion:
+            self._run_switches(words, off=True)
+        stops = words.m.get("stop", [])
+        self._stop(stops)
+        if during[1] != state.modal_values():
+            self.during_motion = during
+        self.named = next((f"M{code}" for code in stops if code > 1), self.named)
+
+    def _sort_words(self, block: Block, *, ends_cycle: bool) -> SortedBlock:
         # G80 with G0 to G3 occurs in the safe start line of most posts, and is unambiguous.
-        separate = self._separate or (keeps_unknown and any(w.letter == "G" and w.value == 80 for w in block.words))
-        return sort_words(block, self._g, self._m, separate, keeps_unknown)
+        words = sort_words(block, self._g, self._m, self._separate or ends_cycle)
+        for word in words.unknown:
+            self.policy.unknown("{} is not understood", word)
+        if ends_cycle and not self._separate and "motion" in words.g:
+            self.policy.unknown("G{:g} and G80 exclude each other in one block", words.g["motion"] / 10)
+        return words
 
     # -- start and end of the program ----------------------------------------------------------------------------------
 
@@ -238,8 +221,8 @@ class Interpreter:
     def _run_percent(self, rest: str) -> None:
         if self._blocks or self._percents:
             self.ended = True
-        elif rest and not self.state.keeps_unknown and self.state.dialect.percent != "title":
-            raise BlockError("only '%' may stand on its line")
+        elif rest and self.state.dialect.percent != "title":
+            self.policy.unknown("only '%' may stand on its line")
         self._percents = 1
 
     def _program_number(self, number: int) -> None:
@@ -265,7 +248,7 @@ class Interpreter:
                 self.reason = _MESSAGE
 
     def _subprograms(self, words: SortedBlock) -> None:
-        unknown, letters = words.unknown or [], words.letters
+        unknown, letters = words.unknown, words.letters
         for word in list(unknown):
             if word.letter != "M":
                 continue
@@ -333,6 +316,7 @@ class Interpreter:
         state.path.set_place(Kind.FOREIGN, (UNKNOWN, UNKNOWN, UNKNOWN), 1, state.line)
 
     def _record_unclear(self, reason: str, lost: tuple[bool, bool, bool]) -> None:
+        self.policy.unknown(reason)
         self.unclear.append((reason, lost))
 
     def _execute_or_keep(self, words: SortedBlock) -> None:
@@ -342,7 +326,8 @@ class Interpreter:
         rows, arcs, place = len(path), len(path.arcs), tuple(path.position)
         probing = state.feed_rate if named[2] and _is_probe(words) and state.feed_mode == 94 else 0.0
         try:
-            self._unknown_words(words, named)
+            if words.unknown:
+                self._unknown_words(words, named)
             self._offsets(words)
             self._choose_motion(words.g)
             self._move_or_keep(words)
@@ -366,7 +351,7 @@ class Interpreter:
 
     def _unknown_words(self, words: SortedBlock, named: tuple[bool, bool, bool]) -> None:
         state = self.state
-        for word in words.unknown or ():
+        for word in words.unknown:
             if word.letter == "M":
                 self._record_unclear(Message("{} is not understood", word), named)
                 if word.value == 61 and "Q" in words.letters:
@@ -441,27 +426,30 @@ class Interpreter:
     def _tool_words(self, words: SortedBlock) -> None:
         state, letters = self.state, words.letters
         by_d = state.dialect.length_offset == "D"
-        if state.keeps_unknown:
-            if by_d and "T" in letters:
-                _split_tool(letters)
-            if "tool change" in words.m and state.next_tool is None and "T" not in letters:
-                self._record_unclear(Message("M6 without a T before it"), _NONE)
-                state.tool = None
-                del words.m["tool change"]
+        if by_d and "T" in letters:
+            _split_tool(letters)
         if "T" in letters:
             state.next_tool = whole_number(letters.pop("T"), 99_999)
-        if "tool change" in words.m:
-            if state.next_tool is None:
-                raise BlockError("M6 without a T before it")
+        if "tool change" in words.m and state.next_tool is not None:
             self._change_tool(state.next_tool)
+        elif "tool change" in words.m:
+            self._record_unclear(Message("M6 without a T before it"), _NONE)
+            state.tool = None
+            del words.m["tool change"]
         if state.dialect.length_offset == "edge" and "D" in letters:
             self._select_cutting_edge(letters.pop("D"))
         if by_d and "D" in letters:
             state.offset_number = whole_number(letters.pop("D"), 99_999)
             if state.offset_on and words.g.get("length") is None:
-                state.path.offset(state.offset_number, line=state.line)
-        if state.keeps_unknown and by_d and state.offset_on and state.offset_number not in (None, state.length):
-            state.length, state.path.position[2] = state.offset_number or 0, UNKNOWN
+                self._change_active_length(state.offset_number)
+
+    def _change_active_length(self, number: int) -> None:
+        """Apply a D word while a length offset is active."""
+        state = self.state
+        state.path.offset(number, line=state.line)
+        if number != state.length:
+            state.length = number
+            self.policy.move_z_origin(state)
 
     def _select_cutting_edge(self, word: Word) -> None:
         """Select the lengths of the tool's first cutting edge (D1), or none (D0)."""
@@ -473,8 +461,8 @@ class Interpreter:
 
     def _change_tool(self, number: int) -> None:
         state = self.state
-        if state.cycle is not None and not state.keeps_unknown:
-            raise BlockError("a tool change inside a canned cycle; G80 is missing before it")
+        if state.cycle is not None:
+            self.policy.unknown("a tool change inside a canned cycle; G80 is missing before it")
         state.path.tool(number, line=state.line)
         state.tool = number
         state.next_tool = None if state.dialect.changes_by_hand else number
@@ -482,7 +470,7 @@ class Interpreter:
     def _run_switches(self, words: SortedBlock, off: bool | None) -> None:
         """Execute all switching words, or only those that switch off (True) or on (False)."""
         state = self.state
-        other = words.letters.get("$") if state.keeps_unknown else None
+        other = words.letters.get("$")
         if "spindle" in words.m and "speed" in state.unknown_modes and 5 not in words.m["spindle"]:
             self._record_unclear(Message("its speed is unknown"), _NONE)
             state.spindle = self._turning[words.m.pop("spindle")[0]]
@@ -499,7 +487,7 @@ class Interpreter:
             for code in coolant:
                 state.coolant = 0 if code == 9 else state.coolant | (1 if code == 7 else 2)
             state.path.coolant(state.coolant, line=state.line)
-        if other is not None and other.value not in (0.0, -1.0):
+        if other is not None and not self.policy.is_known_spindle(other.value):
             self._record_unclear(Message("{}: another spindle is not understood", other), _NONE)
 
     # -- modes ---------------------------------------------------------------------------------------------------------
@@ -510,7 +498,7 @@ class Interpreter:
         if state.call is None:  # with a called cycle, a block is only a place
             radius, path = g.pop("radius", None), g.pop("path", None)
         state.unknown_modes -= g.keys()
-        if state.keeps_unknown and g.get("non-modal") == 40 and not self._states_dwell(letters):
+        if g.get("non-modal") == 40 and not self._states_dwell(letters):
             g.pop("non-modal")
         if g.get("non-modal") == 40:
             state.path.dwell(self._dwell_seconds(letters), line=state.line)
@@ -534,39 +522,21 @@ class Interpreter:
         state = self.state
         given = [letters.pop(letter, None) if code == 640 else None for letter in "PQ"]
         tolerance = 0.0 if given[0] is None else state.mm(given[0])
-        if state.keeps_unknown:
-            joining = tolerance if given[1] is None else state.mm(given[1])
-            new = (code, tolerance, joining)
-            if new != (state.blending, state.tolerance, state.joining):
-                state.blending, state.tolerance, state.joining = new
-                state.path.blending(code, tolerance, joining, line=state.line)
-        elif code == 640 or state.blending == 640:
-            # A toolpath without such a row stops at the end of every move (G61).
-            state.blending = code
-            state.path.blending(code, tolerance, line=state.line)
+        joining = tolerance if given[1] is None else state.mm(given[1])
+        if self.policy.changes_blending(state, (code, tolerance, joining)):
+            state.blending, state.tolerance, state.joining = code, tolerance, joining
+            state.path.blending(code, tolerance, joining, line=state.line)
 
     def _compensation(self, code: int, letters: dict[str, Word]) -> None:
         """Execute radius compensation: add a row RADIUS when the mode changes or D is stated."""
         state, mode = self.state, code // 10
         word = letters.pop("D", None) if mode != 40 else None
-        if not state.keeps_unknown:
-            register = 0.0 if mode == 40 else self._kerf_of_word(code, word)
-        else:
-            register = 0.0 if word is None else word.value
-            if code in (411, 421):
-                letters.pop("L", None)
+        register = 0.0 if mode == 40 else self.policy.register(state, code, word)
+        if code in (411, 421):
+            letters.pop("L", None)
         if mode != state.radius or word is not None:
             state.radius, state.register = mode, register
             state.path.radius(mode, register, line=state.line)
-
-    def _kerf_of_word(self, code: int, word: Word | None) -> float:
-        """Return the D of leafcut's own programs: the kerf width, mm, or the register with half of it."""
-        torch = self.state.dialect.torch
-        if torch is None or not torch.compensation:
-            raise BlockError("radius compensation (G41, G42) is not understood")
-        if word is None:
-            raise BlockError("G{:g} needs D", code / 10)
-        return self.state.mm(word) if code in (411, 421) else float(whole_number(word, 9_999))
 
     def _dwell_seconds(self, letters: dict[str, Word]) -> float:
         dialect = self.state.dialect
@@ -602,21 +572,16 @@ class Interpreter:
     # -- offsets -------------------------------------------------------------------------------------------------------
 
     def _offsets(self, words: SortedBlock) -> None:
-        """Execute the words for tool length and work offset; in programs of other CAMs, a change makes the position
-        unknown.
-        """
+        """Execute the words for tool length and work offset."""
         state, g, letters = self.state, words.g, words.letters
-        length, off, torch = g.get("length"), state.dialect.length_offset_off, state.dialect.torch
+        length = g.get("length")
         if length == 430:
             state.set_length(self._offset_number(letters))
-            if torch is not None and torch.mark_tool is not None and not state.keeps_unknown:
-                # The position in X and Y is in the controller's table only.
-                state.path.position[:2] = [UNKNOWN, UNKNOWN]
-        elif length is not None and (off == f"G{length // 10}" or (length == 490 if state.keeps_unknown else not off)):
+            self.policy.move_xy_origin(state)
+        elif length == 490 or (length is not None and state.dialect.length_offset_off == f"G{length // 10}"):
             state.set_length(0)
-        elif length is not None and not state.keeps_unknown:
-            raise BlockError("G{} is not understood", length // 10)
         elif length == 431:
+            self.policy.unknown("G43.1 is not understood")
             # The length is in the block: with Z, or with K in LinuxCNC before 2.4.
             for letter in ("X", "Y", "Z", "I", "J", "K"):
                 letters.pop(letter, None)
@@ -626,14 +591,16 @@ class Interpreter:
             state.shift += 1
             letters.pop("H", None)
             self._record_unclear(Message("G{:g} is not understood", length / 10), (False, False, True))
-        if "offset" in g and g["offset"] != 540 and not state.keeps_unknown:
-            raise BlockError("G{:g}: only the work offset G54 is understood", g["offset"] / 10)
+        if g.get("offset", 540) != 540:
+            self.policy.unknown("G{:g}: only the work offset G54 is understood", g["offset"] / 10)
         if "offset" in g:
             state.set_frame(g["offset"])
 
     def _offset_number(self, letters: dict[str, Word]) -> int:
         state, stated_by = self.state, self.state.dialect.length_offset
-        if "H" in letters and (stated_by == "H" or state.keeps_unknown):
+        if "H" in letters:
+            if stated_by != "H":
+                self.policy.unknown("{} has no meaning in this block", letters["H"])
             return whole_number(letters.pop("H"), 99_999)
         number = state.offset_number if stated_by == "D" else state.tool
         if number is None:
@@ -648,7 +615,7 @@ class Interpreter:
         if motion is None and cycle is None:
             return
         number = cycle if cycle not in (None, 800) else motion
-        if state.keeps_unknown and number is not None and number not in (_MOTIONS | _CYCLES):
+        if number is not None and not self.policy.is_known_motion(number):
             end_cycle(state)
             state.motion, state.unknown_motion = None, f"G{number / 10:g}"
             state.cycle_words = ()
@@ -669,20 +636,13 @@ class Interpreter:
 
     def _move(self, words: SortedBlock) -> None:
         state, g, letters = self.state, words.g, words.letters
-        special = g.get("non-modal")
         moving = not letters.keys().isdisjoint(AXES)
-        if special == 530 and state.dialect.length_offset == "edge" and state.offset_on:
-            raise BlockError("a move in machine coordinates while a length offset is active; D0 is missing")
-        if special in (280, 300, 530):
-            if state.cycle is not None or (special != 530 and "motion" in g):
-                raise BlockError("G{} with another motion active; G80 is missing before it", special // 10)
-            (run_machine if special == 530 else run_home)(state, letters)
-        elif special is not None and chooses_origin(special):
-            if "motion" in g:
-                raise BlockError("G{:g} and a motion share a block that has only one set of axis words", special / 10)
-            if special == _SET_OFFSETS:
-                raise BlockError("G10 changes stored offsets, which no program of leafcut does")
-            run_origin(state, special, letters)
+        if g.get("non-modal") == 530:
+            if state.dialect.length_offset == "edge" and state.offset_on:
+                raise BlockError("a move in machine coordinates while a length offset is active; D0 is missing")
+            if state.cycle is not None:
+                raise BlockError("G53 with another motion active; G80 is missing before it")
+            run_machine(state, letters)
         elif state.cycle is not None:
             if moving or "cycle" in g:
                 run_cycle(state, letters)
@@ -700,14 +660,16 @@ class Interpreter:
         moving = not letters.keys().isdisjoint(AXES)
         special = g.get("non-modal")
         if special is not None and chooses_origin(special):
-            if "motion" in g and g["motion"] != 0 and moving:
-                raise BlockError("G{:g} and a motion share a block that has only one set of axis words", special / 10)
+            self._check_one_motion(special, g, moving and g.get("motion") != 0)
+            if special == _SET_OFFSETS:
+                self.policy.unknown("G10 changes stored offsets, which no program of leafcut does")
             run_origin(state, special, letters)
             return
         self._check_clear(special, words, moving)
         if special in (280, 300):
             if state.cycle is not None or g.get("motion", 0) != 0:
                 raise BlockError("G28 or G30 with another motion active; G80 is missing before it")
+            self._check_one_motion(special, g, False)
             self.named = " ".join([f"G{special // 10}", *(str(letters.pop(p)) for p in "P" if p in letters)])
             run_home(state, letters)
             return
@@ -720,11 +682,18 @@ class Interpreter:
         if state.cycle == 84 and state.cycle_values.dwell is None and state.last_dwell and not self._separate:
             self.reason = Message("the tapping cycle repeats the dwell of an earlier cycle")
 
+    def _check_one_motion(self, special: int, g: dict[str, int], both_move: bool) -> None:
+        message = Message("G{:g} and a motion share a block that has only one set of axis words", special / 10)
+        if "motion" in g and both_move:
+            raise BlockError(message)
+        if "motion" in g:
+            self.policy.unknown(message)
+
     def _check_clear(self, special: int | None, words: SortedBlock, moving: bool) -> None:
         """Raise `UnclearBlock` for a move with unsupported axes, motion or modes."""
         state, g, letters = self.state, words.g, words.letters
-        other = next((letter for letter in OTHER_AXES if letter in letters), None)
-        if other is not None:
+        if not letters.keys().isdisjoint(OTHER_AXES):
+            other = next(letter for letter in OTHER_AXES if letter in letters)
             if other in "ABC" and state.rotary is None:
                 state.rotary = state.line, other
             raise UnclearBlock("the axis {} is not understood", other)
@@ -738,10 +707,9 @@ class Interpreter:
             self._check_modes_known()
         if special == 530 and not moving:
             raise UnclearBlock("G53 without an axis")
-        repeat = letters.get(state.dialect.repeat_letter)
+        repeat = None if state.cycle is None else letters.get(state.dialect.repeat_letter)
         if (
             special not in (280, 300)
-            and state.cycle is not None
             and repeat is not None
             and repeat.value == 0.0
             and ("X" in letters or "Y" in letters)
@@ -804,10 +772,9 @@ def _split_tool(letters: dict[str, Word]) -> None:
         letters.setdefault("D", Word("D", float(offset), offset))
 
 
-def _check_one_command(block: Block, tool_alone: bool) -> None:
-    """Raise an error for a block with several commands: the firmware executes only the first. T may be a command."""
+def _is_one_command(block: Block, tool_alone: bool) -> bool:
+    """Return whether a block has a single command: such firmware executes only the first. T may be a command."""
     if tool_alone and [word.letter for word in block.words] == ["T"]:
-        return
+        return True
     commands = [word for word in block.words if word.letter in "GM"]
-    if len(commands) != 1 or block.words[0] != commands[0]:
-        raise BlockError("each block must contain a single G or M word, and start with it")
+    return len(commands) == 1 and block.words[0] == commands[0]

@@ -37,7 +37,7 @@ def is_refused(state: InterpreterState, words: SortedBlock) -> bool:
     g, letters = words.g, words.letters
     starts = g.get("radius", 400) != 400
     again = starts and state.radius != 40
-    strange = any(round(word.value * 10) in _UNKNOWN_CODES for word in words.unknown or () if word.letter == "G")
+    strange = any(round(word.value * 10) in _UNKNOWN_CODES for word in words.unknown if word.letter == "G")
     # G94 and G95 cancel F even if they are active already.
     state.feed_forgotten = "F" not in letters and (state.feed_forgotten or g.get("feed mode") in (940, 950))
     lacks_feed = (state.feed_forgotten or state.feed == 0.0) and "F" not in letters
@@ -54,7 +54,7 @@ def is_refused(state: InterpreterState, words: SortedBlock) -> bool:
 
 def _has_spare_words(state: InterpreterState, words: SortedBlock) -> bool:
     """Return whether a block has a P or Q word that no code of the block uses."""
-    unknown = words.unknown or []
+    unknown = words.unknown
     if any(word.letter == "G" for word in unknown):
         return False
     active = state.cycle if state.cycle is not None else state.motion

@@ -182,8 +182,7 @@ def run_origin(state: InterpreterState, code: int, letters: dict[str, Word]) -> 
     stored value is not in the program.
     """
     if code in _G92_OFF:
-        # Before the first G92 of leafcut's own programs, there is nothing to cancel.
-        if state.shift or state.keeps_unknown:
+        if state.policy.cancels_shift(state):
             state.move_origin((True, True, True))
     elif code in (_G92, _G52) and not any(named_axes(letters)):
         raise BlockError("G92 without an axis" if code == _G92 else "G52 without an axis")

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from leafcut.errors import ReadError
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.interpreter import Interpreter
+from leafcut.gcode.policy import OwnPolicy
 from leafcut.gcode.state import InterpreterState
 from leafcut.gcode.torch import set_outputs_after_abort
 from leafcut.gcode.words import BlockError, lines
@@ -42,7 +43,7 @@ def interpret(
         from leafcut.gcode.klartext import interpret_klartext
 
         return interpret_klartext(text, file)
-    state = InterpreterState(dialect=dialect)
+    state = InterpreterState(dialect=dialect, policy=OwnPolicy())
     state.material_feeds = material_feeds
     if left_over:
         state.motion, state.plane, state.incremental, state.to_initial = 1, 18, True, False
@@ -65,7 +66,7 @@ def interpret(
 
 
 def _interpreter_of(language: str) -> type[Interpreter]:
-    """Return the interpreter of a language; all dialects without their own language use that of G-code."""
+    """Return the interpreter of a language; dialects without their own language use G-code."""
     if language == "sinumerik":
         from leafcut.gcode.sinumerik import SinumerikInterpreter
 

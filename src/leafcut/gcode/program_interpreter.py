@@ -31,6 +31,7 @@ from leafcut.gcode.interpreter import Interpreter
 from leafcut.gcode.jumps import JumpStatement, UndecidedJump, board_command, has_statements, is_output, statement_of
 from leafcut.gcode.material import MaterialFeeds
 from leafcut.gcode.motion import check_radii
+from leafcut.gcode.policy import Policy
 from leafcut.gcode.program import Lines, Modal, Program
 from leafcut.gcode.state import InterpreterState, ModalValues
 from leafcut.gcode.torch import set_speed
@@ -103,7 +104,7 @@ def interpret_program(
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError("unknown unit '{}'; use mm or in", units)
     default_unit = None if units is None else MM_PER_UNIT[units]
-    state = InterpreterState(dialect=dialect, keeps_unknown=True, default_unit=default_unit)
+    state = InterpreterState(dialect=dialect, policy=Policy(), default_unit=default_unit)
     return _ProgramReader(text, state, file, on_progress, material_feed).program()
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from operator import attrgetter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.program import Modal
@@ -14,6 +14,9 @@ from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.message import Message
 from leafcut.model.toolpath import UNKNOWN, DrillCycle, Kind, ToolpathBuilder
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
+
+if TYPE_CHECKING:
+    from leafcut.gcode.policy import Policy
 
 AXES = ("X", "Y", "Z")
 #: The values of the fields of `Modal`, in order.
@@ -47,9 +50,8 @@ class InterpreterState(Modal):
 
     Attributes
     ----------
-    keeps_unknown
-        Policy for unsupported blocks. True (programs of other CAM systems): they are kept, and the state that they may
-        change is unknown afterwards. False (leafcut's own programs): they are errors.
+    policy
+        Differences between leafcut's own programs and those of other CAMs.
     motion
         As in `Modal`, but kept while a cycle is active.
     call
@@ -85,7 +87,7 @@ class InterpreterState(Modal):
     """
 
     dialect: Dialect = field(kw_only=True)
-    keeps_unknown: bool = False
+    policy: Policy = field(kw_only=True)
     path: ToolpathBuilder = field(default_factory=ToolpathBuilder)
     line: int = 0
     cycle_values: CycleValues = field(default_factory=CycleValues)
@@ -114,15 +116,12 @@ class InterpreterState(Modal):
 
     def __post_init__(self) -> None:
         self.path.slants = self.dialect.groups == "rs274"
-        if self.keeps_unknown:
-            # The state at switch-on: Fanuc has G98, RS274/NGC G99 (seen with rs274).
-            self.to_initial = self.stores_cycles
-            self.unknown_motion = Message("the motion mode at power-on") if self.stores_cycles else ""
+        self.policy.start(self)
 
     @property
     def stores_cycles(self) -> bool:
         """Whether a cycle with zero repeats is stored, and G82 and pecks may omit their words."""
-        return self.keeps_unknown and self.dialect.groups == "fanuc"
+        return self.dialect.groups == "fanuc"
 
     @property
     def takes_plain_lines(self) -> bool:
@@ -275,16 +274,15 @@ class InterpreterState(Modal):
 
     def set_length(self, register: int) -> None:
         """Select the tool length offset of a register; 0 cancels it. A different register, or the same one after a
-        change of the tool or the tool table, moves the Z origin by an unknown amount, except in leafcut's own programs.
+        change of the tool or the tool table, moves the Z origin.
         """
         self.offset_on = register != 0
         since, self.length_row = self.length_row, len(self.path)
         if register == self.length and since >= 0 and not _MAY_CHANGE_LENGTH.intersection(self.path.kinds_from(since)):
             return
         self.path.offset(register, line=self.line)
-        if register != self.length and self.keeps_unknown:
-            self.path.position[2] = UNKNOWN
-            self.path.initial_plane = None
+        if register != self.length:
+            self.policy.move_z_origin(self)
         self.length = register
 
     def dwell(self, word: Word) -> float:

@@ -59,25 +59,23 @@ OTHER_AXES = ("A", "B", "C", "U", "V", "W")
 @dataclass(slots=True)
 class SortedBlock:
     """The words of a block: one G code per group, M codes by group, every other letter at most once. `unknown`
-    contains the unsupported G and M words if such blocks are kept.
+    contains the unsupported G and M words.
     """
 
     g: dict[str, int] = field(default_factory=dict)
     m: dict[str, list[int]] = field(default_factory=dict)
     letters: dict[str, Word] = field(default_factory=dict)
-    unknown: list[Word] | None = None
+    unknown: list[Word] = field(default_factory=list)
 
 
-def sort_words(
-    block: Block, g_codes: frozenset[int], m_codes: frozenset[int], separate_cycles: bool, keep_unknown: bool = False
-) -> SortedBlock:
+def sort_words(block: Block, g_codes: frozenset[int], m_codes: frozenset[int], separate_cycles: bool) -> SortedBlock:
     """Return the words of a block by group.
 
     `g_codes` (in tenths) and `m_codes` belong to the dialect. With `separate_cycles`, cycles and G80 are a separate
-    group (Fanuc); otherwise they exclude G0 to G3 (RS274/NGC). `keep_unknown` collects unknown codes instead of raising
-    an error. Raises BlockError for an unknown code, two codes of one group, or a letter twice.
+    group (Fanuc); otherwise they exclude G0 to G3 (RS274/NGC). Raises BlockError for two codes of one group, or a
+    letter twice.
     """
-    result = SortedBlock(unknown=[] if keep_unknown else None)
+    result = SortedBlock()
     for word in block.words:
         letter = word.letter
         if letter == "G":
@@ -98,7 +96,7 @@ def sort_words(
 def _add_g(result: SortedBlock, word: Word, known: frozenset[int]) -> None:
     code = round(word.value * 10)
     if code not in known or abs(word.value * 10 - code) > 1e-6:
-        _add_unknown_word(result, word)
+        result.unknown.append(word)
         return
     group = GROUP_OF[code]
     before = result.g.setdefault(group, code)
@@ -109,19 +107,13 @@ def _add_g(result: SortedBlock, word: Word, known: frozenset[int]) -> None:
 def _add_m(result: SortedBlock, word: Word, known: frozenset[int]) -> None:
     code = int(word.value)
     if code not in known or code != word.value:
-        _add_unknown_word(result, word)
+        result.unknown.append(word)
         return
     codes = result.m.setdefault(M_GROUP_OF[code], [])
     # Mist and flood may be on together; all other codes of a group exclude each other.
     if codes and {*codes, code} - {7, 8} and code not in codes:
         _refuse_conflict("M", codes[0], code)
     codes.append(code)
-
-
-def _add_unknown_word(result: SortedBlock, word: Word) -> None:
-    if result.unknown is None:
-        raise BlockError("{} is not understood", word)
-    result.unknown.append(word)
 
 
 def _refuse_conflict(letter: str, one: float, other: float) -> None:
