@@ -20,11 +20,12 @@ from leafcut.studio.jobs.workers import StudioWorkers
 from leafcut.studio.keys import redirect_page, write_private
 from leafcut.studio.lab.room import LabRoom
 from leafcut.studio.lock import lock_folder
-from leafcut.studio.server.safety import Guard
 from leafcut.studio.studio import HOST, PORT, Room, Studio, open_studio
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
+
+    from leafcut.studio.server.safety import Guard
 
 #: Number of ports that are tried from `PORT` on, without `--port`.
 _TRIED = 20
@@ -82,6 +83,8 @@ def guard_app(
     studio: Studio, app: Any, largest: int = LARGEST_UPLOAD, on_entry: Callable[[str], None] = lambda _: None
 ) -> Guard:
     """Return an application behind the guard of a studio."""
+    from leafcut.studio.server.safety import Guard
+
     return Guard(app, keys=studio.keys, port=studio.port, largest=largest, on_entry=on_entry)
 
 

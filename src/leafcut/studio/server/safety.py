@@ -12,23 +12,18 @@ get a nonce, which is new for every page. Its component calls are text that the 
 
 from __future__ import annotations
 
-import json
 import re
 import secrets
-from collections.abc import Awaitable, Callable, Iterable, MutableMapping
+from collections.abc import Callable
 from contextlib import suppress
-from http.cookies import CookieError, SimpleCookie
-from typing import Any
-from urllib.parse import parse_qs
+
+from starlette.datastructures import MutableHeaders
+from starlette.requests import HTTPConnection
+from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from leafcut.studio.folder import LARGEST_UPLOAD
 from leafcut.studio.keys import COOKIE_SECONDS, StudioKeys
-
-Scope = MutableMapping[str, Any]
-AsgiMessage = MutableMapping[str, Any]
-Receive = Callable[[], Awaitable[AsgiMessage]]
-Send = Callable[[AsgiMessage], Awaitable[None]]
-App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 #: Maximum body of a request without files, bytes. Uploads may have `LARGEST_UPLOAD`.
 LARGEST_REQUEST = 1024 * 1024
@@ -77,7 +72,7 @@ class Guard:
 
     def __init__(
         self,
-        app: App,
+        app: ASGIApp,
         *,
         keys: StudioKeys,
         port: int,
@@ -105,15 +100,14 @@ class Guard:
                 await self.app(scope, receive, send)
             return
         if refusal:
-            await _answer(asked, send, 403, refusal)
-        elif asked.method == "GET" and asked.path == "/" and asked.token is not None:
-            await self._enter(asked, send)
-        elif not self._known(asked):
-            await _answer(
-                asked, send, 401, "Open the address that leafcut studio printed last: it contains the key to this page."
-            )
-        else:
+            await _refused(asked, 403, refusal)(scope, receive, send)
+        elif asked.token is not None:
+            await self._enter(asked, scope, receive, send)
+        elif self._known(asked):
             await self._pass(asked, scope, receive, send)
+        else:
+            line = "Open the address that leafcut studio printed last: it contains the key to this page."
+            await _refused(asked, 401, line)(scope, receive, send)
 
     def _refusal(self, asked: _RequestHead) -> str:
         """Return the reason why a request is refused regardless of its key; empty if it is not refused."""
@@ -133,77 +127,63 @@ class Guard:
         return self._bearer(asked) or self._has_cookie(asked)
 
     def _has_cookie(self, asked: _RequestHead) -> bool:
-        return any(self.keys.is_cookie(value) for value in asked.cookies(self.cookie))
+        return self.keys.is_cookie(asked.cookies.get(self.cookie, ""))
 
     def _bearer(self, asked: _RequestHead) -> bool:
         return self.keys.is_token(asked.bearer)
 
-    async def _enter(self, asked: _RequestHead, send: Send) -> None:
+    async def _enter(self, asked: _RequestHead, scope: Scope, receive: Receive, send: Send) -> None:
         """Exchange the key in the address for a cookie that scripts cannot read."""
         key = asked.token or ""
         if self.keys.redeem_entry(key):
             self.on_entry(key)
         elif not self._has_cookie(asked):
             line = "This address was used already, or its studio has ended: open the one that leafcut printed last."
-            await _answer(asked, send, 401, line)
+            await _refused(asked, 401, line)(scope, receive, send)
             return
-        await _answer(asked, send, 303, "", (("location", "/"), ("set-cookie", self._new_cookie())))
+        answer = _with_headers(RedirectResponse("/", 303))
+        self._set_cookie(answer.headers)
+        await answer(scope, receive, send)
 
-    def _new_cookie(self) -> str:
+    def _set_cookie(self, headers: MutableHeaders) -> None:
         value = self.keys.new_cookie()
-        return f"{self.cookie}={value}; Path=/; Max-Age={COOKIE_SECONDS}; HttpOnly; SameSite=Strict"
+        headers.append(
+            "set-cookie", f"{self.cookie}={value}; Path=/; Max-Age={COOKIE_SECONDS}; HttpOnly; SameSite=Strict"
+        )
 
     async def _pass(self, asked: _RequestHead, scope: Scope, receive: Receive, send: Send) -> None:
         limit = self.largest if asked.path.startswith(UPLOADS) else min(self.largest, LARGEST_REQUEST)
+        too_large = _refused(asked, 413, f"This is larger than {limit >> 20} MiB, the studio's limit.")
         if asked.length > limit:
-            await _answer(asked, send, *_too_large(limit))
+            await too_large(scope, receive, send)
             return
+        exchange = _Exchange(receive, send, asked, limit)
         # Reloading the page renews its cookie, so that active users remain logged in.
-        renewed = self._new_cookie() if asked.path == "/" and not self._bearer(asked) else ""
-        exchange = _Exchange(receive, send, asked, limit, renewed)
+        if asked.path == "/" and not self._bearer(asked):
+            exchange.on_headers = self._set_cookie
         with suppress(RequestRefused):
             await self.app(scope, exchange.receive, exchange.send)
         if exchange.refused and not exchange.begun:
-            await _answer(asked, send, *_too_large(limit))
-
-
-def _too_large(limit: int) -> tuple[int, str]:
-    return 413, f"This is larger than {limit >> 20} MiB, the studio's limit."
+            await too_large(scope, receive, send)
 
 
 class _RequestHead:
     def __init__(self, scope: Scope) -> None:
-        self.headers: dict[bytes, list[bytes]] = {}
-        for name, value in scope["headers"]:
-            self.headers.setdefault(name.lower(), []).append(value)
-        self.path: str = scope["path"]
-        self.method: str = scope.get("method", "")
-        hosts = self.headers.get(b"host", [])
-        self.host = self._text(b"host").lower() if len(hosts) == 1 else ""
-        self.origin = self._text(b"origin") if b"origin" in self.headers else None
-        self.site, self.mode = self._text(b"sec-fetch-site"), self._text(b"sec-fetch-mode")
+        connection = HTTPConnection(scope)
+        headers, self.path, self.cookies = connection.headers, str(scope["path"]), connection.cookies
+        hosts = headers.getlist("host")
+        self.host = hosts[0].lower() if len(hosts) == 1 else ""
+        self.origin = headers.get("origin")
+        self.site, self.mode = headers.get("sec-fetch-site", ""), headers.get("sec-fetch-mode", "")
+        method = scope.get("method", "")
         #: A websocket changes state as well, and browsers always send its origin.
-        self.changes = scope["type"] == "websocket" or self.method not in _READING
-        kind, _, word = self._text(b"authorization").partition(" ")
+        self.changes = scope["type"] == "websocket" or method not in _READING
+        kind, _, word = headers.get("authorization", "").partition(" ")
         self.bearer = word.strip() if kind.lower() == "bearer" else ""
-        query = parse_qs(scope.get("query_string", b"").decode("latin-1"))
-        #: The key in the address.
-        self.token = query["token"][0] if "token" in query else None
-        length = self._text(b"content-length")
+        #: The key in the address of the page.
+        self.token = connection.query_params.get("token") if (method, self.path) == ("GET", "/") else None
+        length = headers.get("content-length", "")
         self.length = int(length) if length.isdecimal() and len(length) < 20 else 0
-
-    def _text(self, name: bytes) -> str:
-        return self.headers.get(name, [b""])[0].decode("latin-1")
-
-    def cookies(self, name: str) -> Iterable[str]:
-        """Yield the values of a cookie; a malformed header has none."""
-        for header in self.headers.get(b"cookie", []):
-            try:
-                cookie = SimpleCookie(header.decode("latin-1"))
-            except CookieError:
-                continue
-            if name in cookie:
-                yield cookie[name].value
 
 
 class _Exchange:
@@ -213,16 +193,16 @@ class _Exchange:
     answer is dropped.
     """
 
-    def __init__(self, receive: Receive, send: Send, asked: _RequestHead, limit: int, cookie: str) -> None:
+    def __init__(self, receive: Receive, send: Send, asked: _RequestHead, limit: int) -> None:
         self._receive, self._send, self._asked = receive, send, asked
         self._left = limit
-        self._cookie = cookie
+        self.on_headers: Callable[[MutableHeaders], None] = lambda _: None
         self.refused = self.begun = False
-        self._held: AsgiMessage | None = None
+        self._held: Message | None = None
         self._nonce = secrets.token_urlsafe(16)
         self._body = bytearray()
 
-    async def receive(self) -> AsgiMessage:
+    async def receive(self) -> Message:
         """Forward a received message, or raise `RequestRefused`."""
         message = await self._receive()
         self._left -= len(message.get("body", b""))
@@ -231,60 +211,42 @@ class _Exchange:
             raise RequestRefused
         return message
 
-    async def send(self, message: AsgiMessage) -> None:
+    async def send(self, message: Message) -> None:
         """Forward a message. A page is held until it is complete."""
         if self.refused and not self.begun:
             return
         if message["type"] == "http.response.start":
             self.begun = True
-            headers = {k.decode("latin-1").lower(): v.decode("latin-1") for k, v in message["headers"]}
-            has_policy = "content-security-policy" in headers
-            message["headers"] = [*message["headers"], *self._added_headers(headers)]
-            if headers.get("content-type", "").startswith("text/html") and not has_policy:
-                self._held = message
+            headers = MutableHeaders(scope=message)
+            is_page = headers.get("content-type", "").startswith("text/html")
+            if "content-security-policy" not in headers:
+                headers["content-security-policy"] = content_policy(self._nonce, self._asked.host)
+                self._held = message if is_page else None
+            for name, value in {**_FIXED, "cache-control": "no-store"}.items():
+                headers.setdefault(name, value)
+            self.on_headers(headers)
+            if self._held is not None:
                 return
         elif self._held is not None and message["type"] == "http.response.body":
             self._body += message.get("body", b"")
             if message.get("more_body", False):
                 return
             page = _TAG.sub(rb'<\1 nonce="' + self._nonce.encode() + rb'"', bytes(self._body))
-            kept = [(k, v) for k, v in self._held["headers"] if k.lower() != b"content-length"]
-            self._held["headers"] = [*kept, (b"content-length", str(len(page)).encode())]
+            MutableHeaders(scope=self._held)["content-length"] = str(len(page))
             await self._send(self._held)
             message = {"type": "http.response.body", "body": page}
         await self._send(message)
 
-    def _added_headers(self, headers: dict[str, str]) -> list[tuple[bytes, bytes]]:
-        added = dict(_FIXED)
-        if "content-security-policy" not in headers:
-            added["content-security-policy"] = content_policy(self._nonce, self._asked.host)
-        if "cache-control" not in headers:
-            added["cache-control"] = "no-store"
-        if self._cookie:
-            added["set-cookie"] = self._cookie
-        return [(k.encode(), v.encode()) for k, v in added.items() if k not in headers]
+
+def _refused(asked: _RequestHead, status: int, line: str) -> Response:
+    """Return an answer of the guard itself: one line of text, or a JSON error for routes of the API."""
+    if asked.path.startswith(UPLOADS):
+        return _with_headers(JSONResponse({"error": line}, status))
+    return _with_headers(PlainTextResponse(line, status))
 
 
-async def _answer(
-    asked: _RequestHead, send: Send, status: int, line: str, extra: Iterable[tuple[str, str]] = ()
-) -> None:
-    """Send an answer of the guard itself: one line of text, or a JSON error for routes of the API."""
-    api = asked.path.startswith(UPLOADS)
-    body = (json.dumps({"error": line}) if api else line).encode()
-    headers = {
-        **_FIXED,
-        "content-type": "application/json" if api else "text/plain; charset=utf-8",
-        "content-length": str(len(body)),
-        "content-security-policy": "default-src 'none'; frame-ancestors 'none'",
-        "cache-control": "no-store",
-        "connection": "close",
-        **dict(extra),
-    }
-    await send(
-        {
-            "type": "http.response.start",
-            "status": status,
-            "headers": [(k.encode(), v.encode()) for k, v in headers.items()],
-        }
-    )
-    await send({"type": "http.response.body", "body": body})
+def _with_headers(answer: Response) -> Response:
+    policy = "default-src 'none'; frame-ancestors 'none'"
+    own = {"content-security-policy": policy, "cache-control": "no-store", "connection": "close"}
+    answer.headers.update({**_FIXED, **own})
+    return answer
