@@ -214,7 +214,7 @@ def surface(page: Page) -> None:
         folded.first.click()
     put(page, "Surface", "cover.stl", part_stl())
     put(page, "Tool library", "shop.toml", HELD.encode())
-    page.get_by_label("Drill through", exact=True).check()
+    fill(page, "Depth", "through")
     fill(page, "Fixtures", ", ".join(FIXTURES))
     page.get_by_role("button", name="Run", exact=True).click()
     page.wait_for_selector("#result-panel", timeout=LONG)
