@@ -48,6 +48,10 @@ def test_a_program_that_is_opened_is_cut_where_its_tools_are_known(page: Page, t
     solid(page)
     expect(page.locator(".lc-picture")).to_be_visible()
     expect(page.locator(".lc-refused")).to_be_hidden()
+    for key, name in (("ArrowLeft", "Plan"), ("End", "Both"), ("ArrowLeft", "Solid")):
+        page.keyboard.press(key)
+        expect(page.get_by_role("radio", name=name, exact=True)).to_be_checked()
+        expect(page.get_by_role("radio", name=name, exact=True)).to_be_focused()
     opened(page, ROOT / "examples" / "cam_121.nc")
     expect(page.locator(".lc-refused")).to_contain_text("the shape of tool T1 is unknown", timeout=LONG)
 

@@ -99,18 +99,17 @@ document.addEventListener("DOMContentLoaded", () => {
   }).observe(document.body, { childList: true, subtree: true, attributes: true, attributeFilter: ["class", "disabled", "hidden", "open"] });
 });
 
-// Tabs and toolbars are one tab stop each; arrows, Home and End move within them.
+// Tabs, radio buttons and toolbars are one tab stop each; arrows, Home and End move within them.
 document.addEventListener("keydown", (event) => {
   if (event.altKey || event.ctrlKey || event.metaKey || event.shiftKey || !(event.target instanceof Element)) return;
-  const list = event.target.closest("[role=tablist], [data-roving]");
+  const list = event.target.closest("[role=tablist], [role=radiogroup], [data-roving]");
   if (!list || event.target.matches("input, select, textarea")) return;
-  const tabs = list.getAttribute("role") === "tablist";
-  const found = /** @type {NodeListOf<HTMLElement>} */ (list.querySelectorAll(tabs ? "[role=tab]" : "button, a[href]")), all = [...found].filter(isShown);
-  const from = all.findIndex((item) => item === /** @type {Element} */ (event.target).closest("[role=tab], button, a"));
+  const found = /** @type {NodeListOf<HTMLElement>} */ (list.querySelectorAll("button, a[href]")), all = [...found].filter(isShown);
+  const from = all.findIndex((item) => item === /** @type {Element} */ (event.target).closest("button, a"));
   const step = STEPS[event.key], to = step ? (from + step + all.length) % all.length : { Home: 0, End: all.length - 1 }[event.key] ?? -1;
   if (from < 0 || to < 0) return;
   event.preventDefault();
   for (const item of all) item.tabIndex = item === all[to] ? 0 : -1;
   all[to].focus();
-  if (tabs) all[to].click();
+  if (list.matches("[role=tablist], [role=radiogroup]")) all[to].click();
 });

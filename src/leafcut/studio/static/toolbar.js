@@ -84,7 +84,7 @@ export class Toolbar {
   }
 }
 
-/** Radio buttons in a row, of which the arrow keys select. */
+/** Radio buttons in a row; the page handles their arrow keys (focus.js). */
 class Choice {
   /** @param {string} name @param {string} label @param {string[][]} choices @param {(value: string) => void} choose */
   constructor(name, label, choices, choose) {
@@ -94,15 +94,6 @@ class Choice {
       return button;
     });
     this.group = make("div", "lc-modes", { role: "radiogroup", "aria-label": label }, ...this.buttons);
-    this.group.addEventListener("keydown", (event) => {
-      const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
-      if (!step) return;
-      event.preventDefault();
-      const shown = this.buttons.filter((button) => !button.hidden), at = shown.findIndex((button) => button.tabIndex === 0);
-      const next = shown[(at + step + shown.length) % shown.length];
-      next.click();
-      next.focus();
-    });
   }
 
   /** Check one of the buttons and hide those that are not offered.
