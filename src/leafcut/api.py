@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Unpack
 
-from leafcut.errors import LeafcutError, OptionError
+from leafcut.errors import LeafcutError, OptionError, PlanError
 from leafcut.files.whole_files import StandardInput, check_is_there, check_output, write_together
 from leafcut.kernels.compiling import announced_compilations, compile_seconds
 from leafcut.message import Message
@@ -116,6 +116,7 @@ def optimize(
     inputs = [*_file_names(*sources), options_file, defaults_file, *files_read(settings)]
     check_output(output, inputs)
     check_output(report, [*inputs, output])
+    named = process
     if process == "auto":
         process, sources = _guessed(sources, settings)
     work = registry.drawing_process(process)
@@ -123,7 +124,7 @@ def optimize(
     for k, target in enumerate(outputs[2:], 2):
         check_output(target, [*inputs, *outputs[:k]])
     settings = work.usual(settings) if work else settings
-    with _noting_defaults(settings):
+    with _noting_defaults(settings), _noting_guess(named, process):
         run = Job(
             settings,
             machine_of(settings),
@@ -282,6 +283,16 @@ def _noting_defaults(settings: Settings) -> Iterator[None]:
             problem.add_note(
                 f"{' and '.join(from_defaults)} may come from your defaults file; --no-defaults ignores it"
             )
+        raise
+
+
+@contextmanager
+def _noting_guess(named: str, process: str) -> Iterator[None]:
+    try:
+        yield
+    except (OptionError, PlanError) as problem:
+        if named == "auto" != process:
+            problem.add_note(f"leafcut {process} was chosen for this input; name another command if that is wrong")
         raise
 
 

@@ -34,6 +34,8 @@ SAME_CENTRE = 0.05
 #: Maximum diameter of a stepped bore with three or more circles, mm (the head of an M20 screw). Larger circles are
 #: nested rings.
 WIDEST_STEPPED = 40.0
+#: All values of --open-paths that accept open paths.
+OPEN_VALUES = Message("cut, mark or drop")
 #: Maximum number of layers listed if the drawing has no cuts.
 MOST_LAYERS = 5
 #: Maximum relative difference of a round hole between 4π·area and the squared perimeter, and between width and height.
@@ -50,10 +52,16 @@ _SUBSTITUTE, _SUBSTITUTE_SHARE = 0.5, 0.1
 _SLACK = 1e-6
 
 
-def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: str = "smallest") -> Sheet:
+def prepare_sheet(
+    part: Part,
+    options: SheetOptions | None = None,
+    concentric: str = "smallest",
+    open_values: Message = OPEN_VALUES,
+) -> Sheet:
     """Return the sheet of a drawing, with contours joined, cleaned, checked and nested, in O(n log n).
 
     `concentric` selects the circles of a bore to cut (`ReadOptions.concentric`): ``smallest``, ``largest`` or ``all``.
+    `open_values` are the values of --open-paths that the process accepts.
     Raises PlanError if the sheet has no cuts or marks, if an outline is open (unless `options.open_paths` allows it) or
     crosses itself, or if parts overlap, fall apart where their outlines touch, or are beyond the edge of the sheet.
     """
@@ -74,7 +82,7 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
         else:
             cuts = sorted([*cuts, *found["maybe sheet"]], key=lambda m: m.order)
     closed, opened = [m for m in cuts if m.path.closed], [m for m in cuts if not m.path.closed]
-    opened, more_marks = _sort_open_paths(opened, options, issues)
+    opened, more_marks = _sort_open_paths(opened, options, open_values, issues)
     marks = [*marks, *more_marks]
     shapes = polygons([m.path for m in closed])
     _check_simple(closed, shapes)
@@ -276,7 +284,7 @@ def _sheet_edge_by_layer_name(maybe: list[Contour], cuts: list[Contour], marks: 
 
 
 def _sort_open_paths(
-    opened: list[Contour], options: SheetOptions, issues: list[Issue]
+    opened: list[Contour], options: SheetOptions, open_values: Message, issues: list[Issue]
 ) -> tuple[list[Contour], list[Contour]]:
     """Return the open paths to cut and the open paths to mark, according to the option `open_paths`."""
     if not opened:
@@ -288,10 +296,11 @@ def _sort_open_paths(
         first = Message.joined("; ", (_open_path_text(m) + join_advice(k, paths) for k, m in enumerate(opened[:3])))
         raise PlanError(
             "{} on layers that are cut: {}{}; close the outline, leave a "
-            "layer out (--ignore-layers), or use --open-paths cut, mark or drop",
+            "layer out (--ignore-layers), or use --open-paths {}",
             number,
             first,
             " …" if len(opened) > 3 else "",
+            open_values,
         )
     if options.open_paths == "drop":
         issues.append(Issue("L212", Message("{} left out", number), places))

@@ -82,6 +82,7 @@ def test_the_material_after_the_program_is_the_drawn_part_with_its_tabs(milling:
         ({"thickness": None}, "give --thickness"),
         ({"tool_diameter": None}, "give --tool-diameter"),
         ({"tab_height": 3.0}, "--tab-height 3 mm: the plate is only 3 mm thick"),
+        ({"mark_layers": "*"}, "nothing to mill: the drawing has no closed outlines except those that are marked"),
         ({"tab_width": 30.0}, "has no room for 3 tabs of 30 mm"),
         ({"tabs": 0}, "only used with --tabs; add --tabs or leave out --tab-"),
         ({"machine": "plasma-table"}, "cannot mill"),
@@ -386,3 +387,32 @@ def test_the_report_of_a_part_with_open_lines_is_written(tmp_path: Path) -> None
     assert (line.count, len(line.where), line.outlines) == (1, 1, ())
     assert (opening.count, len(opening.outlines)) == (1, 1)
     assert "not milled" in (tmp_path / "part.html").read_text()
+
+
+def test_tabs_are_at_most_half_as_high_as_the_plate_unless_their_height_is_given(tmp_path: Path) -> None:
+    def moves_level_at(height: float, **options: Any) -> bool:
+        path = leafcut.part(drawing(tmp_path, OUTLINE), **FAST | options).written
+        z = path.end[path.kind == Kind.FEED][:, 2]
+        return bool(np.isclose(z[1:][z[1:] == z[:-1]], height).any())
+
+    assert moves_level_at(-0.6, thickness=1.2)
+    assert moves_level_at(-4.5, thickness=6.0)
+    assert moves_level_at(-0.2, thickness=1.2, tab_height=1.0) and not moves_level_at(-0.2, thickness=1.2)
+
+
+def test_a_material_without_cutting_data_is_named(tmp_path: Path) -> None:
+    source, options = drawing(tmp_path, OUTLINE), {k: v for k, v in FAST.items() if k != "feed"}
+    issues = leafcut.part(source, material="plywood", **options).issues
+    (assumed,) = (issue for issue in issues if "plywood" in issue.message)
+    assert (assumed.code, assumed.severity) == ("L401", "warning")
+    assert "in mild steel, because plywood is none of mild_steel, stainless_304" in assumed.message
+    assert not any("none of" in issue.message for issue in leafcut.part(source, material="aluminum", **options).issues)
+
+
+def test_thickness_and_mill_are_asked_for_together(tmp_path: Path) -> None:
+    source = drawing(tmp_path, OUTLINE, WINDOW)
+    with pytest.raises(OptionError, match="needs the thickness of its plate and its end mill") as refused:
+        leafcut.optimize(source, machine="shapeoko-router")
+    assert refused.value.__notes__ == ["leafcut part was chosen for this input; name another command if that is wrong"]
+    with pytest.raises(OptionError, match="give --thickness, such as"):
+        leafcut.part(source, tool_diameter=3.0)

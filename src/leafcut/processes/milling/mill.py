@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from leafcut.errors import OptionError, PlanError
+from leafcut.errors import OptionError, PlanError, printable
 from leafcut.material.chip_feeds import plunge_feed, ramp_feed
 from leafcut.message import Message
 from leafcut.model.feed_limits import FeedLimits
@@ -168,7 +168,12 @@ def add_cutting_data(
     tool = mill or Tool(number or 1, diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
     asked_rpm, asked_feed = job.spindle_speed or tool.spindle_rpm, job.feed or tool.feed
     known = _NAMES.get(_material_key(job.material), _material_key(job.material))
-    known = known if known in SURFACE_SPEEDS else UNKNOWN
+    unlisted = known not in SURFACE_SPEEDS
+    known = UNKNOWN if unlisted else known
+    name: str = known.replace("_", " ")
+    if unlisted:
+        listed = ", ".join(SURFACE_SPEEDS)
+        name = Message("{}, because {} is none of {}", name, printable(job.material), listed)
     careful = 1000.0 * SURFACE_SPEEDS[known] / (math.pi * tool.diameter)
     has = Message(
         "the spindle of {} turns {:g} to {:g} rpm", machine.name, machine.spindle_min_rpm, machine.spindle_max_rpm
@@ -182,7 +187,7 @@ def add_cutting_data(
             "give --material or the --spindle-speed that your mill and material need",
             tool.label,
             careful,
-            known.replace("_", " "),
+            name,
             has,
         )
     rpm = asked_rpm or float(round(min(max(careful, machine.spindle_min_rpm), machine.spindle_max_rpm)))
@@ -207,7 +212,7 @@ def add_cutting_data(
         tool.label,
         feed * 60,
         rpm,
-        known.replace("_", " "),
+        name,
         per_tooth,
     )
     if too_fast:
@@ -215,7 +220,7 @@ def add_cutting_data(
         words = Message("{}. Recommended spindle speed: {:.0f} rpm", words, careful)
         if not asked_rpm:
             words = Message("{}; minimum speed of the spindle of {}: {:.0f} rpm", words, machine.name, rpm)
-    return tool, [Issue("L401", words, severity=Severity.WARNING if too_fast else Severity.NOTE)]
+    return tool, [Issue("L401", words, severity=Severity.WARNING if too_fast or unlisted else Severity.NOTE)]
 
 
 def _material_key(material: str) -> str:

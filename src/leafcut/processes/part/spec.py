@@ -88,7 +88,12 @@ def plan_part(job: Job, source: Source) -> Plan:
     settings, milling, asked = job.settings, job.settings.of(MillingOptions), job.settings.job
     thickness = asked.thickness
     if thickness is None:
-        raise OptionError("a part needs the thickness of its plate; give --thickness")
+        if asked.tool_diameter is None and asked.tools is None:
+            raise OptionError(
+                "a part needs the thickness of its plate and its end mill; give --thickness and --tool-diameter, "
+                "such as --thickness 6mm --tool-diameter 3mm, or a tool library with --tools"
+            )
+        raise OptionError("a part needs the thickness of its plate; give --thickness, such as --thickness 6mm")
     if settings.sheet.open_paths in ("cut", "mark"):
         raise OptionError(
             "--open-paths {}: leafcut part mills closed outlines only; close the paths, or use --open-paths drop",
@@ -103,8 +108,14 @@ def plan_part(job: Job, source: Source) -> Plan:
     data, issues = milling_data(milling, asked, diameter, job.machine, mill)
     climb = milling.milling == "climb"
     main = Mill(data, asked.step_down or 0.5 * diameter, climb)
-    tabs = _tab_rules(settings.of(PartOptions), thickness)
+    tabs = _tab_rules(settings, thickness)
     all_edges, left = edges_of(sheet.contours)
+    if not all_edges and not divided.rules:
+        raise PlanError(
+            "{}: nothing to mill: the drawing has no closed outlines except those that are marked or left out; check "
+            "--mark-layers, --cut-layers, --min-diameter and --max-diameter",
+            part.name,
+        )
     edges, drilled, other = _split_holes(all_edges, divided, library, asked.diameter_tolerance, -bottom, diameter)
     groups, deep = hole_groups(drilled, bottom, asked.retract_height, asked.retract == "initial", job.machine)
     area = None if sheet.outline is None else _sheet_area(sheet.outline, sheet.holes)
@@ -205,7 +216,7 @@ def _prepare_sheet(divided: LayeredPart, settings: Settings) -> Sheet:
         options = edge_options(divided, options)
         for contour in open_contours(part.contours, options):
             raise open_shape(divided.rules[contour.layer], contour)
-    sheet = prepare_sheet(part, options, settings.read.concentric)
+    sheet = prepare_sheet(part, options, settings.read.concentric, Message("drop"))
     return without_excluded_holes(sheet, settings.read)
 
 
@@ -466,11 +477,13 @@ def _sheet_area(outline: Polyline, holes: Sequence[Polyline]) -> shapely.Polygon
     return shapely.Polygon(outline.flattened(), [hole.flattened() for hole in holes])
 
 
-def _tab_rules(options: PartOptions, thickness: float) -> TabRules:
-    if options.tabs and options.tab_height >= thickness:
+def _tab_rules(settings: Settings, thickness: float) -> TabRules:
+    options = settings.of(PartOptions)
+    height = options.tab_height if "tab_height" in settings.given else min(options.tab_height, 0.5 * thickness)
+    if options.tabs and height >= thickness:
         raise OptionError(
             "--tab-height {:g} mm: the plate is only {:g} mm thick; give a lower height, or --tabs 0",
-            options.tab_height,
+            height,
             thickness,
         )
-    return TabRules(options.tabs, options.tab_width, options.tab_height)
+    return TabRules(options.tabs, options.tab_width, height)

@@ -117,7 +117,7 @@ def plan_cuts(
         if tabs.count and not room and not edge.inside:
             raise PlanError(
                 "{}: the tool path of {:.4g} mm has no room for {} tabs of {:g} mm; give fewer --tabs or a smaller "
-                "--tab-width",
+                "--tab-width. For a hole, draw the outline around it",
                 edge.name,
                 path.length,
                 tabs.count,
