@@ -384,7 +384,7 @@ class _PartOptions1(TypedDict, total=False):
     tab_width: Quantity | None
     """Width of a tab between the cuts (mm; default: 6mm)."""
     tab_height: Quantity | None
-    """Height of a tab over the underside of the plate (mm; default: 1.5mm)."""
+    """Height of a tab over the underside of the plate (mm; default: 1.5; half the thickness of a plate below 3)."""
 
 
 class _ResequenceOptions1(TypedDict, total=False):

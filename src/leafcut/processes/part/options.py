@@ -36,5 +36,5 @@ class PartOptions(OptionGroup):
     )  # fmt: skip
     tab_height: float = option(
         "quantity", 1.5, "height of a tab over the underside of the plate", unit="mm", minimum=0.05, maximum=100,
-        default_words="1.5 mm, half the thickness of a thinner plate", needs=(when_given("tabs"),),
+        default_words="1.5; half the thickness of a plate below 3", needs=(when_given("tabs"),),
     )  # fmt: skip
