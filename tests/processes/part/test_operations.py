@@ -13,6 +13,8 @@ import shapely
 import leafcut
 from leafcut.errors import LeafcutError
 from leafcut.model.toolpath import Kind
+from leafcut.processes.part.report import PartReport
+from leafcut.report.page import write_page
 from rs274_moves import run_rs274
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -138,7 +140,7 @@ def test_each_path_is_engraved_once_before_the_outline(tmp_path: Path) -> None:
     assert len(ends) == engraved.sum()
 
 
-def test_the_summary_lists_the_work_of_each_layer(tmp_path: Path) -> None:
+def test_the_report_lists_the_work_of_each_layer(tmp_path: Path) -> None:
     outcome = with_tools(tmp_path, RULES.replace("0.3mm", "0.3mm T5"))
     works = {row.layer: (row.shapes, row.operation, row.depth, row.tool[:2]) for row in outcome.detail.layers}
     assert works == {
@@ -148,6 +150,10 @@ def test_the_summary_lists_the_work_of_each_layer(tmp_path: Path) -> None:
         "HOLES": (4, "drill", 6.5, "T4"),
         "NOTES": (1, "ignore", 0.0, ""),
     }
+    page = write_page(PartReport(outcome))
+    assert all(
+        f'<th scope="row"><bdi>{layer}</bdi></th><td class="n">{works[layer][0]}</td>' in page for layer in works
+    )
 
 
 @pytest.mark.hazard

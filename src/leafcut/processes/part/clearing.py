@@ -70,7 +70,7 @@ def check_pockets(
     which a path is engraved.
     """
     for area in areas:
-        if area.region.buffer(-0.5 * diameter).is_empty:
+        if area.region.buffer(_TOUCH - 0.5 * diameter).is_empty:
             raise PlanError("{} is narrower than the mill of {:g} mm; use a smaller mill", area.name, diameter)
         inner = area.region.buffer(-_TOUCH)
         for number, edge in enumerate(edges):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from leafcut.message import Message
 from leafcut.model.fact import Fact
 from leafcut.model.shown_stock import ShownStock
@@ -9,7 +11,7 @@ from leafcut.processes.part.model import LayerWork, PartDetail
 from leafcut.report.drawing import Scene
 from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import coordinate_words, height_facts, time_facts, tool_facts
-from leafcut.report.wording import count
+from leafcut.report.wording import count, replace_unprintable
 from leafcut.units import to_fixed
 
 
@@ -50,27 +52,42 @@ class PartReport(PathReport[PartDetail]):
         layers = self.outcome.detail.layers
         rows = [
             {
-                "layer": row.layer,
-                "shapes": row.shapes,
-                "operation": row.operation,
-                "depth_mm": row.depth,
-                "tool": row.tool,
+                "layer": one.layer,
+                "shapes": one.shapes,
+                "operation": one.operation,
+                "depth_mm": one.depth,
+                "tool": one.tool,
             }
-            for row in layers
+            for one in layers
         ]
         lines = [
             Fact(
-                sentence=Message.joined(", ", [count(row.shapes, "shape"), *self._work_words(row)]),
-                name=Message("Layer {}", row.layer) if row.layer else Message("No layer"),
+                sentence=Message.joined(", ", filter(None, words)),
+                name=Message("Layer {}", one.layer) if one.layer else Message("No layer"),
             )
-            for row in layers
+            for one in layers
+            for words in [(count(one.shapes, "shape"), one.operation, self._depth_words(one), one.tool)]
         ]
         return [Fact("layers", rows), *lines]
 
-    def _work_words(self, row: LayerWork) -> list[str]:
-        through = row.depth > self.outcome.detail.thickness
-        depth = Message("through") if through else Message("{:g} mm deep", row.depth)
-        return [row.operation, *([depth] if row.depth else []), *([row.tool] if row.tool else [])]
+    def _depth_words(self, work: LayerWork) -> str:
+        through = work.depth > self.outcome.detail.thickness
+        deep = Message("through") if through else Message("{:g} mm deep", work.depth)
+        return deep if work.depth else ""
+
+    def page(self) -> dict[str, Any]:
+        """Return the values for the page, with the work of each layer."""
+        rows = [
+            {
+                "name": replace_unprintable(one.layer),
+                "shapes": one.shapes,
+                "operation": one.operation,
+                "depth": self._depth_words(one),
+                "tool": replace_unprintable(one.tool),
+            }
+            for one in self.outcome.detail.layers
+        ]
+        return {**super().page(), "layers": rows}
 
     def size(self, scene: Scene) -> str:
         """Return the size of the part as text."""

@@ -78,7 +78,7 @@ def edges_of(contours: Sequence[Contour]) -> tuple[list[Edge], list[Issue]]:
     left = [contour.path for k, contour in enumerate(contours) if k not in number]
     issues = []
     if left:
-        words = Message("{} not milled: lines are not engraved", count_of(len(left), "open or marked line"))
+        words = Message("{} not milled: engrave lines with --operations", count_of(len(left), "open or marked line"))
         issues.append(Issue("L707", words, missing=missing_paths("line", left)))
     return edges, issues
 
@@ -133,7 +133,8 @@ def plan_cuts(
                 4.0 * radius + tabs.web,
                 2.0 * radius + tabs.web,
             )
-        if not intervals and edge.inside and not shapely.Polygon(path.flattened(TOLERANCE)).buffer(-radius).is_empty:
+        is_loose = edge.inside and not edge.is_bore and not intervals
+        if is_loose and not shapely.Polygon(path.flattened(TOLERANCE)).buffer(-radius).is_empty:
             loose.append(edge)
         intervals = intervals or ()
         # A start point near a tab would leave no room for a ramp.

@@ -33,8 +33,9 @@ def check_pockets(request: PartRequest, cuts: Cuts) -> Verdict:
 def _check_floor(
     request: PartRequest, pocket: PocketArea, cuts: Cuts, floor: np.ndarray[tuple[int], np.dtype[np.int64]]
 ) -> list[Difference]:
-    radius = request.radius
-    reachable = pocket.region.buffer(-radius, quad_segs=_QUARTER).buffer(radius, quad_segs=_QUARTER)
+    # A slot as wide as the mill has no centres without the tolerance.
+    radius, inner = request.radius, request.radius - TOLERANCE
+    reachable = pocket.region.buffer(-inner, quad_segs=_QUARTER).buffer(inner, quad_segs=_QUARTER)
     cleared = shapely.union_all(shapely.buffer(cuts.lines[floor], radius, quad_segs=_QUARTER))
     # Films along the walls come from the tolerance of the path.
     left = reachable.difference(cleared).buffer(-TOLERANCE).buffer(TOLERANCE)
