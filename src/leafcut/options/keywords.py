@@ -376,8 +376,8 @@ class _PocketOptions1(TypedDict, total=False):
 class _PartOptions1(TypedDict, total=False):
     # Of optimize, part.
     operations: str | Path | None
-    """File of operations (TOML): what is done with the shapes of each layer (default: closed outlines are milled
-    through the plate).
+    """File of operations (TOML) with the operation of each layer, such as profile, pocket or engrave (default:
+    closed outlines are milled through the plate).
     """
     tabs: int | None
     """Number of tabs on each outline, and on each opening that is long enough; 0 for none (default: 4)."""

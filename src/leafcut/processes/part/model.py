@@ -101,7 +101,7 @@ class PartHole:
 
 @dataclass(frozen=True)
 class PartRequest:
-    """What the program must do: mill these edges through the plate with a tool, leave tabs, drill these holes, engrave
+    """The work of the program: mill these edges through the plate with a tool, leave tabs, drill these holes, engrave
     these paths, and clear these pockets.
 
     `bottom` is the lowest height of the mill, and `thickness` the thickness of the plate, mm. `sheet` is the area of

@@ -19,7 +19,7 @@ from leafcut.units import parse_quantity
 
 
 class Operation(StrEnum):
-    """What is done with the shapes of a layer."""
+    """Operations for the shapes of a layer."""
 
     PROFILE = "profile"
     BORE = "bore"

@@ -19,7 +19,7 @@ class PartOptions(OptionGroup):
     operations: Path | None = option(
         "path",
         None,
-        "file of operations (TOML): what is done with the shapes of each layer",
+        "file of operations (TOML) with the operation of each layer, such as profile, pocket or engrave",
         default_words="closed outlines are milled through the plate",
         of_file=True,
     )

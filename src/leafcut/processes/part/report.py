@@ -63,7 +63,7 @@ class PartReport(PathReport[PartDetail]):
         lines = [
             Fact(
                 sentence=Message.joined(", ", filter(None, words)),
-                name=Message("Layer {}", one.layer) if one.layer else Message("No layer"),
+                name=Message("Layer {}", replace_unprintable(one.layer)) if one.layer else Message("No layer"),
             )
             for one in layers
             for words in [(count(one.shapes, "shape"), one.operation, self._depth_words(one), one.tool)]

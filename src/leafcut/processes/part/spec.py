@@ -21,15 +21,15 @@ from leafcut.model.part import Hole, Part
 from leafcut.model.plan import Candidate, Order, Stage
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
-from leafcut.model.tool import MILLS, Tool, ToolLibrary
+from leafcut.model.tool import Tool, ToolLibrary
 from leafcut.options import MillingOptions, Settings
 from leafcut.processes.job import Job, check_dialect_options, check_tool_changes, library_of, plane_point
 from leafcut.processes.milling.mill import assumed_number, library_mill_for, milling_data
 from leafcut.processes.part.clearing import check_pockets, pocket_areas, pocket_tasks
-from leafcut.processes.part.model import Edge, Engraving, LayerWork, PartHole, PartRequest, PocketArea, TabRules
+from leafcut.processes.part.engraving import engraving_mills, engravings_of
+from leafcut.processes.part.model import Edge, LayerWork, PartHole, PartRequest, TabRules
 from leafcut.processes.part.operations import (
     LayeredPart,
-    LayerRule,
     Operation,
     divide_by_layer,
     edge_options,
@@ -105,83 +105,73 @@ def plan_part(job: Job, source: Source) -> Plan:
     bottom = -thickness - asked.break_through
     library = library_of(settings, job.machine)
     mill, diameter = _mill(job, library, -bottom)
-    data, issues = milling_data(milling, asked, diameter, job.machine, mill)
-    climb = milling.milling == "climb"
-    main = Mill(data, asked.step_down or 0.5 * diameter, climb)
+    data, of_data = milling_data(milling, asked, diameter, job.machine, mill)
+    main = Mill(data, asked.step_down or 0.5 * diameter, milling.milling == "climb")
     tabs = _tab_rules(settings, thickness)
-    all_edges, left = edges_of(sheet.contours)
-    if not all_edges and not divided.rules:
+    edges, issues = edges_of(sheet.contours)
+    if not edges and not divided.rules:
         raise PlanError(
             "{}: nothing to mill: the drawing has no closed outlines except those that are marked or left out; check "
             "--mark-layers, --cut-layers, --min-diameter and --max-diameter",
             part.name,
         )
-    edges, drilled, other = _split_holes(all_edges, divided, library, asked.diameter_tolerance, -bottom, diameter)
-    groups, deep = hole_groups(drilled, bottom, asked.retract_height, asked.retract == "initial", job.machine)
+    edges, drilled, more = _split_holes(edges, divided, library, asked.diameter_tolerance, -bottom, diameter)
+    issues += more
     area = None if sheet.outline is None else _sheet_area(sheet.outline, sheet.holes)
-    cuts, more = plan_cuts(edges, 0.5 * diameter, climb, tabs, area)
-    areas, repaired = pocket_areas(divided, settings)
-    mills, engraved = _engraving_mills(divided, job, main, library)
-    engravings, unsound = _engravings(divided, settings, data.tool.number)
+    cuts, more = plan_cuts(edges, 0.5 * diameter, main.climb, tabs, area)
+    issues += more
+    groups, more = hole_groups(drilled, bottom, asked.retract_height, asked.retract == "initial", job.machine)
+    issues += more
+    areas, more = pocket_areas(divided, settings)
+    issues += more
+    engravings, more = engravings_of(divided, settings, data.tool.number)
+    issues += more
     check_pockets(areas, edges, cuts, engravings, tabs, thickness, diameter)
     if not (cuts or groups or engravings or areas):
         raise OptionError("{}: no edge is wider than the mill of {:g} mm; use a smaller mill", part.name, diameter)
+    issues += [*assumed_number(milling, mill, data.tool), *of_data]
+    mills, more = engraving_mills(divided, job, main, library)
+    issues += more
     words_of = dialect(settings.post.dialect or job.machine.controller)
     job = job.for_dialect(words_of)
     check_dialect_options(settings, words_of)
     check_tool_changes(job.machine, words_of)
-    pockets, unreached = pocket_tasks(job, words_of, part, areas, edges, main)
+    pockets, more = pocket_tasks(job, words_of, part, areas, edges, main)
+    issues += more
     stages = []
     for one in (*mills, main):
         own = [engraving for engraving in engravings if engraving.tool == one.data.tool.number]
         through: tuple[MillTask, ...] = (*pockets, *cuts) if one is main else ()
         tasks = (*engraving_tasks(own, edges, one.step), *through)
         stages += [MillStage(one, tasks)] if tasks else []
-    tools = {one.data.tool.number: one.data.tool for one in (*mills, main)}
-    work = PartWork(
-        tuple(groups),
-        tuple(stages),
-        tuple(cuts),
-        _heights(job, tabs, thickness, bottom),
-        _layer_works(part, divided, edges, drilled, engravings, areas, tools, data.tool, -bottom),
+    request = PartRequest(
+        tuple(edges),
+        tuple(PartHole(hole.x, hole.y, hole.drill.number, bottom - hole.drill.point_length) for hole in drilled),
+        data.tool.number,
+        0.5 * diameter,
+        thickness,
+        bottom,
+        tabs,
+        area,
+        tuple(engravings),
+        tuple(areas),
     )
+    tools = {one.data.tool.number: one.data.tool for one in (*mills, main)}
+    layers = _layer_works(part, divided, request, drilled, tools)
+    holes = tuple(Hole(x, y, group.tool.diameter) for group in groups for x, y in group.places.tolist())
+    work = PartWork(tuple(groups), tuple(stages), tuple(cuts), _heights(job, tabs, thickness, bottom), layers)
     return Plan(
         job=job,
-        part=replace(
-            part, holes=tuple(Hole(x, y, group.tool.diameter) for group in groups for x, y in group.places.tolist())
-        ),
+        part=replace(part, holes=holes),
         dialect=words_of,
         work=work,
-        spec=PartRequest(
-            tuple(edges),
-            tuple(PartHole(hole.x, hole.y, hole.drill.number, bottom - hole.drill.point_length) for hole in drilled),
-            data.tool.number,
-            0.5 * diameter,
-            thickness,
-            bottom,
-            tabs,
-            area,
-            tuple(engravings),
-            tuple(areas),
-        ),
+        spec=request,
         stages=_stages(job, part.name, work),
         kind="part",
         tools=(*(group.tool for group in groups), *(stage.mill.data.tool for stage in stages)),
         box=part.extents,
         start=plane_point(asked.start_point),
-        issues=[
-            *sheet.issues,
-            *left,
-            *unsound,
-            *repaired,
-            *unreached,
-            *other,
-            *more,
-            *deep,
-            *assumed_number(milling, mill, data.tool),
-            *issues,
-            *engraved,
-        ],
+        issues=[*sheet.issues, *issues],
     )
 
 
@@ -220,79 +210,17 @@ def _prepare_sheet(divided: LayeredPart, settings: Settings) -> Sheet:
     return without_excluded_holes(sheet, settings.read)
 
 
-def _engravings(divided: LayeredPart, settings: Settings, tool: int) -> tuple[list[Engraving], list[Issue]]:
-    """Return the paths to engrave, by default with the end mill `tool`, and issues about repaired lines."""
-    from leafcut.processes.contours import engraved_paths
-
-    engravings: list[Engraving] = []
-    issues: list[Issue] = []
-    for rule, contours in divided.faces_of(Operation.ENGRAVE):
-        for contour in engraved_paths(contours, settings.sheet, issues):
-            x, y = contour.path.start
-            name = Message("the path at ({:.4g}, {:.4g}) on layer {}", x, y, contour.layer)
-            engravings.append(Engraving(contour.path, rule.depth, rule.tool or tool, name, contour.layer))
-    return engravings, issues
-
-
-def _engraving_mills(
-    divided: LayeredPart, job: Job, main: Mill, library: ToolLibrary | None
-) -> tuple[list[Mill], list[Issue]]:
-    """Return the engraving tools other than the `main` mill with their feeds, and issues about assumed feeds.
-
-    Raises OptionError or PlanError if the library has no such milling tool, or if it is too short.
-    """
-    # Feeds on the command line are those of the end mill.
-    milling = replace(job.settings.of(MillingOptions), plunge_feed=None)
-    asked = replace(job.settings.job, feed=None, spindle_speed=None)
-    mills: dict[int, Mill] = {}
-    issues: list[Issue] = []
-    for rule, _ in divided.faces_of(Operation.ENGRAVE):
-        tool = main.data.tool if rule.tool in (None, main.data.tool.number) else _library_tool(rule, library)
-        if rule.depth > tool.reach + 1e-9:
-            raise PlanError(
-                "{}: {} cuts {:g} mm deep at most, but {:g} mm are needed",
-                rule.place,
-                tool.label,
-                tool.reach,
-                rule.depth,
-            )
-        if tool.number == main.data.tool.number or tool.number in mills:
-            continue
-        data, more = milling_data(milling, asked, tool.diameter, job.machine, tool)
-        mills[tool.number] = Mill(data, asked.step_down or 0.5 * tool.diameter, main.climb)
-        issues += more
-    return list(mills.values()), issues
-
-
-def _library_tool(rule: LayerRule, library: ToolLibrary | None) -> Tool:
-    if library is None:
-        raise OptionError("{}: T{} needs a tool library; give --tools", rule.place, rule.tool)
-    tool = library.by_number.get(rule.tool or 0)
-    if tool is None:
-        raise OptionError("{}: {} has no T{}", rule.place, library.source, rule.tool)
-    if tool.kind not in MILLS:
-        raise PlanError("{}: {} is a {}, not a milling tool", rule.place, tool.label, tool.kind.value)
-    return tool
-
-
 def _layer_works(
-    part: Part,
-    divided: LayeredPart,
-    edges: Sequence[Edge],
-    drilled: Sequence[PlannedHole],
-    engravings: Sequence[Engraving],
-    areas: Sequence[PocketArea],
-    tools: Mapping[int, Tool],
-    mill: Tool,
-    depth: float,
+    part: Part, divided: LayeredPart, request: PartRequest, drilled: Sequence[PlannedHole], tools: Mapping[int, Tool]
 ) -> tuple[LayerWork, ...]:
-    """Return the work of each layer, in the order of the drawing; `depth` is that of cuts through the plate, mm."""
+    """Return the work of each layer, in the order of the drawing."""
+    deep, mill = -request.bottom, tools[request.tool].label
     works = [
-        (edge.layer, str(Operation.BORE if edge.is_bore else Operation.PROFILE), depth, mill.label) for edge in edges
+        (edge.layer, str(Operation.BORE if edge.is_bore else Operation.PROFILE), deep, mill) for edge in request.edges
     ]
-    works += [(hole.layer, "drill", depth, hole.drill.label) for hole in drilled]
-    works += [(one.layer, str(Operation.ENGRAVE), one.depth, tools[one.tool].label) for one in engravings]
-    works += [(area.layer, str(Operation.POCKET), area.depth, mill.label) for area in areas]
+    works += [(hole.layer, "drill", deep, hole.drill.label) for hole in drilled]
+    works += [(one.layer, str(Operation.ENGRAVE), one.depth, tools[one.tool].label) for one in request.engravings]
+    works += [(area.layer, str(Operation.POCKET), area.depth, mill) for area in request.pockets]
     # The strokes of a text have the same handle.
     ignored = dict.fromkeys(
         (contour.layer, contour.handle or str(number)) for number, contour in enumerate(part.contours)
@@ -301,7 +229,7 @@ def _layer_works(
     works += [(layer, str(Operation.IGNORE), 0.0, "") for layer, _ in ignored]
     position = {layer: k for k, layer in enumerate(dict.fromkeys(contour.layer for contour in part.contours))}
     rows = sorted(Counter(works).items(), key=lambda row: position.get(row[0][0], -1))
-    return tuple(LayerWork(layer, number, word, deep, tool) for (layer, word, deep, tool), number in rows)
+    return tuple(LayerWork(layer, number, word, depth, tool) for (layer, word, depth, tool), number in rows)
 
 
 def _heights(job: Job, tabs: TabRules, thickness: float, bottom: float) -> PartHeights:

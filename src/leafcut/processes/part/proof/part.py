@@ -1,4 +1,4 @@
-"""Check that a program does what was asked of a part: nothing is missing, and nothing else is cut.
+"""Compare a program with the request of a part: all work is done, and no other cut exists.
 
 The program is read as straight moves of its tools. Each operation claims the moves that do its work; a move that none
 claims is a difference.
