@@ -218,6 +218,7 @@ def rectangles(folder: Path, **by_layer: tuple[float, float, float, float]) -> P
             r"rules.toml:4: the pocket at .* on layer B overlaps the pocket at .* layer A",
         ),
         ((20, 20, 40, 30), "engrave 1mm", r"the path at .* on layer B is engraved in the pocket at .* on layer A"),
+        ((70, 10, 90, 40), "pocket 3mm", r"the pocket at .* on layer B lies outside of the parts"),
         ((25, 42, 27, 46), "pocket 2mm", r"the pocket at .* on layer B is narrower than the mill of 3 mm"),
     ],
 )

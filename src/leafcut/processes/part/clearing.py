@@ -66,9 +66,10 @@ def check_pockets(
     thickness: float,
     diameter: float,
 ) -> None:
-    """Raise PlanError for a pocket that is narrower than the mill, that an edge crosses, that makes tabs thinner, or in
-    which a path is engraved.
+    """Raise PlanError for a pocket that is narrower than the mill, that crosses an edge or lies outside of the parts, that
+    makes tabs thinner, or in which a path is engraved.
     """
+    parts = [shapely.Polygon(edge.path.flattened(_TOUCH)) for edge in edges if not edge.inside]
     for area in areas:
         if area.region.buffer(_TOUCH - 0.5 * diameter).is_empty:
             raise PlanError("{} is narrower than the mill of {:g} mm; use a smaller mill", area.name, diameter)
@@ -86,6 +87,8 @@ def check_pockets(
                     edge.name,
                     tabs.height,
                 )
+        if parts and not any(part.covers(inner) for part in parts):
+            raise PlanError("{} lies outside of the parts; move it, or choose 'ignore' for its layer", area.name)
         for engraving in engravings:
             if inner.intersects(shapely.LineString(engraving.path.flattened(_TOUCH))):
                 raise PlanError("{} is engraved in {}; engrave outside of pockets", engraving.name, area.name)
