@@ -66,8 +66,8 @@ def check_pockets(
     thickness: float,
     diameter: float,
 ) -> None:
-    """Raise PlanError for a pocket that is narrower than the mill, that crosses an edge or lies outside of the parts, that
-    makes tabs thinner, or in which a path is engraved.
+    """Raise PlanError for a pocket that is narrower than the mill, crosses an edge, lies outside of the parts, makes
+    tabs thinner, or has engraved paths in it.
     """
     parts = [shapely.Polygon(edge.path.flattened(_TOUCH)) for edge in edges if not edge.inside]
     for area in areas:
