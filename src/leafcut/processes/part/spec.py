@@ -278,12 +278,12 @@ def _stages(job: Job, name: str, work: PartWork) -> tuple[Stage, ...]:
         problem = RoutingProblem.of_points(group.places.round(6), metric, start=None if number else start, name=title)
         given = np.arange(len(group.places), dtype=np.int32)
         stages.append(Stage(problem, number > 0, given, Message("ordering {}", group.tool.label)))
-    for mill in work.mills:
-        problem = _mill_problem(mill, metric, None if stages else start, end if mill is work.mills[-1] else None, name)
+    for one in work.mills:
+        problem = _mill_problem(one, metric, None if stages else start, end if one is work.mills[-1] else None, name)
         # The order of the drawing, with the edges inside an edge before it.
-        drawn = sorted(range(len(mill.tasks)), key=lambda task: -len(mill.tasks[task].later))
+        drawn = sorted(range(len(one.tasks)), key=lambda task: -len(one.tasks[task].later))
         first = np.searchsorted(problem.cluster, drawn).astype(np.int32)
-        stages.append(Stage(problem, bool(stages), first, Message("ordering the edges")))
+        stages.append(Stage(problem, bool(stages), first, Message("ordering {}", one.mill.data.tool.label)))
     return tuple(stages)
 
 
