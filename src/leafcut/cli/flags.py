@@ -222,7 +222,6 @@ def _flag(
     if words:
         help_text += f" (default: {words})"
     parameter = Parameter(
-        accepts_keys=False,  # no option has parts such as --tool.diameter; to look for them takes a third of the time
         name=flag_name(name),
         help=help_text,
         group=help_group,

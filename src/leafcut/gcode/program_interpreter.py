@@ -36,8 +36,6 @@ from leafcut.gcode.program import Lines, Modal, Program
 from leafcut.gcode.state import InterpreterState, ModalValues
 from leafcut.gcode.torch import set_speed
 from leafcut.gcode.words import (
-    PLAIN_LINE,
-    PLAIN_LINE_WITH_POINTS,
     Block,
     BlockError,
     Word,
@@ -71,6 +69,22 @@ _LINES_BETWEEN_CHECKS = 0xFFF
 _MAYBE = Message("only the machine knows whether it is run")
 #: Indices in `InterpreterState.modal_values`.
 _MOTION, _FEED, _SPEED = ([f.name for f in fields(Modal)].index(name) for name in ("motion", "feed", "rpm"))
+
+_SHORT_NUMBER = r"([+-]?(?:[0-9]{1,8}+(?:\.[0-9]{0,20}+)?|\.[0-9]{1,20}+))"
+
+
+def _plain_line_pattern(coordinate: str) -> re.Pattern[str]:
+    """Return the pattern of a plain line; its groups are G, X, Y, Z, I, J, and S, F, S (S may follow F)."""
+    letters = [(letter, coordinate) for letter in "XYZIJ"] + [(letter, _SHORT_NUMBER) for letter in "SFS"]
+    words = "".join(rf"(?:[{letter}{letter.lower()}][ \t]*+{number}[ \t]*+)?+" for letter, number in letters)
+    start = r"[ \t]*+(?:[Nn][ \t]*+[0-9]{1,8}+[ \t]*+)?+(?:[Gg][ \t]*+0?([0-3])(?![0-9.])[ \t]*+)?+"
+    return re.compile(rf"{start}{words}[\r\n]*+")
+
+
+#: A plain line, the most common kind: G0 to G3, coordinates, feed and speed, such as `G1X12.5Y3.F600`.
+_PLAIN_LINE = _plain_line_pattern(_SHORT_NUMBER)
+#: The same for controllers that require a decimal point in a coordinate.
+_PLAIN_LINE_WITH_POINTS = _plain_line_pattern(r"([+-]?(?:[0-9]{1,8}+\.[0-9]{0,20}+|\.[0-9]{1,20}+))")
 
 
 def interpret_program(
@@ -299,7 +313,7 @@ class _ProgramReader:
         state, record, lines = self.state, self.record, self.lines
         path, arcs, feed = state.path, state.path.arcs, state.feed_rate
         unit, motion = state.unit or 1.0, state.motion or 0
-        match = (PLAIN_LINE_WITH_POINTS if state.dialect.point_required else PLAIN_LINE).fullmatch
+        match = (_PLAIN_LINE_WITH_POINTS if state.dialect.point_required else _PLAIN_LINE).fullmatch
         add_row, add_line = path.rows.extend, record.line.append
         add_first, add_before = record.first.append, record.before.append
         flat = state.plane == 17 and not state.absolute_centres

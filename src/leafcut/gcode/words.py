@@ -20,21 +20,6 @@ NUMBER = r"[+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)"
 _WORD = re.compile(rf"[ \t]*([A-Za-z$])[ \t]*({NUMBER})")
 COMMENT = re.compile(r"\([^()]*\)|;.*")
 _IN_PARENTHESES = re.compile(r"\([^()]*\)")
-_SHORT_NUMBER = r"([+-]?(?:[0-9]{1,8}+(?:\.[0-9]{0,20}+)?|\.[0-9]{1,20}+))"
-
-
-def _plain_line_pattern(coordinate: str) -> re.Pattern[str]:
-    """Return the pattern of a plain line; its groups are G, X, Y, Z, I, J, and S, F, S (S may follow F)."""
-    letters = [(letter, coordinate) for letter in "XYZIJ"] + [(letter, _SHORT_NUMBER) for letter in "SFS"]
-    words = "".join(rf"(?:[{letter}{letter.lower()}][ \t]*+{number}[ \t]*+)?+" for letter, number in letters)
-    start = r"[ \t]*+(?:[Nn][ \t]*+[0-9]{1,8}+[ \t]*+)?+(?:[Gg][ \t]*+0?([0-3])(?![0-9.])[ \t]*+)?+"
-    return re.compile(rf"{start}{words}[\r\n]*+")
-
-
-#: A plain line, the most common kind: G0 to G3, coordinates, feed and speed, such as `G1X12.5Y3.F600`.
-PLAIN_LINE = _plain_line_pattern(_SHORT_NUMBER)
-#: The same for controllers that require a decimal point in a coordinate.
-PLAIN_LINE_WITH_POINTS = _plain_line_pattern(r"([+-]?(?:[0-9]{1,8}+\.[0-9]{0,20}+|\.[0-9]{1,20}+))")
 
 
 class BlockError(LeafcutError):
