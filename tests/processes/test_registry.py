@@ -88,7 +88,6 @@ class Engraving(Process):
     name = "engrave"
     title = "engraving"
     command = "engrave"
-    asked_as = ("engrave",)
     reads = "drawing"
     uses = use(MachineOptions) | use(JobOptions, "depth")
 
@@ -221,7 +220,6 @@ class Humming(Engraving):
     """A second process of the same package."""
 
     name = command = "humming"
-    asked_as = ("humming",)
     options = (Noise,)
 
 

@@ -116,8 +116,6 @@ class Work(Protocol):
         Option with a special meaning for this work → help text, and default in words ("" for the usual default).
     command, help
         Name of the command, and one line of help. The command of a process is also a value of ``--process``.
-    asks
-        The value of ``--process`` for a file that suits several processes.
     form
         Groups of the form, the most important first: (key of the title, names of options). The first two are open.
     heads
@@ -134,10 +132,14 @@ class Work(Protocol):
     helps: ClassVar[Mapping[str, tuple[str, str]]] = {}
     command: ClassVar[str]
     help: ClassVar[str] = ""
-    asks: ClassVar[str] = "auto"
     form: ClassVar[FormGroups] = ()
     heads: ClassVar[tuple[Head, ...]] = ()
     pictured: ClassVar[str] = "lines"
+
+    @property
+    def asks(self) -> str:
+        """The value of ``--process`` for a file that suits several processes."""
+        return "auto"
 
     def used(self) -> Mapping[str, Conditions]:
         """Return all used options, its own and shared ones, with their conditions."""
@@ -170,8 +172,6 @@ class Process(Work, Protocol):
     ----------
     name
         Name of the process; file formats refer to it.
-    asked_as
-        Values of ``--process`` that select the process.
     reads
         Kind of input: ``drawing`` or ``program``; "" if `api.optimize` does not run the process.
     formats
@@ -192,7 +192,6 @@ class Process(Work, Protocol):
         Whether the outcome is compared with the nearest-neighbour order.
     """
 
-    asked_as: ClassVar[tuple[str, ...]] = ()
     reads: ClassVar[str] = ""
     formats: ClassVar[tuple[str, ...]] = ()
     by_itself: ClassVar[bool] = False
@@ -202,6 +201,16 @@ class Process(Work, Protocol):
     layer_names: ClassVar[tuple[str, ...]] = ()
     tabulates: ClassVar[bool] = False
     with_nearest: ClassVar[bool] = True
+
+    @property
+    def asked_as(self) -> tuple[str, ...]:
+        """Values of ``--process`` that select the process."""
+        return (self.command,)
+
+    @property
+    def asks(self) -> str:
+        """The value of ``--process`` for a file that suits several processes; ``auto`` for the usual process."""
+        return self.command
 
     # The course of a job (`processes.course`) calls these in this order.
 

@@ -83,7 +83,7 @@ def _build_outcome(
     return Outcome(
         part=plan.part,
         machine=machine,
-        process=plan.kind,
+        process=plan.kind or process.name,
         operations=process.operations(plan, best),
         before=given.measure,
         nearest=None if nearest is None else nearest.measure,

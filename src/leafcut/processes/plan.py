@@ -32,7 +32,8 @@ class Plan:
     spec
         The request that the judge reads; it does not depend on the plan.
     kind
-        Name of the process in the outcome; for a foreign program, ``drill``, ``mill``, ``laser`` or ``plasma``.
+        For a foreign program, ``drill``, ``mill``, ``laser`` or ``plasma``; otherwise the outcome has the name of the
+        process.
     box
         Smallest x and y and largest x and y of the work, mm; None for no check.
     made_for
@@ -60,7 +61,7 @@ class Plan:
     work: Any
     spec: Any = None
     stages: tuple[Stage, ...] = ()
-    kind: str
+    kind: str = ""
     tools: Sequence[Tool] = ()
     box: tuple[float, float, float, float] | None = None
     made_for: str = ""

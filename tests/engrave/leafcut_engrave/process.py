@@ -50,8 +50,6 @@ class Engraving(Process):
     title = "engraving"
     command = "engrave"
     help = "Engrave the lines of a drawing."
-    asked_as = ("engrave",)
-    asks = "engrave"
     reads = "drawing"
     formats = ("dxf", "svg")
     options = (EngraveOptions,)
@@ -80,7 +78,7 @@ class Engraving(Process):
         return Plan(
             job=job, part=part, dialect=post_dialect, work=lines,
             stages=(Stage(problem, False, given, Message("ordering lines")),),
-            kind="engrave", tools=[tool_of(settings.of(EngraveOptions))], start=problem.start, issues=part.issues,
+            tools=[tool_of(settings.of(EngraveOptions))], start=problem.start, issues=part.issues,
         )  # fmt: skip
 
     def generate(self, plan: Plan, order: Order) -> Candidate:

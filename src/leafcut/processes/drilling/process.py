@@ -59,7 +59,7 @@ class Drilling(Process):
     command = "drill"
     help = "Drill the round holes of a drawing, or the holes and slots of the drill files of a board."
     takes = "a drawing, a drill file or a point map; several drill files make one program"
-    asked_as = ("drill",)
+    asks = "auto"
     reads = "drawing"
     by_itself = True
     joins = "excellon"
@@ -121,7 +121,6 @@ class Drilling(Process):
             work=drill_plan,
             spec=request,
             stages=stages_of(drill_plan, job.machine, job.settings.solve.objective, first_nodes),
-            kind="drill",
             tools=drill_plan.tools,
             box=drill_plan.part.extents,
             made_for=drill_plan.made_for,

@@ -115,10 +115,8 @@ class Pocketing(Process):
     command = "pocket"
     help = "Mill the pockets of a drawing or a picture."
     takes = "a drawing or a picture"
-    asked_as = ("pocket",)
     reads = "drawing"
     by_itself = True
-    asks = "pocket"
     heads = (Head.SPINDLE,)
     layer_names = (*POCKET_NAMES, *ISLAND_NAMES)
     pictured = "areas"
@@ -183,7 +181,6 @@ class Pocketing(Process):
             dialect=ours.dialect,
             work=PocketWork(ours, tuple(cleared)),
             stages=(Stage(problem, False, none, Message("ordering the pockets")),),
-            kind="pocket",
             tools=(ours.data.tool,),
             box=ours.part.extents,
             made_for=ours.made_for,

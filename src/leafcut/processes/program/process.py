@@ -104,6 +104,7 @@ class ForeignProgram(Process):
     help = "Reorder another CAM's G-code program for less machine time, and prove that it does the same work."
     takes = "a G-code program"
     asked_as = ("reorder", *ProgramKind)
+    asks = "auto"
     reads = "program"
     with_nearest = False
     by_itself = True

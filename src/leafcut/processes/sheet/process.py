@@ -70,9 +70,7 @@ class SheetCutting(Process):
     command = "cut"
     tabulates = True
     help = "Cut the contours of a drawing from sheet, by plasma, laser, oxyfuel or waterjet."
-    asked_as = ("cut",)
     reads = "drawing"
-    asks = "cut"
     heads = tuple(head for head in Head if head.method is not None)
     layer_names = SHEET_NAMES
     form = (

@@ -143,7 +143,6 @@ def plan_sheet(job: Job, source: Source) -> Plan:
             power=settings.post.beam_power if post_dialect.torch is not None and post_dialect.torch.power else None,
             material_number=settings.post.material_number,
         ),
-        kind="cut",
         box=_bounding_box(cutting.sheet),
         issues=[*issues, *_probe_issues(probe)],
         keeps_given=settings.solve.keeps_order,
