@@ -106,7 +106,7 @@ def faults_of_options() -> Iterator[str]:
         keys = {key for key in ES.translated if key.startswith(f"{kind}.")}
         yield from _differences(OPTIONS_FILE, keys, {f"{kind}.{name}" for name in english})
         for name, text in english.items():
-            if kind == "help" and ES.help(name, text) == text:
+            if kind == "help" and f"help.{name}" in keys and ES.help(name, text) == text:
                 yield f"{OPTIONS_FILE}: help.{name} is English"
 
 
