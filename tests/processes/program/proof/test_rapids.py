@@ -131,7 +131,7 @@ LOWER: dict[str, tuple[str, str, list[tuple[str, int, int, str]]]] = {
     ),
     "an interrupted cut": (
         "F100 / X5", "F100 / G0 Z4 / Z-1 / G1 X5",
-        [("torn apart", 7, 9,
+        [("interrupted cut", 7, 9,
           "the cut to X5.000 Y2.000 used to follow the previous cut without a rapid; now it does not")],
     ),
     "lower from a stop": (

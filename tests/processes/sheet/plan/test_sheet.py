@@ -420,7 +420,7 @@ def test_of_two_circles_of_a_countersunk_hole_the_smaller_is_cut_as_a_hole_and_t
     assert {(c.depth, c.part) for c in found.contours} == {(0, 1), (1, 1)}
     (told,) = [issue for issue in found.issues if issue.code == "L302"]
     assert told.severity is Severity.MISSING
-    assert told.message.startswith("2 circles around a hole with the same centre not cut: countersinks")
+    assert told.message.startswith("2 circles around a hole with the same centre: not cut, because countersinks")
     assert told.place == "at (15, 15), (45, 15)"
 
 

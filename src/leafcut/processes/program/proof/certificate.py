@@ -49,12 +49,12 @@ from leafcut.units import MM_PER_INCH
 COMPARED = (
     "barriers: pauses, tool changes, work offsets, machine moves, settings that the controller takes from comments and "
     "parameters, and blocks that are not understood, in order",
-    "holes, cuts and dwells between two barriers: place, depth, cycle, peck, dwell, feed, speed or power, direction, "
-    "tool, length offset, work offset, coolant, radius compensation, feed mode, blending, plane",
-    "order of cuts that touch each other, and of closed cuts and outlines with tabs and what lies inside them",
-    "order of a mill's passes near each other: levels, side by side, rows",
-    "what a mill makes before parts come free",
-    "rapids: heights at every place and across, no cut torn apart",
+    "holes, cuts and dwells between two barriers: position, depth, cycle, peck, dwell, feed, speed or power, "
+    "direction, tool, length offset, work offset, coolant, radius compensation, feed mode, blending, plane",
+    "order of cuts that touch each other, and of closed cuts, outlines with tabs, and the work inside them",
+    "order of nearby passes of a mill: at different levels, side by side, and in rows",
+    "work of a mill before parts are detached",
+    "heights of rapids at both ends and between them; no rapid interrupts a cut",
     "envelope",
 )
 #: Additional check if cuts may be reversed.

@@ -354,7 +354,7 @@ def _checks_of_features(
         return position_text(*places[row, :2])
 
     yield (
-        Message("torn apart"),
+        Message("interrupted cut"),
         lambda row: (
             Message("the cut to {} used to follow the previous cut without a rapid; now it does not", ""),
             at(row),
