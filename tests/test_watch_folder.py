@@ -99,17 +99,17 @@ def test_a_file_that_grows_is_waited_for(folder: Path) -> None:
     found: list[Sequence[Path]] = []
     for end in (10, 60, 90, len(PROGRAM)):
         file.write_text(PROGRAM[:end])
-        found.append(look.ready())
+        found.append(look.complete_files())
     assert found == [[]] * 4
-    assert look.ready() == [file] and look.ready() == []
+    assert look.complete_files() == [file] and look.ready() == []
 
 
 def test_programs_of_leafcut_in_the_folder_are_no_inputs(folder: Path) -> None:
     (folder / "own.nc").write_text(api.optimize("example:ten-points", thickness=6, preset="fast", threads=1).text)
     (folder / "a.nc").write_text(PROGRAM)
     look = FolderPoll(folder)
-    assert look.ready() == []
-    assert look.ready() == [folder / "a.nc"]
+    assert look.complete_files() == []
+    assert look.complete_files() == [folder / "a.nc"]
 
 
 def test_a_drawing_that_lacks_its_end_is_waited_for_longer_and_then_refused(folder: Path, examples: Path) -> None:

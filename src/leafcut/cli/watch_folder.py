@@ -49,7 +49,7 @@ class FolderPoll:
     folder: Path
     seen: dict[Path, _FileState] = field(default_factory=dict)
 
-    def ready(self) -> list[Path]:
+    def complete_files(self) -> list[Path]:
         """Poll once, and return the complete files in a new state. Raises OSError if the folder cannot be read."""
         signatures = dict(self._files())
         self.seen = {path: known for path, known in self.seen.items() if path in signatures}
@@ -62,13 +62,13 @@ class FolderPoll:
                 seen_file.signature, seen_file.polls = signature, 1
             elif seen_file.done != signature:
                 seen_file.polls += 1
-                if seen_file.polls >= (_POLLS if _ends(path) else _POLLS_WITHOUT_END):
+                if seen_file.polls >= (_POLLS if _is_complete(path) else _POLLS_WITHOUT_END):
                     seen_file.done = signature
                     if is_input(path):
                         ready.append(path)
         return ready
 
-    def again(self, path: Path) -> None:
+    def return_again(self, path: Path) -> None:
         """Make the next poll return a file again."""
         if path in self.seen:
             self.seen[path].done = None
@@ -89,7 +89,7 @@ class FolderPoll:
                 yield path, (state.st_size, state.st_mtime_ns, state.st_ino)
 
 
-def _ends(path: Path) -> bool:
+def _is_complete(path: Path) -> bool:
     """Return whether a file ends as its format requires; True for formats without a common end."""
     end = _ENDS.get(path.suffix.lower().removeprefix("."))
     if end is None:
@@ -142,18 +142,18 @@ class FolderWatch:
     def step(self, poll: FolderPoll) -> None:
         """Poll once, and process the files that are ready."""
         if not self.output.is_dir():
-            self._hinder(f"{self.output}: the folder for programs is missing; trying again")
+            self._report_failure(f"{self.output}: the folder for programs is missing; trying again")
             return
         before = set(poll.seen)
         try:
-            ready = poll.ready()
+            ready = poll.complete_files()
         except OSError as problem:
-            self._hinder(f"{self.folder}: cannot be read ({problem.strerror}); trying again")
+            self._report_failure(f"{self.folder}: cannot be read ({problem.strerror}); trying again")
             return
         if before - set(poll.seen):
             # Another file may have been refused because a removed file had its program name.
             for name in [name for name, row in self.rows.items() if not row.program]:
-                poll.again(Path(name))
+                poll.return_again(Path(name))
         inputs = [str(path) for path in ready if self._is_possible(path, poll)]
         if not inputs:
             return
@@ -172,15 +172,15 @@ class FolderWatch:
         except ExecutorError:
             raise
         except LeafcutError as problem:
-            self._hinder(f"{problem}; it is tried again")
+            self._report_failure(f"{problem}; it is tried again")
             for name in inputs:
-                poll.again(Path(name))
+                poll.return_again(Path(name))
             return
         self.hindered = ""
         for result in results:
             self._keep(result.row)
 
-    def _hinder(self, line: str) -> None:
+    def _report_failure(self, line: str) -> None:
         if line != self.hindered:
             self.hindered = line
             self.refused(line)
