@@ -141,7 +141,7 @@ def unique_pairs(first: Indices, second: Indices) -> Indices:
     return np.stack([keys // stride, keys % stride], axis=1)
 
 
-def linked(n: int, first: Indices, second: Indices) -> Indices:
+def component_numbers(n: int, first: Indices, second: Indices) -> Indices:
     """Return the number of the connected component of each node 0 … n - 1; the pairs (first, second) are edges."""
     parent = list(range(n))
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Indices, Point, Points
 from leafcut.geometry.cleaning import ends_of
-from leafcut.geometry.index import linked, near_pairs, query_pairs
+from leafcut.geometry.index import component_numbers, near_pairs, query_pairs
 from leafcut.geometry.polyline import COINCIDENT, Polyline
 from leafcut.message import Message
 
@@ -239,4 +239,4 @@ def _needed_pieces(pieces: list[tuple[Polyline, int]], repeated: list[int], outl
 def _end_numbers(ends: Points) -> Indices:
     """Return a number for each end; ends linked by distances of at most 2 · `COINCIDENT` share a number."""
     first, second, _ = near_pairs(ends, 2.0 * COINCIDENT)
-    return linked(len(ends), first, second)
+    return component_numbers(len(ends), first, second)

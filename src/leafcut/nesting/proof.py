@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 from shapely import Point, Polygon, STRtree
 
-from leafcut.geometry.index import linked
+from leafcut.geometry.index import component_numbers
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.contour import Contour
@@ -128,7 +128,7 @@ def _check_distances(nest: Nest, layout: Layout, spacing: float, kerf: float) ->
     first, second = tree.query(regions, "dwithin", spacing + 2.0 * CHORD)
     close_pairs = [(i, j) for i, j in sorted(zip(first.tolist(), second.tolist(), strict=True)) if i < j]
     joined = [(i, j) for i, j in close_pairs if kerf > 0.0 and _have_common_edge(shells[i], shells[j], kerf)]
-    groups = linked(len(regions), *np.array(joined, dtype=np.int64).reshape(-1, 2).T)
+    groups = component_numbers(len(regions), *np.array(joined, dtype=np.int64).reshape(-1, 2).T)
     errors = []
     for i, j in close_pairs:
         distance = regions[i].distance(regions[j])

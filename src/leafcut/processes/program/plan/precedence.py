@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.gcode.tool_comments import tool_width
-from leafcut.geometry.index import linked, unique_pairs
+from leafcut.geometry.index import component_numbers, unique_pairs
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import ProgramTask
@@ -269,7 +269,7 @@ def _without_implied(
     """
     if not len(pairs):
         return np.zeros((0, 2), dtype=np.int32)
-    group = linked(n, pairs[:, 0], pairs[:, 1])
+    group = component_numbers(n, pairs[:, 0], pairs[:, 1])
     # Sort pieces by group, so that connected pieces have nearby numbers.
     order = np.argsort(group, kind="stable")
     rank = np.empty(n, dtype=np.int64)
