@@ -91,8 +91,8 @@ def test_a_section_has_rings_in_each_other() -> None:
     rings = [SectionRing(Polyline.of_points(list(b.exterior.coords)[:-1], closed=True), False) for b in boxes]
     section = LevelSection(rings, np.array(boxes, dtype=object), np.array([0, 1, 2, 0]), np.array([-1, 0, 1, -1]))
     places = [(5, 5), (15, 15), (20, 20), (55, 5), (45, 5)]
-    assert [section.around(*place) for place in places] == [0, 1, 2, 3, -1]
-    assert [section.within(k) for k in range(4)] == [[1], [2], [], []]
+    assert [section.ring_around(*place) for place in places] == [0, 1, 2, 3, -1]
+    assert [section.rings_within(k) for k in range(4)] == [[1], [2], [], []]
     assert [section.region(k).area for k in range(4)] == [1200, 384, 16, 90]
     assert section.material.area == 1200 + 16 + 90
 

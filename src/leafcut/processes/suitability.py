@@ -57,7 +57,7 @@ class WholeDrawing:
         """The names of the layers in use."""
         return sorted({item.layer for items in (self.part.contours, self.part.holes) for item in items} - {""})
 
-    def named(self, patterns: Sequence[str]) -> list[str]:
+    def layers_named(self, patterns: Sequence[str]) -> list[str]:
         """Return the layers whose names match any of the patterns; case is ignored."""
         return [layer for layer in self.layers if layer_matcher(patterns)(layer)]
 
@@ -65,7 +65,7 @@ class WholeDrawing:
         """Return the mask of the holes on these layers."""
         return np.array([h.layer in layers for h in self.part.holes], dtype=np.bool_)
 
-    def on(self, layers: Sequence[str]) -> NDArray[np.bool_]:
+    def contours_on(self, layers: Sequence[str]) -> NDArray[np.bool_]:
         """Return the mask of the contours on these layers."""
         return np.array([c.layer in layers for c in self.part.contours], dtype=np.bool_)
 
@@ -78,7 +78,7 @@ class WholeDrawing:
     def worked_mask(self) -> NDArray[np.bool_]:
         """Mask of contours to machine, bool[n]: all except texts, marks, and contours on layers named for marks."""
         kinds = np.array([c.kind not in ("text", "mark") for c in self.part.contours], dtype=np.bool_)
-        plain = kinds & ~self.on(self.named(MARK_NAMES))
+        plain = kinds & ~self.contours_on(self.layers_named(MARK_NAMES))
         return plain if plain.any() else kinds
 
     @cached_property

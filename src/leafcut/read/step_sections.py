@@ -70,18 +70,18 @@ class LevelSection:
     depth: NDArray[np.int64]
     parent: NDArray[np.int64]
 
-    def around(self, x: float, y: float) -> int:
+    def ring_around(self, x: float, y: float) -> int:
         """Return the index of the smallest ring around a point, or −1."""
         inside = np.flatnonzero(shapely.contains_xy(self.shapes, x, y))
         return int(inside[np.argmin(shapely.area(self.shapes[inside]))]) if len(inside) else -1
 
-    def within(self, ring: int) -> list[int]:
+    def rings_within(self, ring: int) -> list[int]:
         """Return the rings directly inside a ring."""
         return np.flatnonzero(self.parent == ring).tolist()
 
     def region(self, ring: int) -> Any:
         """Return the area of a ring without the rings directly inside it."""
-        inner = [self.shapes[k].exterior for k in self.within(ring)]
+        inner = [self.shapes[k].exterior for k in self.rings_within(ring)]
         return shapely.Polygon(self.shapes[ring].exterior, inner)
 
     @property
@@ -123,7 +123,7 @@ def pockets_of(
         section = section_at(shape, by_height[height][0].z + OVER)
         rings_done = set[int]()
         for floor in by_height[height]:
-            ring = section.around(floor.x, floor.y)
+            ring = section.ring_around(floor.x, floor.y)
             if ring < 0 or section.depth[ring] % 2 == 0:
                 result["open"] += seen(floor.x, floor.y, floor.z)
                 continue
@@ -132,7 +132,7 @@ def pockets_of(
             rings_done.add(ring)
             if is_overhung(triangles, section.region(ring), height + 2.0 * OVER):
                 result["covered"] += 1
-            elif any(section.rings[k].leans for k in (ring, *section.within(ring))):
+            elif any(section.rings[k].leans for k in (ring, *section.rings_within(ring))):
                 result["leaning"] += 1
             else:
                 result["pockets"].append(_pocket(section, ring, height))
@@ -236,7 +236,7 @@ def is_overhung(triangles: NDArray[np.float64], region: Any, z: float) -> bool:
 
 
 def _pocket(section: LevelSection, ring: int, z: float) -> dict[str, Any]:
-    outline, islands = section.rings[ring], [section.rings[k] for k in section.within(ring)]
+    outline, islands = section.rings[ring], [section.rings[k] for k in section.rings_within(ring)]
     return {
         "z": z,
         "diameter": 0.0 if islands else outline.diameter,

@@ -92,9 +92,11 @@ class Drilling(Process):
 
         if not drawing.n_holes:
             return None
-        named = drawing.named(self.layer_names)
+        named = drawing.layers_named(self.layer_names)
         masks = drawing.drilled_mask, drawing.narrow
-        if named and (drawing.on(named)[drawing.drilled_mask].any() or drawing.holes_on(named)[drawing.narrow].any()):
+        if named and (
+            drawing.contours_on(named)[drawing.drilled_mask].any() or drawing.holes_on(named)[drawing.narrow].any()
+        ):
             layers = ", ".join(named)
             return Suitability(_SUITED_BY_NAME, "drill_layers", {**drawing.figures, "layers": layers}, *masks)
         reason = "holes" if drawing.n_outlines else "only_holes"

@@ -145,10 +145,10 @@ class Pocketing(Process):
         """Return a high suitability if layer names suggest pockets or islands, otherwise a low suitability."""
         from leafcut.processes.suitability import Suitability
 
-        named = drawing.named(self.layer_names)
+        named = drawing.layers_named(self.layer_names)
         if named:
             words = ", ".join(named)
-            on = drawing.on(named) & drawing.worked_mask, drawing.holes_on(named)
+            on = drawing.contours_on(named) & drawing.worked_mask, drawing.holes_on(named)
             return Suitability(_BY_NAME, "pocket_layers", {**drawing.figures, "layers": words}, *on)
         closed = drawing.worked_mask & drawing.closed, drawing.part.diameters > 0.0
         return Suitability(_UNNAMED, "outlines", drawing.figures, *closed) if drawing.n_outlines else None

@@ -97,7 +97,7 @@ class SheetCutting(Process):
         works = drawing.worked_mask, drawing.part.diameters > 0.0
         if not any(mask.any() for mask in works):
             return None
-        named = drawing.named(self.layer_names)
+        named = drawing.layers_named(self.layer_names)
         if named and drawing.n_outlines > 1:
             words = ", ".join(named)
             return Suitability(_BY_NAME, "sheet_layers", {**drawing.figures, "layers": words}, *works)
