@@ -101,7 +101,7 @@ def test_a_file_that_grows_is_waited_for(folder: Path) -> None:
         file.write_text(PROGRAM[:end])
         found.append(look.complete_files())
     assert found == [[]] * 4
-    assert look.complete_files() == [file] and look.ready() == []
+    assert look.complete_files() == [file] and look.complete_files() == []
 
 
 def test_programs_of_leafcut_in_the_folder_are_no_inputs(folder: Path) -> None:

@@ -118,7 +118,7 @@ def optimize(
     check_output(report, [*inputs, output])
     named = process
     if process == "auto":
-        process, sources = _guessed(sources, settings)
+        process, sources = _guess_command(sources, settings)
     work = registry.drawing_process(process)
     outputs = [output, report, *(work.other_outputs(settings) if work else ())]
     for k, target in enumerate(outputs[2:], 2):
@@ -209,7 +209,7 @@ def _sources(source: Input | Sequence[Input]) -> list[Input]:
     return sources
 
 
-def _guessed(sources: Sequence[Input], settings: Settings) -> tuple[str, list[Input]]:
+def _guess_command(sources: Sequence[Input], settings: Settings) -> tuple[str, list[Input]]:
     """Return the command for the inputs ("auto" for the usual command), and the inputs after reading."""
     from leafcut.read.registry import read_source
 
@@ -616,7 +616,7 @@ def program_for(
 
     settings = _collect(process, options, options_file, defaults_file)
     if process == "auto" and Path(source).is_file():
-        process, _ = _guessed([source], settings)
+        process, _ = _guess_command([source], settings)
     settings = _with_usual_options(settings, process)
     extension = program_extension(settings.post.dialect or machine_of(settings).controller)
     if format_name(source) == "gcode":

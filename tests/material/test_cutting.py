@@ -93,7 +93,7 @@ def test_a_flat_tool_going_down_a_ramp_leaves_the_ramp_its_rear_edge_cut() -> No
     field, _ = run(lines((10.0, 15.0, 0.0), (30.0, 15.0, -4.0)), CUTTERS["flat"])
     volume = 6.0 * 40.0 + 4.0 * 9.0 * math.pi
     assert taken(field) == pytest.approx(volume, rel=0.005)
-    assert field.at(20.0, 15.0) == pytest.approx(-(20.0 + 3.0 - 10.0) / 5.0, abs=0.02)
+    assert field.height_at(20.0, 15.0) == pytest.approx(-(20.0 + 3.0 - 10.0) / 5.0, abs=0.02)
 
 
 def test_a_full_turn_of_a_helix_and_a_ring_take_what_the_formulas_say() -> None:
@@ -106,8 +106,8 @@ def test_a_full_turn_of_a_helix_and_a_ring_take_what_the_formulas_say() -> None:
         builder.arc(clockwise, (25.0, 15.0, -2.0), Arc((20.0, 15.0, 0.0)), feed=10.0)
         field, _ = run(builder.build(), CUTTERS["flat"])
         assert taken(field) == pytest.approx(math.pi * 60 * 2, rel=0.005)
-        assert field.at(20.0, 15.0) == 0.0
-        assert field.at(14.0, 15.0) == pytest.approx(-2.0)
+        assert field.height_at(20.0, 15.0) == 0.0
+        assert field.height_at(14.0, 15.0) == pytest.approx(-2.0)
 
 
 def test_an_arc_in_an_upright_plane_lies_where_its_plane_says() -> None:
@@ -158,7 +158,7 @@ def test_width_and_side_of_a_cut_are_what_the_step_over_leaves() -> None:
     assert (removed.left[second], removed.right[second]) == pytest.approx((3.0, -1.0), abs=0.06)
     assert removed.area[second] / 25.0 == pytest.approx(2.0, rel=0.02)
     assert removed.depth[second] == pytest.approx(3.0)
-    assert field.at(20.0, 14.5) == pytest.approx(-3.0)
+    assert field.height_at(20.0, 14.5) == pytest.approx(-3.0)
 
 
 @given(

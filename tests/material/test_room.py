@@ -106,6 +106,6 @@ def test_where_rapids_are_not_straight_their_ends_alone_are_believed() -> None:
     builder.rapid(0.0, 0.0, 2.0)
     moves = straight_moves(builder.build(), 0.01, math.inf)
     straight, bent = (largest_stock(moves, {1: flat_mill(2.0)}, 0.25, dogleg=dogleg) for dogleg in (False, True))
-    assert straight.at(0.0, 0.0) == bent.at(0.0, 0.0) == 2.0
-    assert straight.at(5.0, 5.0) == bent.at(5.0, 5.0) == 6.0  # a cut was there first, as deep
+    assert straight.height_at(0.0, 0.0) == bent.height_at(0.0, 0.0) == 2.0
+    assert straight.height_at(5.0, 5.0) == bent.height_at(5.0, 5.0) == 6.0  # a cut was there first, as deep
     assert straight.heights.max() == 6.0

@@ -98,7 +98,7 @@ class HeightField:
             spans.append(slice(*(min(max(edge, 0), size) for edge in edges)))
         return spans[0], spans[1]
 
-    def around(self, x: float, y: float, radius: float) -> tuple[NDArray[np.float32], Floats]:
+    def heights_around(self, x: float, y: float, radius: float) -> tuple[NDArray[np.float32], Floats]:
         """Return a view of the heights around a disc, and the distance of each cell from the centre of the disc, mm."""
         rows, columns = self.cells_between((x - radius, y - radius), (x + radius, y + radius))
         across = self.x + self.cell * np.arange(columns.start, columns.stop) - x
@@ -113,7 +113,7 @@ class HeightField:
             self.cell**2
         )
 
-    def at(self, x: float, y: float) -> float:
+    def height_at(self, x: float, y: float) -> float:
         """Return the height at a position, mm; outside the field, this is the floor."""
         column, row = round((x - self.x) / self.cell), round((y - self.y) / self.cell)
         rows, columns = self.heights.shape

@@ -281,6 +281,6 @@ def _fill_holes(field: HeightField, mesh: Mesh, moves: StraightMoves, cutters: d
         if not np.isfinite(top):
             continue
         rim_radius = tool_radius + 0.5 * field.cell
-        part, away = field.around(x, y, rim_radius)
+        part, away = field.heights_around(x, y, rim_radius)
         inside = away <= rim_radius
         part[inside] = np.maximum(part[inside], top)

@@ -89,8 +89,8 @@ def test_a_solid_is_as_high_as_it_is_over_every_cell(tmp_path: Path) -> None:
     """A plate with a block on it, and a wedge whose height is known everywhere."""
     file = stl(tmp_path / "stepped.stl", box((0, 0, -10), (40, 40, -2)) + box((10, 10, -2), (20, 30, 3)))
     field = field_of_mesh(load_mesh(file), 0.5)
-    assert field.at(5.0, 5.0) == pytest.approx(-2.0)
-    assert field.at(15.0, 20.0) == pytest.approx(3.0)
+    assert field.height_at(5.0, 5.0) == pytest.approx(-2.0)
+    assert field.height_at(15.0, 20.0) == pytest.approx(3.0)
     assert field.volume == pytest.approx(40 * 40 * 8 + 10 * 20 * 5)
     low, high = (0.0, 0.0, 0.0), (10.0, 8.0, 4.0)
     wedge = [

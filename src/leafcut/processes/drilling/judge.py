@@ -186,11 +186,11 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
     drawn = _PointIndex([(cut.x, cut.y) for cut in holes])
     ends = _PointIndex([end for slot in slots for end in slot.ends])
     for plunge in unmatched:
-        entered_slots = [slots[k // 2] for k in ends.near(plunge.x, plunge.y, tolerance)]
+        entered_slots = [slots[k // 2] for k in ends.indices_near(plunge.x, plunge.y, tolerance)]
         if any(slot.tool == plunge.tool and plunge.tip >= slot.bottom - tolerance for slot in entered_slots):
             continue
         where = position_text(plunge.x, plunge.y, plunge.tip)
-        if drawn.near(plunge.x, plunge.y, tolerance):
+        if drawn.indices_near(plunge.x, plunge.y, tolerance):
             text = Message("{} drills at {}, where the hole exists already", plunge.tool, where)
             differences.append(Difference(Message("hole twice"), 0, plunge.line, text))
         else:
@@ -324,7 +324,7 @@ class _ToolsUsed:
         """
         widths = [diameter]
         for x, y in points:
-            for k in self._points.near(x, y, _SAME_PLACE):
+            for k in self._points.indices_near(x, y, _SAME_PLACE):
                 name, _, width = self._tools[k].partition(" ")
                 if name == kind.value and abs(float(width) - diameter) <= self._tolerance + _SAME:
                     widths.append(float(width))
@@ -461,7 +461,7 @@ class _PointIndex:
         for k, (x, y) in enumerate(points):
             self._cells[math.floor(x), math.floor(y)].append(k)
 
-    def near(self, x: float, y: float, tolerance: float) -> list[int]:
+    def indices_near(self, x: float, y: float, tolerance: float) -> list[int]:
         """Return the indices of the points within a tolerance on each axis, mm."""
         if not (math.isfinite(x) and math.isfinite(y)):
             return []
@@ -489,7 +489,8 @@ def _compare_holes(
     unused = [True] * len(plunges)
     matches: list[int | None] = []
     for cut in required:
-        candidates = [k for k in index.near(cut.x, cut.y, tolerance) if unused[k] and plunges[k].tool == cut.tool]
+        near = [k for k in index.indices_near(cut.x, cut.y, tolerance) if unused[k]]
+        candidates = [k for k in near if plunges[k].tool == cut.tool]
         best = min(candidates, key=lambda k: (abs(plunges[k].tip - cut.tip) > tolerance, k), default=None)
         matches.append(best)
         if best is not None:
@@ -499,7 +500,7 @@ def _compare_holes(
     for cut, match in zip(required, matches, strict=True):
         where = Message("the hole Ø{:g} at {}", holes[cut.hole].diameter, position_text(cut.x, cut.y))
         if match is None:
-            substitute = next((k for k in index.near(cut.x, cut.y, tolerance) if unused[k]), None)
+            substitute = next((k for k in index.indices_near(cut.x, cut.y, tolerance) if unused[k]), None)
             if substitute is None:
                 text = Message("{} is not made by {}", where, cut.tool)
                 differences.append(Difference(Message("missing hole"), 0, 0, text))
@@ -531,8 +532,8 @@ def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], tolerance
     differences = []
     for motion in passes:
         (x0, y0, z0), (x1, y1, z1) = motion.start, motion.end
-        slot_numbers = {k % len(slots) for k in index.near(x0, y0, tolerance)} & {
-            k % len(slots) for k in index.near(x1, y1, tolerance)
+        slot_numbers = {k % len(slots) for k in index.indices_near(x0, y0, tolerance)} & {
+            k % len(slots) for k in index.indices_near(x1, y1, tolerance)
         }
         slot_numbers = {
             k for k in slot_numbers if slots[k].tool == motion.tool and _connects_ends(slots[k], motion, tolerance)

@@ -104,7 +104,7 @@ def stock_before_cuts(
 def _fill(field: HeightField, x: float, y: float, radius: float) -> None:
     """Fill a round hole up to the median height of its rim."""
     edge, reach = radius + 0.5 * field.cell, radius + 2.0 * field.cell
-    heights, away = field.around(x, y, reach)
+    heights, away = field.heights_around(x, y, reach)
     rim, inside = (away > edge) & (away <= reach), away <= edge
     if rim.any():
         heights[inside] = np.maximum(heights[inside], np.median(heights[rim]))

@@ -38,7 +38,7 @@ def changed_stretches(before: Toolpath, after: Toolpath) -> dict[int, tuple[Pace
     for row in range(len(before)):
         kind = Kind(int(before.kind[row]))
         if kind is Kind.FEED:
-            parts, at = _stretches_of_cut(before, after, row, at)
+            parts, at = _match_stretches(before, after, row, at)
             own = float(before.value[row])
             if len(parts) > 1 or not math.isclose(parts[0].speed, own, rel_tol=_PART):
                 found[row] = parts
@@ -60,7 +60,7 @@ def changed_stretches(before: Toolpath, after: Toolpath) -> dict[int, tuple[Pace
     return found
 
 
-def _stretches_of_cut(before: Toolpath, after: Toolpath, row: int, at: int) -> tuple[tuple[PaceStretch, ...], int]:
+def _match_stretches(before: Toolpath, after: Toolpath, row: int, at: int) -> tuple[tuple[PaceStretch, ...], int]:
     """Return the stretches of a straight cut, and the row after the cut in the new program."""
     begin, end = before.before[row], before.end[row]
     way = end - begin
