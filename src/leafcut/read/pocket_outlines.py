@@ -251,7 +251,7 @@ def _join_strokes(
 
 
 def _check_simple(outlines: Sequence[PocketOutline], shapes: NDArray[Any], picture: bool) -> None:
-    """Raise for outlines that cross or touch themselves, or enclose no area."""
+    """Refuse outlines that cross or touch themselves, or enclose no area."""
     # The hull, because the areas of the two halves of a figure 8 cancel.
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= COINCIDENT * shapely.length(shapes)
     for outline in (o for o, is_thin in zip(outlines, thin, strict=True) if is_thin):
@@ -296,7 +296,7 @@ def _without_duplicates(
 
 
 def _check_reading(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], outermost: str) -> None:
-    """Raise if the outermost outlines can be edges or pockets, or if edges contain no pocket."""
+    """Refuse a drawing whose outermost outlines can be edges or pockets, or whose edges contain no pocket."""
     nested = bool(depth.any())
     if outermost == EDGE and not nested:
         raise LeafcutError("--outline edge: no outline read as a pocket lies inside another; use --outline pocket")
@@ -329,7 +329,7 @@ def _describe_sizes(outlines: Sequence[PocketOutline], noun: str) -> str:
 
 
 def _check_kinds(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], parent: NDArray[np.int64]) -> None:
-    """Raise if layers contradict the nesting: an island in no pocket, or a pocket directly in a pocket."""
+    """Refuse layers that contradict the nesting: an island in no pocket, or a pocket directly in a pocket."""
     for outline, level, enclosing in zip(outlines, depth.tolist(), parent.tolist(), strict=True):
         if outline.kind == ISLAND and enclosing < 0:
             raise LeafcutError("{} lies in no pocket", outline)
@@ -348,7 +348,7 @@ def _check_apart(
     issues: list[Issue],
     picture: bool,
 ) -> None:
-    """Raise if an island touches a wall or another island; report (L423) pockets that touch each other or an edge.
+    """Refuse islands that touch a wall or another island; report (L423) pockets that touch each other or an edge.
 
     `level` is -1 for the edge of a plate; otherwise even for pockets, odd for islands.
     """

@@ -61,7 +61,7 @@ def triangles_of(face: Any) -> NDArray[np.float64]:
 
 
 def part_above(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
-    """Clip a flat convex polygon to the part above a height; corners in order."""
+    """Clip a flat convex polygon to the part above a height; the corners stay in order."""
     clipped = []
     for start, stop in pairwise((*corners, corners[0])):
         if start[2] > height:

@@ -107,7 +107,7 @@ def split_file(source: Source) -> tuple[SpecificationKeys, Sections]:
 
 
 def check_kind(path: str, keys: SpecificationKeys, weight: str, kinds: Sequence[str]) -> None:
-    """Raise if the kind of the problem or its distance function is not supported."""
+    """Refuse a kind of problem or a distance function that is not supported."""
     kind, line = keys.get("TYPE", (kinds[0], 0))
     if (kind.upper().split() or [""])[0] not in kinds:
         expected = Message("TSP (symmetric)") if kinds == ("TSP",) else ", ".join(kinds)

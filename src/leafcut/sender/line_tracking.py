@@ -1,4 +1,4 @@
-"""Find the line that a program executes from the machine position, because boards do not report the line."""
+"""From the position of the machine, find the line that a program executes, because boards do not report the line."""
 
 from __future__ import annotations
 
