@@ -525,8 +525,8 @@ class _SolveOptions4(TypedDict, total=False):
 class _AcoOptions1(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, solve.
     n_ants: int | str | None
-    """Ants per iteration (m); parts: one per part of a sheet, else one per node (default: one per node; 25 with
-    local search; 10 for acs).
+    """Ants per iteration (m); with parts, one for each part of a sheet, or for each node if the job has no parts
+    (default: one per node; 25 with local search; 10 for acs).
     """
     pheromone_weight: float | None
     """Pheromone weight (α) (default: 1)."""
@@ -565,8 +565,8 @@ class _FireflyOptions1(TypedDict, total=False):
     n_fireflies: int | None
     """Number of fireflies (n) (default: 11; 10 for published-complex)."""
     attractiveness: float | None
-    """Attractiveness: inversions per move towards a near tour (β₀); in the published variants, moves of each pair
-    (default: 20; 15 for published-complex).
+    """Attractiveness (β₀): inversions per move towards a near tour; in the published variants, moves of each pair
+    of fireflies (default: 20; 15 for published-complex).
     """
     absorption: float | None
     """Absorption: decrease of attractiveness with tour distance (γ) (default: 0.015)."""

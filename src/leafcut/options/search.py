@@ -140,7 +140,7 @@ class AcoOptions(OptionGroup):
     n_ants: int | str | None = option(
         "whole",
         None,
-        "ants per iteration (m); parts: one per part of a sheet, else one per node",
+        "ants per iteration (m); with parts, one for each part of a sheet, or for each node if the job has no parts",
         words=(ANTS_AS_PARTS,),
         minimum=1,
         maximum=1_000_000,
@@ -232,7 +232,8 @@ class FireflyOptions(OptionGroup):
     attractiveness: float | None = option(
         "number",
         None,
-        "attractiveness: inversions per move towards a near tour (β₀); in the published variants, moves of each pair",
+        "attractiveness (β₀): inversions per move towards a near tour; in the published variants, moves of each pair "
+        "of fireflies",
         minimum=0,
         maximum=1000,
         default_words="20; 15 for published-complex",

@@ -166,7 +166,7 @@ class _RingCollector:
         if len(points) < _RING:
             raise ReadError(
                 self.path,
-                Message("a ring has {} points; a region needs 3 corners and the first again", len(points)),
+                Message("a ring has {} points; it needs at least 4, and the last must repeat the first", len(points)),
                 line,
             )
         self._corners += len(points)

@@ -219,8 +219,8 @@ def _smooth_places(contour: CutContour, places: list[float], plan: PlanFile) -> 
     rules = contour.rules
     if rules.lead_in.style != "arc" or rules.lead_in.run_in <= 0.0:
         raise PlanError(
-            "{}: the controller compensates the kerf on a straight run-in and an arc; {} has "
-            "another lead fixed; give it \"run_in\", or remove 'lead' from 'fixed'",
+            "{}: the controller can compensate the kerf only on a straight run-in and an arc, but the fixed lead of {} "
+            "is different; give it \"run_in\", or remove 'lead' from 'fixed'",
             plan.source,
             contour.name(),
         )
