@@ -360,9 +360,9 @@ def test_a_plan_made_for_the_programs_compensation_is_refused_where_the_controll
     followed = follow_plan(cutting, fixed_plan(cutting, "start", "direction", "lead"))
     assert [s.contour for s in followed.starts].count(0) == 1
     for words, changes, reason in (
-        (("lead",), {"lead_in": Lead("arc", 6.0, math.radians(90.0))}, "another lead fixed"),
-        (("lead",), {"lead_in": Lead("line", 6.0, math.radians(90.0))}, "another lead fixed"),
-        (("lead",), {"lead_in": Lead()}, "another lead fixed"),
+        (("lead",), {"lead_in": Lead("arc", 6.0, math.radians(90.0))}, "but the fixed lead of"),
+        (("lead",), {"lead_in": Lead("line", 6.0, math.radians(90.0))}, "but the fixed lead of"),
+        (("lead",), {"lead_in": Lead()}, "but the fixed lead of"),
         (("start",), {"start": (20.0, 20.0)}, "at a corner"),
     ):
         with pytest.raises(PlanError, match=reason):
