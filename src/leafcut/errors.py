@@ -144,7 +144,9 @@ class VerifyError(LeafcutError):
 
 
 class SendError(LeafcutError):
-    """A program was not sent to a machine, or its run was ended; the message has the reason and the machine's state."""
+    """A program was not sent to a machine, or its run was ended; the message states the reason and the state of the
+    machine.
+    """
 
 
 @contextmanager

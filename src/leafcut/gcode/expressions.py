@@ -129,7 +129,9 @@ class ProgramParameters:
             (self.shared if key.startswith("_") else self.local)[key] = value
 
     def forget(self, names: bool = True) -> None:
-        """Mark all values as unknown, as they may have changed invisibly; `names`: including named parameters."""
+        """Mark all values as unknown, because they may have changed invisibly; with `names`, also those of named
+        parameters.
+        """
         self.numbered = dict.fromkeys(range(1, ARGUMENTS + 1), UNKNOWN)
         if names:
             self.shared.clear()

@@ -36,8 +36,8 @@ def interpret(
         Feeds in the controller's material table, mm/s, by number. M190 selects the number, and the material F word of
         the dialect uses its feed. Other numbers are errors. None: any number may be selected; all feeds are unknown.
 
-    Raises ReadError if a word or block is unsupported (the message has its line), or the end required by the controller
-    is missing.
+    Raises ReadError if a word or block is unsupported (the message names its line), or the end required by the
+    controller is missing.
     """
     if dialect.language == "klartext":
         from leafcut.gcode.klartext import interpret_klartext

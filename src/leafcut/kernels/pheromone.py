@@ -90,11 +90,10 @@ def wear_edge(
 def branching_factor(candidates: NDArray, pheromone: NDArray, share: float) -> float:
     """Return the mean number of edges per node with a trail τ ≥ τ_min + λ·(τ_max − τ_min).
 
-    τ_min and τ_max are the smallest and the largest trail of the node, and λ is `share`. As the ants converge, the
-    value falls from the length of the lists to 2.
-    Source: Dorigo and Stützle 2004, section 3.3.4 (mean λ-branching factor; λ = 0.05 there).
-    Differs: only edges in the candidate lists count; with full lists, all edges. An entry that leads back to its own
-    node is ignored.
+    τ_min and τ_max are the smallest and the largest trail of the node, and λ is `share`. When the ants converge, the
+    value falls from the length of the lists to 2. Source: Dorigo and Stützle 2004, section 3.3.4 (mean λ-branching
+    factor; λ = 0.05 there). Differs: only edges in the candidate lists count; with full lists, all edges. An entry that
+    leads back to its own node is ignored.
     """
     total, nodes = 0, 0
     for i in range(candidates.shape[0]):

@@ -54,7 +54,7 @@ class Row:
     curve
         (iteration, seconds, cost) at each improvement of the best tour; empty if the command reports none.
     load
-        Number of processes per core that were waiting for a core when the run started.
+        Number of processes that were waiting for a core when the run started, per core.
     """
 
     key: str

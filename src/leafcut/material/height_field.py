@@ -114,7 +114,7 @@ class HeightField:
         )
 
     def height_at(self, x: float, y: float) -> float:
-        """Return the height at a position, mm; outside the field, this is the floor."""
+        """Return the height at a position, mm; the floor for a position outside the field."""
         column, row = round((x - self.x) / self.cell), round((y - self.y) / self.cell)
         rows, columns = self.heights.shape
         return float(self.heights[row, column]) if 0 <= row < rows and 0 <= column < columns else self.floor

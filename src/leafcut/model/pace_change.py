@@ -65,8 +65,8 @@ class PaceChange:
     lowered, changed
         Number of lowered heights, and number of cuts with a new feed.
     rapids, clearance_mm
-        Number of sections that became rapids, and their minimum distance from material, mm; None if they are far from
-        all material.
+        Number of sections that became rapids, and their minimum distance from material, mm; None if all sections are
+        far from material.
     assumed
         Whether the stock was unknown. Then material is assumed everywhere except on the rapids of the program.
     """

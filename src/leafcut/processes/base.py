@@ -272,7 +272,7 @@ class Process(Work, Protocol):
         Raises
         ------
         VerifyError
-            The program is not proved; the message has the first difference or danger, and the number of others.
+            The program is not proved; the message states the first difference or danger, and the number of others.
         OrderRefused
             The program is not proved, but another order may pass the proof.
         """

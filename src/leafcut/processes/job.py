@@ -127,7 +127,9 @@ def check_tool_changes(machine: Machine, dialect: Dialect) -> None:
 
 
 def refuse_differences(problems: Sequence[Difference]) -> None:
-    """Raise VerifyError if a program has differences; the message has the first difference and the number of others."""
+    """Raise VerifyError if a program has differences; the message states the first difference and the number of
+    others.
+    """
     if problems:
         more = Message(" (and {} more)", len(problems) - 1) if len(problems) > 1 else ""
         raise VerifyError("the program was not written: {}{}", problems[0], more)

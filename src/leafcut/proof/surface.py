@@ -102,8 +102,8 @@ def surface_meets_area(triangles: NDArray[np.float64], area: Any, radius: float,
 def _returns_into_holes(
     path: Toolpath, descending: NDArray[np.bool_], tool_radii: Mapping[int, float]
 ) -> NDArray[np.bool_]:
-    """Return a mask of the straight-down rapids that end no lower than an earlier feed there of a tool at least as
-    wide.
+    """Return a mask of the straight-down rapids that end no lower than a tool at least as wide has been there at
+    feed.
     """
     result = np.zeros(len(path.end), dtype=bool)
     holes: dict[tuple[float, float], list[tuple[float, float]]] = {}

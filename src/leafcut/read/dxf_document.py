@@ -172,7 +172,7 @@ def _silence_ezdxf() -> Iterator[None]:
 
 
 def units_of(document: Any, options: ReadOptions) -> tuple[float, str | None]:
-    """Return mm per drawing unit, and the name of the unit, or None if it is assumed."""
+    """Return the millimetres per drawing unit, and the name of the unit, or None if the unit is assumed."""
     if options.units:
         return factor_of(options, None), options.units
     code = document.header.get("$INSUNITS", 0)

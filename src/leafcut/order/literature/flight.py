@@ -52,7 +52,7 @@ class Flight:
 
     @classmethod
     def of(cls, options: FireflyOptions, limited: bool) -> Flight:
-        """Return the parameters; a search `limited` in time or iterations has no patience."""
+        """Return the parameters; a search that is `limited` in time or iterations is never ended by patience."""
         count, attractiveness = MODES[options.variant]
         moving, short_limit = options.reading.split("-")
         return cls(

@@ -103,5 +103,5 @@ class PublishedFireflies(Swarm):
         self.tours, self.lengths = moved, lengths
 
     def step(self, best: Best) -> SearchStep | None:
-        """Return None: the lesson explains the moves of leafcut's variant."""
+        """Return None, because the studio explains only the moves of leafcut's own variant."""
         return None

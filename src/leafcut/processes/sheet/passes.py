@@ -52,9 +52,9 @@ class SheetWork:
     `drawn` is the sheet before holes and notches were divided, for verification. `cutting` includes chains, and
     `nearest` does not. `given` is the order of the drawing or of the plan file; it has only the chains of the plan
     file. `planned` is the plan file, if all its choices fit. If `order_fixed`, neither the given nor the
-    nearest-neighbour order may replace the order of the search, because of heat, or because of bands with a plan file.
-    `parts` are the parts that the head may hit if it stays down between cuts; None if the head retracts. `motions`
-    caches the motion of recent orders, and `detached` caches the result of `detached_nearest`.
+    nearest-neighbour order may replace the order of the search. The reason is heat, or bands with a plan file. `parts`
+    are the parts that the head may hit if it stays down between cuts; None if the head retracts. `motions` caches the
+    motion of recent orders, and `detached` caches the result of `detached_nearest`.
     """
 
     drawn: Sheet

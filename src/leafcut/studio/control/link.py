@@ -72,7 +72,7 @@ class _Task:
 class RunWishes:
     """Options of a run: start at a hole or a line, counted from 1, or at the first line if both are None.
 
-    `by_hole`: ask before every hole. `unhomed`: the machine has no homing; the user has set its zero. `alone`:
+    `by_hole`: ask before every hole. `unhomed`: the machine cannot home, so the user has set its zero. `alone`:
     continue if no page shows the machine.
     """
 

@@ -65,7 +65,7 @@ class ProbeBody(BaseModel):
 class ProgramBody(BaseModel):
     """A program (of a finished job, `job`, or an open file, `source`), a machine, and the codes of accepted dangers.
 
-    `unhomed`: the machine has no homing; the user has set its zero.
+    `unhomed`: the machine cannot home, so the user has set its zero.
     """
 
     job: Annotated[str, Field(max_length=12)] = ""

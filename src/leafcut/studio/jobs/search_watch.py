@@ -149,7 +149,7 @@ class PageObserver(Observer):
             self._changed.notify_all()
 
     def release(self) -> None:
-        """Never hold the search again, so that it can end."""
+        """Stop holding the search for good, so that it can end."""
         with self._changed:
             self._released = True
             self._changed.notify_all()

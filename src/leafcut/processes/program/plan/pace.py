@@ -276,7 +276,8 @@ def _round_to_steps(factor: Floats) -> Floats:
 def _limit_to_reachable(speed: Floats, own: Floats, length: Floats, acceleration: float) -> Floats:
     """Reduce raised speeds that the machine cannot reach within their stretch: v² changes by at most 2as.
 
-    Raised stretches that do not reach their speed are lowered in steps. Speeds at or below the programmed feed stay.
+    Raised stretches that do not reach their speed are lowered in steps. Speeds at or below the programmed feed do not
+    change.
     """
     speed = speed.copy()
     gains = 2.0 * acceleration * length

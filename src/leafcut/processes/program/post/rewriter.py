@@ -513,8 +513,8 @@ class TaskLines:
     """Assigns the lines of a program to its pieces of work.
 
     Comments directly above the first block of a piece belong to that piece. If a blank line divides the comments, only
-    those below it belong to the piece. The first piece gets as many lines above it as the second; comments farther up
-    belong to the section.
+    the comments below the blank line belong to the piece. The first piece gets as many lines above it as the second;
+    comments farther up belong to the section.
     """
 
     def __init__(self, program: Program, sequence: Sequence) -> None:

@@ -102,7 +102,7 @@ class Scrap:
         """Return a mask of the lead-ins that leave the kerf of their contour and stay outside.
 
         `leads` are float64[n, k, 2], with the last point on the contour. Followed outwards from the contour, a lead
-        must stay clear of the contour's kerf once it has left it.
+        must not enter the kerf of the contour again once it has left that kerf.
         """
         fine = _with_extra_points(leads, 0.25 * self.rules.kerf)
         away = shapely.distance(owner.line, shapely.points(fine))
