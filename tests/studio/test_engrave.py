@@ -90,7 +90,7 @@ def test_its_proof_sees_a_line_that_is_left_out_and_one_that_is_too_many(drawing
 
 def test_the_studio_offers_it_shows_its_form_and_runs_it(drawing: Path, own_studio: Studio) -> None:
     seen = read_preview(str(drawing), "engrave")
-    assert seen.works == ("drill", "cut", "nest", "pocket", "engrave") and seen.work == "engrave"
+    assert seen.works == ("drill", "cut", "nest", "pocket", "part", "engrave") and seen.work == "engrave"
     english = words("en")
     main, *_ = forms.form("engrave", {}, english, machines={"grbl-3018": "GRBL"}, tools=[])
     assert [field["label"] for field in main["fields"]][2:] == ["Engraver", "Engraving feed", "Engraving speed"]

@@ -57,7 +57,7 @@ def test_what_leafcut_would_not_read_is_not_saved(studio: Studio) -> None:
 @pytest.mark.parametrize(
     ("source", "works", "layers"),
     [
-        (str(EXAMPLES / "plate_10.dxf"), ("drill", "cut", "nest", "pocket"), {"part", "whole"}),
+        (str(EXAMPLES / "plate_10.dxf"), ("drill", "cut", "nest", "pocket", "part"), {"part", "whole"}),
         (str(EXAMPLES / "cam_121.nc"), ("program", "simulate", "verify"), {"after"}),
         ("example:plate-10", ("drill", "solve"), {"part"}),
         ("random:12", ("drill", "solve"), {"part"}),
@@ -80,7 +80,7 @@ def test_the_same_drawing_is_seen_in_several_ways(tmp_path: Path) -> None:
     assert dict(read_preview(str(drawing), "pocket").facts)["pockets"] == "1"
     for work in ("cut", "pocket"):
         seen = read_preview(str(drawing), work)
-        assert (seen.work, seen.works) == (work, ("cut", "nest", "pocket"))
+        assert (seen.work, seen.works) == (work, ("cut", "nest", "pocket", "part"))
 
 
 def test_what_cannot_be_read_in_one_way_says_why_and_what_else_there_is(tmp_path: Path) -> None:

@@ -64,8 +64,6 @@ _NONE = (False, False, False)
 MAX_ROWS = 10_000_000
 
 
-
-
 def _is_probe(words: SortedBlock) -> bool:
     """Return whether a block moves until a probe trips: G38.2 to G38.5, and G31 on Fanuc and Mach."""
     return words.g.get("motion") in _PROBES or any(str(w) == "G31" for w in words.unknown)

@@ -168,8 +168,8 @@ def _areas(lines: Sequence[Contour]) -> list[shapely.Geometry]:
     for path, pair in zip(paths, joined.reshape(-1, 2), strict=True):
         path[[0, -1]] = ends[pair]
     number = np.repeat(np.arange(len(paths)), [len(path) for path in paths])
-    lines_of_paths: Any = shapely.linestrings(np.concatenate(paths), indices=number)
-    areas: Any = shapely.polygonize(lines_of_paths)
+    joined_lines: Any = shapely.linestrings(np.concatenate(paths), indices=number)
+    areas: Any = shapely.polygonize(joined_lines)
     return [shapely.Polygon(area.exterior) for area in areas.geoms]  # without the areas of the openings
 
 

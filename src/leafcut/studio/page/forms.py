@@ -262,7 +262,7 @@ def value_words(name: str, value: Any, words: Words, work: str = "") -> str:
     if spec.kind == "flag":
         return words("form.on" if (default if value in (None, "") else value) is True else "form.off")
     if value in (None, ""):
-        value = _short(default_words(name, default, words, work), _MAX_LETTERS)
+        value = _short(default_words(name, default, words), _MAX_LETTERS)
     text = ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value).removeprefix(OWN)
     figure = _FIGURE.fullmatch(text.strip())
     return f"{figure[1]}\u00a0{figure[2] or _unit(spec)}".strip() if figure else text
