@@ -86,19 +86,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     Raises ReadError, OptionError or PlanError if the drawing, the tool, the tabs or the operations do not suit.
     """
     settings, milling, asked = job.settings, job.settings.of(MillingOptions), job.settings.job
-    thickness = asked.thickness
-    if thickness is None:
-        if asked.tool_diameter is None and asked.tools is None:
-            raise OptionError(
-                "a part needs the thickness of its plate and its end mill; give --thickness and --tool-diameter, "
-                "such as --thickness 6mm --tool-diameter 3mm, or a tool library with --tools"
-            )
-        raise OptionError("a part needs the thickness of its plate; give --thickness, such as --thickness 6mm")
-    if settings.sheet.open_paths in ("cut", "mark"):
-        raise OptionError(
-            "--open-paths {}: leafcut part mills closed outlines only; close the paths, or use --open-paths drop",
-            settings.sheet.open_paths,
-        )
+    thickness = _thickness(settings)
     part = _read_part(job, source, thickness)
     divided = _divide(part, settings, thickness)
     sheet = _prepare_sheet(divided, settings)
@@ -167,7 +155,6 @@ def plan_part(job: Job, source: Source) -> Plan:
         work=work,
         spec=request,
         stages=_stages(job, part.name, work),
-        kind="part",
         tools=(*(group.tool for group in groups), *(stage.mill.data.tool for stage in stages)),
         box=part.extents,
         start=plane_point(asked.start_point),
@@ -193,6 +180,24 @@ def _divide(part: Part, settings: Settings, thickness: float) -> LayeredPart:
     if file is None:
         return LayeredPart(part)
     return divide_by_layer(part, read_operations(file), file, thickness, settings.sheet)
+
+
+def _thickness(settings: Settings) -> float:
+    """Return the thickness of the plate, mm. Raises OptionError if an option is missing or does not suit a part."""
+    asked, thickness = settings.job, settings.job.thickness
+    if thickness is None:
+        if asked.tool_diameter is None and asked.tools is None:
+            raise OptionError(
+                "a part needs the thickness of its plate and its end mill; give --thickness and --tool-diameter, "
+                "such as --thickness 6mm --tool-diameter 3mm, or a tool library with --tools"
+            )
+        raise OptionError("a part needs the thickness of its plate; give --thickness, such as --thickness 6mm")
+    if settings.sheet.open_paths in ("cut", "mark"):
+        raise OptionError(
+            "--open-paths {}: leafcut part mills closed outlines only; close the paths, or use --open-paths drop",
+            settings.sheet.open_paths,
+        )
+    return thickness
 
 
 def _prepare_sheet(divided: LayeredPart, settings: Settings) -> Sheet:
