@@ -115,7 +115,7 @@ def test_the_cache_folder_is_that_of_the_user_where_none_is_chosen(
     assert folder.is_dir()
 
 
-def test_every_kernel_releases_the_lock_of_python_counts_no_references_and_is_kept_in_the_cache_folder() -> None:
+def test_every_kernel_releases_the_lock_of_python_and_is_kept_in_the_cache_folder() -> None:
     """Parts, which only kernels call, have no wrappers."""
     count = {True: 0, False: 0}
     for found in pkgutil.iter_modules(leafcut.kernels.__path__):
@@ -126,7 +126,6 @@ def test_every_kernel_releases_the_lock_of_python_counts_no_references_and_is_ke
                 bare = flags.get("no_cpython_wrapper", False)
                 count[bare] += 1
                 assert flags["nogil"] is True
-                assert flags["_nrt"] is False
                 assert flags.get("no_cfunc_wrapper", False) is bare
                 assert flags.get("parallel", False) is False
                 assert Path(function.stats.cache_path).is_relative_to(leafcut.kernels.cache_folder())
