@@ -149,9 +149,10 @@ class Interpreter:
             # The remaining words are macro arguments.
             self._blocks, self.opaque = self._blocks + 1, str(codes[_MACRO])
             return
+        known = block
         if without_value:
-            block = replace(block, words=tuple(w for w in block.words if not math.isnan(w.value)))
-        words = self._sort_words(block, ends_cycle=_END_OF_CYCLE in codes)
+            known = replace(block, words=tuple(w for w in block.words if not math.isnan(w.value)))
+        words = self._sort_words(known, ends_cycle=_END_OF_CYCLE in codes)
         words.letters.pop("N", None)
         if "O" in words.letters:
             self._program_number(whole_number(words.letters.pop("O")))
