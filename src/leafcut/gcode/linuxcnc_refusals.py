@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.state import AXES, InterpreterState
 from leafcut.gcode.word_groups import ENDS_TRANSFORM, GROUP_OF, NO_MOTION, OTHER_AXES, SortedBlock
@@ -25,11 +27,12 @@ def is_linuxcnc(dialect: Dialect) -> bool:
 
 
 def is_malformed(words: tuple[Word, ...]) -> bool:
-    """Return whether a block has a G or M word twice, or N or O after another word."""
+    """Return whether a block has a G or M word twice, M7 and M8, or N or O after another word."""
     codes = [(word.letter, word.value) for word in words if word.letter in "GM"]
     letters = [word.letter for word in words]
     numbered = letters[0] == "N"
-    return "N" in letters[1:] or "O" in letters[1 + numbered :] or len(set(codes)) < len(codes)
+    misplaced = "N" in letters[1:] or "O" in letters[1 + numbered :]
+    return misplaced or len(set(codes)) < len(codes) or {("M", 7.0), ("M", 8.0)} <= set(codes)
 
 
 def is_refused(state: InterpreterState, words: SortedBlock) -> bool:
@@ -43,19 +46,60 @@ def is_refused(state: InterpreterState, words: SortedBlock) -> bool:
     lacks_feed = (state.feed_forgotten or state.feed == 0.0) and "F" not in letters
     inverse = g.get("feed mode", 10 * state.feed_mode) == 930
     unfed = ("F" not in letters if inverse else lacks_feed) and _feeds(state, words)
-    # Radius compensation allows no change of length offset, work offset or return level of cycles, and once it is on,
-    # no change of plane. It works in the XY and XZ planes.
+    two = "motion" in g and g.get("non-modal") in (280, 300)  # both would use the axis words
+    torn = _breaks_compensation(state, words, starts=starts)
+    return again or strange or unfed or torn or two or _lacks_words(state, words) or _has_spare_words(state, words)
+
+
+def _breaks_compensation(state: InterpreterState, words: SortedBlock, *, starts: bool) -> bool:
+    """Return whether a block starts radius compensation (`starts`) or runs under it, and contains words that LinuxCNC
+    does not accept there. Compensation works in the XY and XZ planes.
+    """
+    g, letters = words.g, words.letters
     on, plane = state.radius in (41, 42), g.get("plane", 10 * state.plane)
     changed = not g.keys().isdisjoint(("length", "offset", "retract")) or (starts and "L" in letters)
-    torn = (changed and (starts or on)) or (on and plane != 10 * state.plane) or (starts and plane == 190)
-    two = "motion" in g and g.get("non-modal") in (280, 300)  # both would use the axis words
-    return again or strange or unfed or torn or two or _has_spare_words(state, words)
+    if (changed and (starts or on)) or (on and plane != 10 * state.plane) or (starts and plane == 190):
+        return True
+    sets_active_offset = g.get("non-modal") == 100 and "L" in letters and letters["L"].value in (2.0, 20.0)
+    return on and (
+        g.get("non-modal") in (280, 300, 520, 920)
+        or (g.get("non-modal") == 530 and state.register != 0.0)
+        or sets_active_offset
+        or g.get("cycle", 800) != 800
+        or ("path" in g and g["path"] != state.blending)
+        or "tool change" in words.m
+    )
+
+
+def _lacks_words(state: InterpreterState, words: SortedBlock) -> bool:
+    """Return whether a block lacks a word or a state that one of its codes requires, or has it out of range."""
+    g, letters = words.g, words.letters
+    radius, cycle = g.get("radius"), g.get("cycle")
+    number = letters.get("D")
+    if radius in (411, 421) and number is None:
+        return True
+    if radius in (410, 420) and number is not None and number.value != int(number.value):
+        return True
+    if cycle in (860, 890) and "P" not in letters and state.cycle != cycle // 10:
+        return True
+    # Taps need M3, and G86 stops a turning spindle.
+    turning = {3: 1, 4: -1, 5: 0}[words.m["spindle"][0]] if "spindle" in words.m else state.spindle
+    if (cycle == 840 and turning != 1) or (cycle == 860 and turning == 0):
+        return True
+    if g.get("motion") == 53 and state.unknown_motion != "G5.2":
+        return True
+    return g.get("non-modal") == 100 and letters.keys() >= {"L", "P"} and _sets_missing_offset(letters)
+
+
+def _sets_missing_offset(letters: Mapping[str, Word]) -> bool:
+    return letters["L"].value in (2.0, 20.0) and letters["P"].value > 9.0
 
 
 def _has_spare_words(state: InterpreterState, words: SortedBlock) -> bool:
     """Return whether a block has a P or Q word that no code of the block uses."""
     unknown = words.unknown
-    if any(word.letter == "G" for word in unknown):
+    # The blocks after G5.2 are control points.
+    if state.unknown_motion == "G5.2" or any(word.letter == "G" for word in unknown):
         return False
     active = state.cycle if state.cycle is not None else state.motion
     codes = set(words.g.values())
