@@ -203,7 +203,9 @@ class Interpreter:
         for word in words.unknown:
             self.policy.unknown("{} is not understood", word)
         if ends_cycle and not self._separate and "motion" in words.g:
-            self.policy.unknown("G{:g} and G80 exclude each other in one block", words.g["motion"] / 10)
+            self.policy.unknown(
+                "{}{:g} and {}{:g} exclude each other in one block", "G", words.g["motion"] / 10, "G", 80
+            )
         return words
 
     # -- start and end of the program ----------------------------------------------------------------------------------
@@ -538,16 +540,10 @@ class Interpreter:
             state.path.radius(mode, register, line=state.line)
 
     def _dwell_seconds(self, letters: dict[str, Word]) -> float:
-        dialect = self.state.dialect
-        word = letters.pop(dialect.dwell_letter, None)
-        if word is not None:
-            return self.state.dwell(word)
-        if dialect.dwell_x and "X" in letters:
-            word = letters.pop("X")
-            if "." not in word.text or word.value < 0.0:
-                raise BlockError("{}: seconds with a decimal point are expected", word)
-            return word.value
-        raise BlockError("G4 needs its time, {}", dialect.dwell_letter)
+        letter = self.state.dialect.dwell_letter
+        if letter not in letters:
+            raise BlockError("G4 needs its time, {}", letter)
+        return self.state.dwell(letters.pop(letter))
 
     def _states_dwell(self, letters: dict[str, Word]) -> bool:
         """Return whether a dwell states its time in the form of its controller; otherwise remove its words. Fanuc,
@@ -580,7 +576,7 @@ class Interpreter:
         elif length == 490 or (length is not None and state.dialect.length_offset_off == f"G{length // 10}"):
             state.set_length(0)
         elif length == 431:
-            self.policy.unknown("G43.1 is not understood")
+            self.policy.unknown("{} is not understood", "G43.1")
             # The length is in the block: with Z, or with K in LinuxCNC before 2.4.
             for letter in ("X", "Y", "Z", "I", "J", "K"):
                 letters.pop(letter, None)
@@ -640,7 +636,7 @@ class Interpreter:
             if state.dialect.length_offset == "edge" and state.offset_on:
                 raise BlockError("a move in machine coordinates while a length offset is active; D0 is missing")
             if state.cycle is not None:
-                raise BlockError("G53 with another motion active; G80 is missing before it")
+                raise BlockError("G{} with another motion active; G80 is missing before it", 53)
             run_machine(state, letters)
         elif state.cycle is not None:
             if moving or "cycle" in g:
