@@ -59,18 +59,19 @@ def test_the_program_of_a_program_has_leafcut_in_its_name(shop: Path) -> None:
         ("pocket.dxf", {}, "pocket"),  # layers POCKET and ISLAND
         ("plate_10.dxf", {"tool_diameter": 6.0}, "pocket"),
         ("plate_10.dxf", {"thickness": 6.0}, "auto"),
-        ("gusset.svg", {"machine": "grbl-3018"}, "part"),  # an outline with an opening on a mill
+        ("gusset.svg", {"machine": "grbl-3018"}, "pocket"),
+        ("gusset.svg", {"machine": "grbl-3018", "tool_diameter": 3.0}, "part"),  # an outline with an opening
         ("gusset.svg", {"machine": "grbl-3018", "depth": 2.0, "tool_diameter": 3.0}, "pocket"),
-        ("bracket.dxf", {"machine": "shapeoko-router"}, "part"),
+        ("bracket.dxf", {"machine": "shapeoko-router", "thickness": 3.0}, "auto"),
         ("bracket.dxf", {"machine": "shapeoko-router", "thickness": 3.0, "tool_diameter": 3.0}, "part"),
         ("bracket.dxf", {"machine": "shapeoko-router", "depth": 3.0}, "auto"),
         ("bracket.dxf", {"thickness": 3.0}, "auto"),  # nobody named a mill
         ("bracket.dxf", {"thickness": 3.0, "tool_diameter": 3.0}, "pocket"),
         ("bracket.dxf", {"tabs": 2}, "part"),
         ("plate_10.dxf", {"machine": "shapeoko-router", "thickness": 6.0}, "auto"),  # mostly holes
-        ("pocket.dxf", {"machine": "shapeoko-router"}, "pocket"),
-        ("sheet.dxf", {"machine": "shapeoko-router"}, "part"),
-        ("stepped_plate.step", {"machine": "shapeoko-router"}, "auto"),
+        ("pocket.dxf", {"machine": "shapeoko-router", "tool_diameter": 3.0}, "pocket"),
+        ("sheet.dxf", {"machine": "shapeoko-router", "tool_diameter": 3.0}, "part"),
+        ("stepped_plate.step", {"machine": "shapeoko-router", "tool_diameter": 3.0}, "pocket"),
         ("cam_121.nc", {"machine": "plasma-table"}, "auto"),
     ],
 )

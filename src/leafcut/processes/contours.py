@@ -56,7 +56,7 @@ def prepare_sheet(
     part: Part,
     options: SheetOptions | None = None,
     concentric: str = "smallest",
-    open_values: Message = OPEN_VALUES,
+    open_values: str = OPEN_VALUES,
 ) -> Sheet:
     """Return the sheet of a drawing, with contours joined, cleaned, checked and nested, in O(n log n).
 
@@ -284,7 +284,7 @@ def _sheet_edge_by_layer_name(maybe: list[Contour], cuts: list[Contour], marks: 
 
 
 def _sort_open_paths(
-    opened: list[Contour], options: SheetOptions, open_values: Message, issues: list[Issue]
+    opened: list[Contour], options: SheetOptions, open_values: str, issues: list[Issue]
 ) -> tuple[list[Contour], list[Contour]]:
     """Return the open paths to cut and the open paths to mark, according to the option `open_paths`."""
     if not opened:

@@ -250,8 +250,8 @@ def guess_command(inputs: Sequence[tuple[Format, Source]], settings: Settings) -
     """Return the command for an input that suits several kinds of work; "auto" for the usual command.
 
     The head of a named machine decides, then the given options, and then the drawing: by the names of its layers, or,
-    on a named mill, because it is a part with more than holes. Raises OptionError if the input has no usual command and
-    nothing decides.
+    with a named machine and mill, because it is a part with more than holes. Raises OptionError if the input has no
+    usual command and nothing decides.
     """
     format_, source = inputs[0]
     names, usual_name = [name for name in format_.processes if name in BUILT_IN], _USUAL["drawing"]
@@ -302,9 +302,9 @@ def _named_by_layers(names: list[str], source: Source, settings: Settings) -> st
 
 
 def _is_part_for_mill(names: list[str], source: Source, settings: Settings) -> bool:
-    """Return whether the user named a mill and no option of other work, and a drawing is rated highest as a part."""
-    usable = "machine" in settings.given and settings.asked <= process(_PART).used().keys()
-    return usable and next(iter(_ratings(names, source, settings)), "") == _PART
+    """Return whether the user named a machine and a mill, and the drawing is rated highest as a part."""
+    named = {"machine", "tool_diameter"} <= settings.given and settings.asked <= process(_PART).used().keys()
+    return named and next(iter(_ratings(names, source, settings)), "") == _PART
 
 
 def _ratings(names: list[str], source: Source, settings: Settings) -> dict[str, Suitability]:

@@ -411,8 +411,8 @@ def test_a_material_without_cutting_data_is_named(tmp_path: Path) -> None:
 
 def test_thickness_and_mill_are_asked_for_together(tmp_path: Path) -> None:
     source = drawing(tmp_path, OUTLINE, WINDOW)
-    with pytest.raises(OptionError, match="needs the thickness of its plate and its end mill") as refused:
-        leafcut.optimize(source, machine="shapeoko-router")
+    with pytest.raises(OptionError, match="needs the thickness of its plate and its end mill"):
+        leafcut.part(source, machine="shapeoko-router")
+    with pytest.raises(OptionError, match="give --thickness, such as") as refused:
+        leafcut.optimize(source, machine="shapeoko-router", tool_diameter=3.0)
     assert refused.value.__notes__ == ["leafcut part was chosen for this input; name another command if that is wrong"]
-    with pytest.raises(OptionError, match="give --thickness, such as"):
-        leafcut.part(source, tool_diameter=3.0)

@@ -211,7 +211,7 @@ def _prepare_sheet(divided: LayeredPart, settings: Settings) -> Sheet:
         options = edge_options(divided, options)
         for contour in open_contours(part.contours, options):
             raise open_shape(divided.rules[contour.layer], contour)
-    sheet = prepare_sheet(part, options, settings.read.concentric, Message("drop"))
+    sheet = prepare_sheet(part, options, settings.read.concentric, "drop")
     return without_excluded_holes(sheet, settings.read)
 
 

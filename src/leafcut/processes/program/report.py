@@ -39,8 +39,8 @@ class ProgramReport(PathReport[ProgramDetail]):
         """
         outcome, detail = self.outcome, self.outcome.detail
         numbers, turned = asdict(detail.certificate.before), detail.certificate.reversed_cuts
-        nouns = {"holes": "hole", "cuts": "cutting move"}
-        work = [Fact(f"counts.{k}", n, "", count(n, nouns[k]) if n and k in nouns else "") for k, n in numbers.items()]
+        counted = {"holes": count(numbers["holes"], "hole"), "cuts": count(numbers["cuts"], "cutting move")}
+        work = [Fact(f"counts.{k}", n, "", counted.get(k, "") if n else "") for k, n in numbers.items()]
         free = detail.pieces - sum(group.count for group in detail.staying)
         pieces = count(detail.pieces, "piece")
         words = Message("{} of {} of work can be reordered", f"{free:,}", pieces) if detail.pieces else ""

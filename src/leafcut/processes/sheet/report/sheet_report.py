@@ -76,8 +76,14 @@ class SheetReport(PathReport[SheetDetail]):
 
     def counts(self) -> list[Fact]:
         """Return the numbers of parts, contours, marks and pierces."""
-        numbers = cut_counts(self.cuts).items()
-        return [Fact(f"counts.{name}", n, "", count(n, name[:-1]) if n else "") for name, n in numbers]
+        numbers = cut_counts(self.cuts)
+        counted = {
+            "parts": count(numbers["parts"], "part"),
+            "contours": count(numbers["contours"], "contour"),
+            "marks": count(numbers["marks"], "mark"),
+            "pierces": count(numbers["pierces"], "pierce"),
+        }
+        return [Fact(f"counts.{name}", n, "", counted[name] if n else "") for name, n in numbers.items()]
 
     def own_facts(self) -> list[Fact]:
         """Return the cutting data, and the time, lengths, cost and consumption of a sheet and of the batch."""
