@@ -166,7 +166,7 @@ def test_each_value_that_is_taken_names_its_line_or_its_tag(name: str) -> None:
 
 def test_what_a_profile_cannot_hold_is_told() -> None:
     assert any("corexy" in note for note in of_file("fluidnc_corexy.yaml").notes)
-    assert any("three straight ones" in note for note in of_file("rrf_delta_laser.g").notes)
+    assert any("not Cartesian" in note for note in of_file("rrf_delta_laser.g").notes)
     assert any("soft limits of z are off" in note for note in of_file("mach4_inch.ini").notes)
     assert any("PlasmaMode" in note for note in of_file("mach3_plasma.xml").notes)
     assert any("homing is off" in note for note in of_file("grbl_3018.txt").notes)

@@ -75,8 +75,8 @@ def _joints(ini: Ini, values: Values) -> str:
     text = kinematics.text.lower() if kinematics else "trivkins"
     if kinematics is not None and not _is_trivial(ini):
         values.note(
-            f"its kinematics are {printable(kinematics.text, 40)} ({kinematics.place}): limits of joints are "
-            "not those of axes, so times are estimates"
+            f"its kinematics are {printable(kinematics.text, 40)} ({kinematics.place}): the joints and "
+            "the axes have different limits, so times are estimates"
         )
     match = re.search(r"coordinates\s*=\s*([a-z]+)", text)
     coordinates = ini.get("COORDINATES", "TRAJ")

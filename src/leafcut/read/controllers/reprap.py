@@ -134,7 +134,8 @@ def read_rrf(text: str, file: str) -> Values:
         values.take("name", printable(name[0].strip('"'), 40), f"M550, {_location([name[1]])}")
     laser = "M452" in settings.words
     if laser:
-        values.assume("controller", "grbl-laser", "leafcut has no dialect of RepRapFirmware's laser mode; the nearest")
+        reason = "leafcut has no dialect of RepRapFirmware's laser mode; this is the nearest"
+        values.assume("controller", "grbl-laser", reason)
     else:
         values.store_controller("rrf", "the file is one of RepRapFirmware", "grbl")
     if settings.inch:
@@ -151,7 +152,7 @@ def read_rrf(text: str, file: str) -> Values:
     _store_steps(values, settings, unit)
     kinematics = settings.words.get("M669", {}).get("K")
     if "M665" in settings.words or (kinematics is not None and kinematics[0].strip() != "0"):
-        values.note("its axes are not three straight ones (M669, M665): times are estimates")
+        values.note("its kinematics are not Cartesian (M669, M665), so times are estimates")
     _store_rrf_spindle(values, lines)
     _store_common_values(values, "RepRapFirmware", laser=laser)
     return values
