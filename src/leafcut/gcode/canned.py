@@ -113,7 +113,7 @@ def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
 
 def _note_spare(state: InterpreterState, words: CycleValues, word: Word, used: bool) -> None:
     if not used:
-        state.policy.unknown("{} has no meaning in this block", word)
+        state.policy.unknown(Message("{} has no meaning in this block", word))
         words.spare.add("Q" if word.letter == "Q" else "P")
 
 

@@ -15,6 +15,7 @@ from leafcut.errors import ReadError
 from leafcut.gcode.active_comments import active_comments, may_stop
 from leafcut.gcode.canned import end_cycle, run_cycle, start_cycle
 from leafcut.gcode.motion import chooses_origin, run_arc, run_home, run_machine, run_origin, run_probe, run_straight
+from leafcut.gcode.policy import Policy
 from leafcut.gcode.state import AXES, InterpreterState, ModalValues, named_axes, unit_of, whole_number
 from leafcut.gcode.torch import (
     lower_feed,
@@ -94,14 +95,13 @@ class Interpreter:
         The number of rows and the modal values before the words that act after the motion; None without such words.
     """
 
-    def __init__(self, state: InterpreterState) -> None:
-        self.state = state
+    def __init__(self, state: InterpreterState, policy: Policy) -> None:
+        self.state, self.policy = state, policy
         self.ended = self.begins = False
         self._by_word = False
         self._percents = self._blocks = 0
         dialect = state.dialect
         self._separate = dialect.groups == "fanuc"
-        self.policy = state.policy
         self._g, self._m = self.policy.codes(dialect)
         self._turning = self.policy.spindle_directions(dialect)
         self._reset()
@@ -134,10 +134,10 @@ class Interpreter:
             return
         if block.deleted:
             self.policy.unknown(
-                "'/' (block delete): execution of this block depends on the machine's block-delete switch"
+                Message("'/' (block delete): execution of this block depends on the machine's block-delete switch")
             )
         if state.dialect.one_command and not _is_one_command(block, state.dialect.tool_change == "pause"):
-            self.policy.unknown("each block must contain a single G or M word, and start with it")
+            self.policy.unknown(Message("each block must contain a single G or M word, and start with it"))
         self._run_words(block)
 
     def _run_words(self, block: Block) -> None:
@@ -145,7 +145,7 @@ class Interpreter:
         without_value = {word.letter for word in block.words if math.isnan(word.value)}
         codes = {word.value: word for word in block.words if word.letter == "G"}
         if _MACRO in codes:
-            self.policy.unknown("{} is not understood", codes[_MACRO])
+            self.policy.unknown(Message("{} is not understood", codes[_MACRO]))
             # The remaining words are macro arguments.
             self._blocks, self.opaque = self._blocks + 1, str(codes[_MACRO])
             return
@@ -201,10 +201,10 @@ class Interpreter:
         # G80 with G0 to G3 occurs in the safe start line of most posts, and is unambiguous.
         words = sort_words(block, self._g, self._m, self._separate or ends_cycle)
         for word in words.unknown:
-            self.policy.unknown("{} is not understood", word)
+            self.policy.unknown(Message("{} is not understood", word))
         if ends_cycle and not self._separate and "motion" in words.g:
             self.policy.unknown(
-                "{}{:g} and {}{:g} exclude each other in one block", "G", words.g["motion"] / 10, "G", 80
+                Message("{}{:g} and {}{:g} exclude each other in one block", "G", words.g["motion"] / 10, "G", 80)
             )
         return words
 
@@ -223,7 +223,7 @@ class Interpreter:
         if self._blocks or self._percents:
             self.ended = True
         elif rest and self.state.dialect.percent != "title":
-            self.policy.unknown("only '%' may stand on its line")
+            self.policy.unknown(Message("only '%' may stand on its line"))
         self._percents = 1
 
     def _program_number(self, number: int) -> None:
@@ -463,7 +463,7 @@ class Interpreter:
     def _change_tool(self, number: int) -> None:
         state = self.state
         if state.cycle is not None:
-            self.policy.unknown("a tool change inside a canned cycle; G80 is missing before it")
+            self.policy.unknown(Message("a tool change inside a canned cycle; G80 is missing before it"))
         state.path.tool(number, line=state.line)
         state.tool = number
         state.next_tool = None if state.dialect.changes_by_hand else number
@@ -576,7 +576,7 @@ class Interpreter:
         elif length == 490 or (length is not None and state.dialect.length_offset_off == f"G{length // 10}"):
             state.set_length(0)
         elif length == 431:
-            self.policy.unknown("{} is not understood", "G43.1")
+            self.policy.unknown(Message("{} is not understood", "G43.1"))
             # The length is in the block: with Z, or with K in LinuxCNC before 2.4.
             for letter in ("X", "Y", "Z", "I", "J", "K"):
                 letters.pop(letter, None)
@@ -587,7 +587,7 @@ class Interpreter:
             letters.pop("H", None)
             self._record_unclear(Message("G{:g} is not understood", length / 10), (False, False, True))
         if g.get("offset", 540) != 540:
-            self.policy.unknown("G{:g}: only the work offset G54 is understood", g["offset"] / 10)
+            self.policy.unknown(Message("G{:g}: only the work offset G54 is understood", g["offset"] / 10))
         if "offset" in g:
             state.set_frame(g["offset"])
 
@@ -595,7 +595,7 @@ class Interpreter:
         state, stated_by = self.state, self.state.dialect.length_offset
         if "H" in letters:
             if stated_by != "H":
-                self.policy.unknown("{} has no meaning in this block", letters["H"])
+                self.policy.unknown(Message("{} has no meaning in this block", letters["H"]))
             return whole_number(letters.pop("H"), 99_999)
         number = state.offset_number if stated_by == "D" else state.tool
         if number is None:
@@ -657,7 +657,7 @@ class Interpreter:
         if special is not None and chooses_origin(special):
             self._check_one_motion(special, g, moving and g.get("motion") != 0)
             if special == _SET_OFFSETS:
-                self.policy.unknown("G10 changes stored offsets, which no program of leafcut does")
+                self.policy.unknown(Message("G10 changes stored offsets, which no program of leafcut does"))
             run_origin(state, special, letters)
             return
         self._check_clear(special, words, moving)

@@ -43,7 +43,8 @@ def interpret(
         from leafcut.gcode.klartext import interpret_klartext
 
         return interpret_klartext(text, file)
-    state = InterpreterState(dialect=dialect, policy=OwnPolicy())
+    policy = OwnPolicy()
+    state = InterpreterState(dialect=dialect, policy=policy)
     state.material_feeds = material_feeds
     if left_over:
         state.motion, state.plane, state.incremental, state.to_initial = 1, 18, True, False
@@ -51,7 +52,7 @@ def interpret(
         state.feed_mode = 95 if 940 in dialect.g_codes else 94
         state.offset_on = dialect.length_offset == "edge"
         set_outputs_after_abort(state)
-    interpreter = _interpreter_of(dialect.language)(state)
+    interpreter = _interpreter_of(dialect.language)(state, policy)
     for number, line in lines(text):
         if not line or line.isspace():
             continue

@@ -21,7 +21,7 @@ class Policy:
     unknown afterwards.
     """
 
-    def unknown(self, message: str, *values: object) -> None:
+    def unknown(self, message: str) -> None:
         """Handle a part of a block that is not understood or not expected: raise an error, or return to keep it."""
 
     def codes(self, dialect: Dialect) -> tuple[frozenset[int], frozenset[int]]:
@@ -85,9 +85,9 @@ class Policy:
 class OwnPolicy(Policy):
     """Policy for leafcut's own programs: an unsupported word is an error, and positions are those of the plan."""
 
-    def unknown(self, message: str, *values: object) -> None:
+    def unknown(self, message: str) -> None:
         """Raise an error."""
-        raise BlockError(message, *values)
+        raise BlockError(message)
 
     def codes(self, dialect: Dialect) -> tuple[frozenset[int], frozenset[int]]:
         """Return the codes of the dialect."""

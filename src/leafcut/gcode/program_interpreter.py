@@ -118,8 +118,9 @@ def interpret_program(
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError("unknown unit '{}'; use mm or in", units)
     default_unit = None if units is None else MM_PER_UNIT[units]
-    state = InterpreterState(dialect=dialect, policy=Policy(), default_unit=default_unit)
-    return _ProgramReader(text, state, file, on_progress, material_feed).program()
+    policy = Policy()
+    state = InterpreterState(dialect=dialect, policy=policy, default_unit=default_unit)
+    return _ProgramReader(text, state, policy, file, on_progress, material_feed).program()
 
 
 def split_lines(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
@@ -262,7 +263,13 @@ class _BlockRecord:
 
 class _ProgramReader:
     def __init__(
-        self, text: str, state: InterpreterState, file: str, on_progress: Heartbeat, material_feed: float | None
+        self,
+        text: str,
+        state: InterpreterState,
+        policy: Policy,
+        file: str,
+        on_progress: Heartbeat,
+        material_feed: float | None,
     ) -> None:
         self.file, self.on_progress = file, on_progress
         self.lines = split_lines(text, state.dialect, file)
@@ -271,7 +278,7 @@ class _ProgramReader:
         self.feeds: MaterialFeeds | None = None
         if material_feed is not None and torch is not None and torch.material_feed:
             self.feeds = MaterialFeeds(self.lines, torch.material_feed, material_feed)
-        self.runner = Interpreter(state)
+        self.runner = Interpreter(state, policy)
         self.record = _BlockRecord(state, obeyed=controller_settings(self.lines, state.dialect))
         self.obeyed = {setting.line for setting in self.record.obeyed}
         self.parameters = ProgramParameters(state.known_value)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.program import Modal
@@ -14,9 +14,6 @@ from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.message import Message
 from leafcut.model.toolpath import UNKNOWN, DrillCycle, Kind, ToolpathBuilder
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
-
-if TYPE_CHECKING:
-    from leafcut.gcode.policy import Policy
 
 AXES = ("X", "Y", "Z")
 #: The values of the fields of `Modal`, in order.
@@ -42,6 +39,22 @@ class CycleValues:
     incremental: bool = False
     unit: float | None = None
     spare: set[str] = field(default_factory=set)
+
+
+class StatePolicy(Protocol):
+    """The part of `policy.Policy` that the state and the interpretation of single words need."""
+
+    def unknown(self, message: str) -> None:
+        """Handle a part of a block that is not understood."""
+
+    def start(self, state: InterpreterState) -> None:
+        """Set the state at the start of a program."""
+
+    def move_z_origin(self, state: InterpreterState) -> None:
+        """Handle a change of the length offset."""
+
+    def cancels_shift(self, state: InterpreterState) -> bool:
+        """Return whether G92.1 to G92.3 may move the origin."""
 
 
 @dataclass
@@ -87,7 +100,7 @@ class InterpreterState(Modal):
     """
 
     dialect: Dialect = field(kw_only=True)
-    policy: Policy = field(kw_only=True)
+    policy: StatePolicy = field(kw_only=True)
     path: ToolpathBuilder = field(default_factory=ToolpathBuilder)
     line: int = 0
     cycle_values: CycleValues = field(default_factory=CycleValues)

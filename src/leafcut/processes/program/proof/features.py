@@ -23,7 +23,7 @@ from leafcut.model.toolpath import SPEED_ALONE, DrillCycle, Kind, Toolpath, last
 Selection = Indices | Mask | slice | int
 
 #: Values that must be equal: of the features, of `Modal` (the plane only of arcs and under radius compensation), and of
-#: `EarlierText`.
+#: `TextHistory`.
 EXACT = (
     "kind", "plane", "turns", "tool", "coolant",
     "length", "frame", "radius", "blending", "feed_mode", "spindle", "stated", "obeyed", "table",
@@ -71,7 +71,7 @@ class ProgramPath:
         return self.program.modals[int(self.program.row_modal[self.source[row]])]
 
 
-class EarlierText(NamedTuple):
+class TextHistory(NamedTuple):
     """Facts about the earlier text that no modal value shows, by row or by feature, [n].
 
     `stated` has a bit for stated units, for a spindle start since the tool change, and for a length offset that is not
@@ -129,7 +129,7 @@ class Features:
     arc: Ints
     cycle: Ints
     group: Indices
-    history: EarlierText
+    history: TextHistory
     modals: dict[str, NDArray]
     tables: Tables
 
@@ -178,7 +178,7 @@ class Features:
 
     def pick(self, which: Mask | Indices) -> Features:
         """Return the features with these indices, or those that a mask selects."""
-        history = EarlierText(*(column[which] for column in self.history))
+        history = TextHistory(*(column[which] for column in self.history))
         return replace(self, history=history, **{name: getattr(self, name)[which] for name in _BY_FEATURE})
 
 
@@ -211,11 +211,11 @@ def _columns(modals: Iterable[Modal]) -> dict[str, NDArray]:
     return {name: np.array([getattr(modal, name) or 0 for modal in every]) for name in _MODAL}
 
 
-def _history(program: Program) -> EarlierText:
+def _history(program: Program) -> TextHistory:
     """Return the history at each row of a program."""
     path, length = program.path, program.modal_at_rows("length")
     stated = (program.row_block >= first_with_units(program)) + 2 * _started(path, program.modal_at_rows("spindle"))
-    return EarlierText(
+    return TextHistory(
         (stated + 4 * _length_taken(path, length)).astype(np.int8),
         np.searchsorted([said.line for said in program.obeyed], path.line).astype(np.int32),
         path.latest(Kind.OFFSET, np.cumsum(path.kind == Kind.FOREIGN)).astype(np.int32),
@@ -305,7 +305,7 @@ def features_of(program_path: ProgramPath, which: Mask) -> Features:
         arc=np.where(curved, ref + 1, 0).astype(np.int32),
         cycle=np.where(drill, ref + 1, 0).astype(np.int32),
         group=np.zeros(len(rows), dtype=np.int64),
-        history=EarlierText(*(column[source] for column in _history(program))),
+        history=TextHistory(*(column[source] for column in _history(program))),
         modals=_columns(program.modals),
         tables=_tables_of(path),
     )
