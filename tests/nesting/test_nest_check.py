@@ -42,7 +42,7 @@ def test_a_right_nest_has_no_faults() -> None:
     [
         (moved(Placement(1, 0.0, 60.05, 60), 1), "apart"),
         (moved(Placement(1, 0.0, 15, 60), 1), "apart"),
-        (moved(Placement(0, 0.0, 10.01, 10), 0), "reaches from"),
+        (moved(Placement(0, 0.0, 10.01, 10), 0), "extends from"),
         (moved(Placement(0, 0.3, 40, 10), 0), "not allowed"),
         (replace(RIGHT, layouts=(Layout(RIGHT.layouts[0].placements[:1]),)), "expected"),
         (replace(RIGHT, layouts=(Layout(RIGHT.layouts[0].placements, 2),)), "expected"),
