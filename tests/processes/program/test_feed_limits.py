@@ -299,7 +299,7 @@ SIDE = "G1 Y11.5\nG1 X10\n"
     ("cuts", "tools", "options", "words"),
     [
         ("G1 X60 F600\n", None, {}, "its worst cut is a full slot at line 8, and its chips are as thick as there in"),
-        ("G1 X60 F450\n", {"feed": '"450 mm/min"'}, {}, "its chips are as thick as its feed and speed in the library"),
+        ("G1 X60 F450\n", {"feed": '"450 mm/min"'}, {}, "in 100 % of its cutting time its chips are as thick as its"),
         ("G1 X60 Z-3 F600\n", None, {}, "it cuts on ramps in 100 % of its cutting time, first at line 8"),
         (f"G93\nG1 X60 F12\n{SIDE.replace('5', '5 F12').replace('X10', 'X10 F12')}G94\n", {"feed": '"4 m/min"'}, {},
          "lines that cannot be changed take 67 % of its cutting time, first line 10"),

@@ -37,7 +37,7 @@ def of(folder: Path, diameter: str, **options: Any) -> Any:
 def test_new_speeds_and_heights_are_refused_with_the_library_of_other_tools(tmp_path: Path, asked: str) -> None:
     """With a mill of 3.175 mm a cut beside the wall of a slot would be in the air: for one of 6 mm it is not."""
     program, options = of(tmp_path, "3.175 mm", workpiece=BLOCK, **{asked: True})
-    told = rf"--{asked.replace('_', '-')}: .*part\.nc: L813 T1 has Ø3\.175 mm in the library, .* comment Ø6 mm"
+    told = rf"--{asked.replace('_', '-')}: .*part\.nc: L813 T1 is Ø3\.175 mm in the library, but Ø6 mm in .* comment"
     with pytest.raises(OptionError, match=told):
         leafcut.optimize(program, **options)
     program, options = of(tmp_path, "5.95 mm", workpiece=BLOCK, **{asked: True})  # reground
