@@ -92,8 +92,13 @@ def uniform(n: int, seed: int = 1) -> Board:
     """
     xy = np.random.default_rng(seed).uniform(0.0, SIDE, (n, 2))
     words = f"{UNIFORM_CONSTANT}·√(nA)"
-    return Board(f"uniform:{n}" + (f":{seed}" if seed != 1 else ""), xy, "euclidean",
-                 UNIFORM_CONSTANT * math.sqrt(n) * SIDE, words)  # fmt: skip
+    return Board(
+        f"uniform:{n}" + (f":{seed}" if seed != 1 else ""),
+        xy,
+        "euclidean",
+        UNIFORM_CONSTANT * math.sqrt(n) * SIDE,
+        words,
+    )
 
 
 def rounded(rule: str, distance: NDArray[np.float64]) -> NDArray[np.float64]:

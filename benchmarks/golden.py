@@ -293,8 +293,11 @@ def _unclocked(value: Any) -> Any:
 def compare(one: Path, other: Path) -> list[str]:
     """Return the names of all different, missing and new files."""
     names = {str(f.relative_to(side)) for side in (one, other) for f in side.rglob("*") if f.is_file()}
-    return sorted(n for n in names if not ((one / n).exists() and (other / n).exists())
-                  or not filecmp.cmp(one / n, other / n, shallow=False))  # fmt: skip
+    return sorted(
+        n
+        for n in names
+        if not ((one / n).exists() and (other / n).exists()) or not filecmp.cmp(one / n, other / n, shallow=False)
+    )
 
 
 def main(argv: Sequence[str]) -> int:

@@ -108,9 +108,16 @@ def run(path: Path, longest: float) -> list[str]:
         stock = leafcut.stock(path, machine=MACHINE, tool_diameter=WIDTH)
         block = ",".join(f"{side:.6f}" for side in (*stock.block.low, *stock.block.high))
         outcome = leafcut.optimize(
-            path, process="reorder", machine=MACHINE, tool_diameter=WIDTH, workpiece=block, time_limit=5,
-            air=True, feeds=True, low_retracts=True,
-        )  # fmt: skip
+            path,
+            process="reorder",
+            machine=MACHINE,
+            tool_diameter=WIDTH,
+            workpiece=block,
+            time_limit=5,
+            air=True,
+            feeds=True,
+            low_retracts=True,
+        )
     except LeafcutError as error:
         return [path.name, str(error).partition(": ")[2]]
     pace: PaceChange = outcome.detail.pace

@@ -334,8 +334,10 @@ def strips(
                     run = checkout.command(f"{words} -o {checkout.cache.name}.dxf", folder)
                     column.append(run.answer["variants"][0]["used_length_of_last_mm"])
         middle = median(lengths[0])
-        cells = [f"{100 * (median(column) / middle - 1):+.1f} % (seeds {min(column):.0f} to {max(column):.0f} mm)"
-                 for column in lengths[1:]]  # fmt: skip
+        cells = [
+            f"{100 * (median(column) / middle - 1):+.1f} % (seeds {min(column):.0f} to {max(column):.0f} mm)"
+            for column in lengths[1:]
+        ]
         yield [f"strip of {name}, {seconds} s, beside spyrrow alone ({middle:.0f} mm)", *cells]
 
 

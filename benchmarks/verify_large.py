@@ -32,8 +32,11 @@ def contours(lines: int) -> list[str]:
 
 
 def _contour(x: float, y: float, chance: random.Random) -> str:
-    turns = [(x + 5 + r * math.cos(0.15 * k), y + 5 + r * math.sin(0.15 * k)) for k in range(LINES - 3)
-             for r in (4.0 + chance.uniform(-0.1, 0.1),)]  # fmt: skip
+    turns = [
+        (x + 5 + r * math.cos(0.15 * k), y + 5 + r * math.sin(0.15 * k))
+        for k in range(LINES - 3)
+        for r in (4.0 + chance.uniform(-0.1, 0.1),)
+    ]
     first, rest = turns[0], turns[1:]
     cuts = "".join(f"G1 X{u:.3f} Y{v:.3f}\n" for u, v in rest)
     return f"G0 X{first[0]:.3f} Y{first[1]:.3f}\nG0 Z1\nG1 Z-1 F200\nG1 X{rest[0][0]:.3f} F800\n{cuts}G0 Z5\n"

@@ -122,9 +122,18 @@ def piece(pattern: str, chance: random.Random, number: int, point: bool) -> str:
 
     x, y, p = chance.uniform(0, 60), chance.uniform(0, 60), chance.uniform(0.1, 1)
     return pattern.format(
-        x=f"{x:.2f}", y=f"{y:.2f}", x2=f"{x + 5:.2f}", y2=f"{y + 5:.2f}", a=length(1.2, 6), b=length(2, 30),
-        c=length(2, 30), n=chance.randint(2, 9), s=chance.randint(200, 800), p=f"{p:.2f}", o=number,
-    )  # fmt: skip
+        x=f"{x:.2f}",
+        y=f"{y:.2f}",
+        x2=f"{x + 5:.2f}",
+        y2=f"{y + 5:.2f}",
+        a=length(1.2, 6),
+        b=length(2, 30),
+        c=length(2, 30),
+        n=chance.randint(2, 9),
+        s=chance.randint(200, 800),
+        p=f"{p:.2f}",
+        o=number,
+    )
 
 
 def program(name: str, chance: random.Random, number: int, foreign: bool) -> str:

@@ -50,9 +50,23 @@ def test_solve_answers_with_the_keys_of_the_contract(capsys: pytest.CaptureFixtu
     points.write_text("x,y\n0,0\n1,0\n1,1\n0,1\n0.5,0.5\n")
     text, _ = answer(capsys, "solve", str(points), "--tour", str(tour), "--json")
     found = json.loads(text)
-    assert found.keys() == {"schema", "instance", "n", "algorithm", "seed", "length", "optimum", "gap_percent",
-                            "lower_bound", "seconds", "iterations", "history", "workers", "stopped_early",
-                            "issues"}  # fmt: skip
+    assert found.keys() == {
+        "schema",
+        "instance",
+        "n",
+        "algorithm",
+        "seed",
+        "length",
+        "optimum",
+        "gap_percent",
+        "lower_bound",
+        "seconds",
+        "iterations",
+        "history",
+        "workers",
+        "stopped_early",
+        "issues",
+    }
     assert found["length"] == pytest.approx(3 + 2 * 0.5**0.5)
     numbers = tour.read_text().split("TOUR_SECTION")[1].split()[:-2]
     assert sorted(int(v) for v in numbers) == [1, 2, 3, 4, 5]
@@ -195,9 +209,13 @@ def lay_out(folder: Path) -> None:
     ("status", "arguments", "words"), REFUSED, ids=lambda v: " ".join(v) if isinstance(v, list) else ""
 )
 def test_bad_input_gets_one_clear_line_and_writes_nothing(
-    status: int, arguments: list[str], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    status: int,
+    arguments: list[str],
+    words: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     monkeypatch.chdir(tmp_path)
     lay_out(tmp_path)
     before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
@@ -327,9 +345,13 @@ def test_quiet_still_warns_of_lost_holes(tmp_path: Path, capsys: pytest.CaptureF
     ],
 )
 def test_simulate_uses_the_terms_of_the_machine_and_leaves_out_axes_without_positions(
-    head: str, machine: str, shown: tuple[str, ...], hidden: tuple[str, ...], tmp_path: Path,
+    head: str,
+    machine: str,
+    shown: tuple[str, ...],
+    hidden: tuple[str, ...],
+    tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     program, z = tmp_path / "cut.ngc", ("G0 Z5\n", "G1 Z-1 F100\n") if machine == "linuxcnc-mill" else ("", "")
     program.write_text(
         f"G21 G90\n{z[0]}G0 X1 Y1\n{head}\n{z[1]}G1 X20 F900\nM5{' $0' * (not z[0])}\n{z[0]}G0 X0 Y0\nM2\n"

@@ -52,10 +52,11 @@ def of_linuxcnc(file: Path, *names: str) -> dict[str, Any]:
     """Return some functions or classes of a program of LinuxCNC, which cannot be imported without its screen."""
     tree = ast.parse(file.read_text(encoding="utf-8"))
     tree.body = [
-        node for node in tree.body
+        node
+        for node in tree.body
         if getattr(node, "name", "") in names
         or (isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "progress_re")
-    ]  # fmt: skip
+    ]
     found: dict[str, Any] = {
         "_": str, "os": os, "sys": sys, "re": re, "select": select, "Progress": ProgressBar,
         "t": SimpleNamespace(update=lambda: None),
@@ -123,9 +124,7 @@ def test_qtvcp_opens_a_drill_file_as_a_program(rs274: str, tmp_path: Path) -> No
         pytest.skip("this LinuxCNC has no QtVCP")
     found = of_linuxcnc(file, "FilterProgram")
     shown: list[Any] = []
-    status = SimpleNamespace(
-        connect=lambda *_: 0, disconnect=lambda _: None, emit=lambda *words: shown.append(words)
-    )  # fmt: skip
+    status = SimpleNamespace(connect=lambda *_: 0, disconnect=lambda _: None, emit=lambda *words: shown.append(words))
     found |= {"STATUS": status, "LOG": SimpleNamespace(error=shown.append)}
     drawing, opened, ended = tmp_path / "board.drl", tmp_path / "opened.ngc", []
     drawing.write_text(DRILL_FILE)

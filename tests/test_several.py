@@ -62,8 +62,10 @@ def test_several_programs_are_one_object_of_json_and_reports_go_to_their_folder(
     out, err = answered(capsys, *words, *FAST, status=1)
     found = json.loads(out)
     assert [(row["input"], row["status"], "error" in row) for row in found["runs"]] == [
-        ("c.nc", 1, True), ("a.nc", 0, False), ("./no.nc", 1, True),
-    ]  # fmt: skip
+        ("c.nc", 1, True),
+        ("a.nc", 0, False),
+        ("./no.nc", 1, True),
+    ]
     assert (found["failed"], found["status"]) == (2, 1)
     assert any(line.startswith(("leafcut: ./no.nc: file", "leafcut: no.nc: file")) for line in err.splitlines())
     assert found["runs"][1]["verified"] is True

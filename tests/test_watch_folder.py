@@ -210,9 +210,13 @@ def test_inputs_are_never_overwritten(folder: Path, tmp_path: Path) -> None:
     ],
 )
 def test_what_cannot_be_watched_is_refused_before_the_first_look(
-    words: str, status: int, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    words: str,
+    status: int,
+    told: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     monkeypatch.chdir(tmp_path)
     for name in ("in", "out"):
         Path(name).mkdir(exist_ok=True)

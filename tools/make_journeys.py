@@ -56,9 +56,12 @@ def go(browser: Browser, server: Server, name: str, size: str, asked: argparse.N
     """Run one journey at one size, and return the accessibility problems."""
     width, height, scale = SIZES[size]
     context = browser.new_context(
-        viewport={"width": width, "height": height}, device_scale_factor=scale, locale="en-US", bypass_csp=True,
+        viewport={"width": width, "height": height},
+        device_scale_factor=scale,
+        locale="en-US",
+        bypass_csp=True,
         color_scheme="dark" if asked.dark else "light",
-    )  # fmt: skip
+    )
     server.let_in(context)
     page: Page = context.new_page()
     page.goto(server.origin)

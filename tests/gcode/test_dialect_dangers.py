@@ -92,9 +92,18 @@ def test_a_call_of_siemens_is_closed_before_anything_else_even_a_feed() -> None:
     lines = lines_of("siemens", cycle, cycle, cycle, feeds=(2.0, 2.0, 3.0))
     start = lines.index("F120")
     assert lines[start : start + 11] == [
-        "F120", "MCALL CYCLE81(2,2,0,-3)", "G0 X0 Y1", "X5", "MCALL",
-        "F180", "MCALL CYCLE81(2,2,0,-3)", "G0 X10 Y1", "MCALL", "G0 Z30", "M5",
-    ]  # fmt: skip
+        "F120",
+        "MCALL CYCLE81(2,2,0,-3)",
+        "G0 X0 Y1",
+        "X5",
+        "MCALL",
+        "F180",
+        "MCALL CYCLE81(2,2,0,-3)",
+        "G0 X10 Y1",
+        "MCALL",
+        "G0 Z30",
+        "M5",
+    ]
 
 
 def test_a_hole_of_siemens_has_the_line_of_its_place() -> None:

@@ -272,5 +272,8 @@ def test_a_number_of_the_length_alone_changes_the_active_length_of_a_fagor() -> 
     path = interpret(text, dialect("fagor8055"))
     offsets = path.kind == Kind.OFFSET
     assert list(zip(path.line[offsets].tolist(), path.ref[offsets].tolist(), strict=True)) == [
-        (5, 4), (6, 2), (7, 3), (8, 0),
-    ]  # fmt: skip
+        (5, 4),
+        (6, 2),
+        (7, 3),
+        (8, 0),
+    ]

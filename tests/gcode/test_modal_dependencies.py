@@ -103,8 +103,12 @@ def test_the_first_blocks_that_state_modes_and_letters() -> None:
     program, mine = blocks_of("G1 X5 F100 / F200 S900 / G81 X1 Y1 Z-1 R1 / X2 R2")
     reader, first = BlockReader(program), mine[0]
     assert reader.first_blocks_by_field == {
-        "incremental": 0, "plane": 0, "rpm": 2, "motion": 3, "feed": first,
-    }  # fmt: skip
+        "incremental": 0,
+        "plane": 0,
+        "rpm": 2,
+        "motion": 3,
+        "feed": first,
+    }
     assert reader.blocks_by_letter == {
         "S": ([2, first + 1], ["1000", "900"]),
         "F": ([first, first + 1], ["100", "200"]),

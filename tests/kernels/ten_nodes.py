@@ -189,10 +189,14 @@ def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
     directed = build_directed(cuts, 6)
     ant = PathAnnealing(directed, np.array([7], dtype=np.uint64))
     orders = [
-        solve(cuts, SolveOptions(algorithm=name, iterations=2, bound=False), AcoOptions(n_ants=2),
-              firefly=FireflyOptions(n_fireflies=3)).nodes.tolist()
+        solve(
+            cuts,
+            SolveOptions(algorithm=name, iterations=2, bound=False),
+            AcoOptions(n_ants=2),
+            firefly=FireflyOptions(n_fireflies=3),
+        ).nodes.tolist()
         for name in ("acs", "firefly", "nn")
-    ]  # fmt: skip
+    ]
     *_, (forgotten, _) = ant.anneal(found.nodes, 20.0, 30, 1e-9)
     return [found.nodes.tolist(), found.cost, directed.rules.onward.near.tolist(), forgotten.tolist(), orders]
 

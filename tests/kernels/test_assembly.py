@@ -73,10 +73,19 @@ def assembled(instance: Instance, one: np.ndarray, two: np.ndarray, seed: int) -
     """Return the child of two tours and its reported gain."""
     mine, gains = one.copy()[None], np.zeros(1)
     assemble(
-        instance.cost, tour_with_buffers(one, queued=False), assembly_for(len(one)), instance.candidates,
-        instance.lengths, search_breadth(instance, BREADTH), mine, two[None],
-        np.array([seed + 1], dtype=np.uint64), gains, 0, 1,
-    )  # fmt: skip
+        instance.cost,
+        tour_with_buffers(one, queued=False),
+        assembly_for(len(one)),
+        instance.candidates,
+        instance.lengths,
+        search_breadth(instance, BREADTH),
+        mine,
+        two[None],
+        np.array([seed + 1], dtype=np.uint64),
+        gains,
+        0,
+        1,
+    )
     return mine[0], float(gains[0])
 
 
@@ -294,9 +303,19 @@ def test_a_child_is_that_of_a_plain_implementation() -> None:
         plain = PlainAssembly(instance, one, two, Xorshift(seed + 1))
         mine, gains, state = one.copy()[None], np.zeros(1), np.array([seed + 1], dtype=np.uint64)
         assemble(
-            instance.cost, tour_with_buffers(one, queued=False), assembly_for(n), instance.candidates, instance.lengths,
-            np.zeros(5, dtype=np.int64), mine, two[None], state, gains, 0, 1,
-        )  # fmt: skip
+            instance.cost,
+            tour_with_buffers(one, queued=False),
+            assembly_for(n),
+            instance.candidates,
+            instance.lengths,
+            np.zeros(5, dtype=np.int64),
+            mine,
+            two[None],
+            state,
+            gains,
+            0,
+            1,
+        )
         plain.run()
         if not plain.ties:
             compared, gained = compared + 1, gained + (plain.gain > 0.0)

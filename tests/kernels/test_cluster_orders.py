@@ -42,11 +42,16 @@ def instance_of(closed: bool, pairs: list[tuple[int, int]], m: int = M, seed: in
     precedence = np.array(pairs, dtype=np.int32).reshape(-1, 2)
     return build_directed(
         RoutingProblem(
-            entry, leave, cluster, rng.uniform(0, 9, len(cluster)), precedence=precedence, closed=closed,
+            entry,
+            leave,
+            cluster,
+            rng.uniform(0, 9, len(cluster)),
+            precedence=precedence,
+            closed=closed,
             start=None if closed else (1.0, 2.0),
         ),
         5,
-    )  # fmt: skip
+    )
 
 
 def ring_of(layers: Clusters, path: list[int]) -> float:
@@ -142,8 +147,14 @@ def test_nodes_between_two_places_are_the_best_and_the_others_stay() -> None:
             )
             best = min(ring_of(layers, list(nodes)) for nodes in choices)
             kept = path.copy()
-            choose_nodes_between(layers, path, first - m if first + length > m else first,
-                           first + length - 1 - (m if first + length > m else 0), sums, links)  # fmt: skip
+            choose_nodes_between(
+                layers,
+                path,
+                first - m if first + length > m else first,
+                first + length - 1 - (m if first + length > m else 0),
+                sums,
+                links,
+            )
             assert ring_of(layers, path.tolist()) == pytest.approx(best)
             assert layers.owner[path].tolist() == layers.owner[kept].tolist()
             assert all(path[at] == kept[at] for at in range(m) if at not in free)

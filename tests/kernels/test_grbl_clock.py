@@ -168,9 +168,14 @@ class Profile:
     ],
 )
 def test_segments_follow_the_profile_of_constant_acceleration(
-    length: float, rate: float, nominal: float, entry: float, exit_: float, per_mm: float,
+    length: float,
+    rate: float,
+    nominal: float,
+    entry: float,
+    exit_: float,
+    per_mm: float,
     monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+) -> None:
     """Each lasts 10 ms, or as many times 10 ms as 1.25 steps take. At constant speed, all of the time but for the last
     second are one segment, if that is more than another second.
     """
@@ -251,10 +256,12 @@ def test_blocks_are_planned_as_fast_as_their_corners_and_the_stop_at_the_end_all
             assert b.ring[: fixed + 1, ENTRY2].tolist() == speeds[: fixed + 1]
         # Fixed is the last block that starts as fast as it ever can.
         ever = max(
-            i for i in range(15)
-            if i == 0 or b.ring[i, ENTRY2] == b.ring[i, MOST2]
+            i
+            for i in range(15)
+            if i == 0
+            or b.ring[i, ENTRY2] == b.ring[i, MOST2]
             or b.ring[i, ENTRY2] == pytest.approx(b.ring[i - 1, ENTRY2] + 2.0 * blocks[i - 1][0] * blocks[i - 1][1])
-        )  # fmt: skip
+        )
         assert b.counts[FIXED] == ever
 
 
@@ -277,9 +284,13 @@ def test_a_block_that_is_being_run_is_planned_from_its_speed_now() -> None:
 def test_the_limit_along_a_direction_is_that_of_the_axis_that_reaches_it_first() -> None:
     limits = np.array([80.0, 60.0, 20.0])
     for unit, limit in (
-        ((1.0, 0.0, 0.0), 80.0), ((0.0, -1.0, 0.0), 60.0), ((0.6, 0.8, 0.0), 75.0), ((0.8, -0.6, 0.0), 100.0),
-        ((-0.8, 0.0, 0.6), 20.0 / 0.6), ((0.0, 0.0, 0.0), math.inf),
-    ):  # fmt: skip
+        ((1.0, 0.0, 0.0), 80.0),
+        ((0.0, -1.0, 0.0), 60.0),
+        ((0.6, 0.8, 0.0), 75.0),
+        ((0.8, -0.6, 0.0), 100.0),
+        ((-0.8, 0.0, 0.6), 20.0 / 0.6),
+        ((0.0, 0.0, 0.0), math.inf),
+    ):
         assert clock._least_ratio(limits, np.array(unit)) == pytest.approx(limit)
 
 
@@ -571,17 +582,26 @@ def test_arcs_become_chords_on_their_circle_which_end_at_the_given_place(monkeyp
     """A straight move, a quarter of a circle of 10 mm in three chords that rises 3 mm, and another straight move."""
     b, program = board(3), Program(monkeypatch)
     program.run(
-        b, move=[0, 1, 2], feed=[5.0, 6.0, math.inf], chords=[1, 3, 1], spin=[0.0, math.pi / 6, 0.0],
+        b,
+        move=[0, 1, 2],
+        feed=[5.0, 6.0, math.inf],
+        chords=[1, 3, 1],
+        spin=[0.0, math.pi / 6, 0.0],
         place=[(0, 0, 0), (10, 0, 0), (0, 10.5, 3), (1, 1, 1)],
-        out=[(0, 0, 0), (10, 0, 0), (0, 0, 0)], across=[(0, 0, 0), (0, 10, 0), (0, 0, 0)],
+        out=[(0, 0, 0), (10, 0, 0), (0, 0, 0)],
+        across=[(0, 0, 0), (0, 10, 0), (0, 0, 0)],
         rise=[(0, 0, 0), (0, 0, 1), (0, 0, 0)],
-    )  # fmt: skip
+    )
     sine, cosine = 10 * math.sin(math.pi / 6), 10 * math.cos(math.pi / 6)
     expected = [[10, 0, 0], [cosine, sine, 1], [sine, cosine, 2], [0, 10.5, 3], [1, 1, 1]]
     assert np.array(program.points) == pytest.approx(np.array(expected))
     assert [(feed, deviation, owner) for feed, _, deviation, owner in program.given] == [
-        (5.0, 0.02, 0), (6.0, 0.02, 1), (6.0, 0.02, 1), (6.0, 0.02, 1), (math.inf, 0.02, 2),
-    ]  # fmt: skip
+        (5.0, 0.02, 0),
+        (6.0, 0.02, 1),
+        (6.0, 0.02, 1),
+        (6.0, 0.02, 1),
+        (math.inf, 0.02, 2),
+    ]
     assert all(limits is LIMITS for _, limits, *_ in program.given)
     assert program.waited == 5
     # Each chord of an arc takes 0.13 ms.
@@ -595,10 +615,24 @@ def test_a_motion_starts_when_no_line_is_waiting(monkeypatch: pytest.MonkeyPatch
     segments = Segments(b, [4], monkeypatch)
     none = np.zeros((0, 3))
     clock.grbl_clock(
-        b, np.array([-1, -1]), np.array([10, 10]), np.array([0, 0]), np.zeros(2, dtype=bool), np.zeros(2),
-        np.zeros((1, 3)), np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros(0), none, none, none, LIMITS, 0.02,
-        np.zeros(2), np.zeros(3),
-    )  # fmt: skip
+        b,
+        np.array([-1, -1]),
+        np.array([10, 10]),
+        np.array([0, 0]),
+        np.zeros(2, dtype=bool),
+        np.zeros(2),
+        np.zeros((1, 3)),
+        np.zeros(0),
+        np.zeros(0, dtype=np.int64),
+        np.zeros(0),
+        none,
+        none,
+        none,
+        LIMITS,
+        0.02,
+        np.zeros(2),
+        np.zeros(3),
+    )
     assert segments.cuts[0] == (0, 0.0)
     assert b.done[0] == pytest.approx(5 * CUT + 4.0)
     assert b.state[NOW] == pytest.approx(5 * CUT + 4.0 + 0.5)

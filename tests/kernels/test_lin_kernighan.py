@@ -260,9 +260,15 @@ def test_the_first_improving_move_is_that_of_a_plain_search(metric: str, ends: d
         for v in range(instance.n):
             with plain_python():
                 k = find_move(
-                    instance.cost, tour.node, tour.place, tour.move, tour.gain, *instance.exchange_lists,
-                    np.array(breadth, dtype=np.int64), v,
-                )  # fmt: skip
+                    instance.cost,
+                    tour.node,
+                    tour.place,
+                    tour.move,
+                    tour.gain,
+                    *instance.exchange_lists,
+                    np.array(breadth, dtype=np.int64),
+                    v,
+                )
             lengths.add(k)
             order, at = tour.node.tolist(), int(tour.place[v])
             found = None

@@ -70,9 +70,18 @@ def test_an_ant_builds_the_tour_of_a_plain_implementation(ends: dict, rate: floa
     for _ in range(5):
         with plain_python():
             construct_tour(
-                instance.cost, instance.tree, edges, decay, greedy, instance.first, instance.second, state, 1, tour,
+                instance.cost,
+                instance.tree,
+                edges,
+                decay,
+                greedy,
+                instance.first,
+                instance.second,
+                state,
+                1,
+                tour,
                 unvisited_buffers(instance),
-            )  # fmt: skip
+            )
         path = [v for v in (instance.first, instance.second) if v >= 0]
         path = path or [random.below(n)]
         while len(path) < n:
@@ -110,11 +119,16 @@ def test_an_order_is_that_of_a_plain_implementation(closed: bool, rate: float, g
     entry, leave = rng.uniform(0, 50, (2, m, 2))
     instance = build_directed(
         RoutingProblem(
-            entry, leave, np.arange(m, dtype=np.int32), np.zeros(m), precedence=pairs, closed=closed,
+            entry,
+            leave,
+            np.arange(m, dtype=np.int32),
+            np.zeros(m),
+            precedence=pairs,
+            closed=closed,
             start=None if closed else (1.0, 2.0),
         ),
         5,
-    )  # fmt: skip
+    )
     n, layers = instance.n, build_clusters(instance)
     tau, eta = rng.uniform(0.1, 1.0, (n, n)), rng.uniform(0.5, 2.0, (n, n))
     state, random = words(8)

@@ -196,11 +196,14 @@ def cuts(n: int, pairs: int, closed: bool, ways: int = 1, seed: int = 2) -> Dire
     hidden = rng.permutation(n)
     precedence = [hidden[np.sort(rng.choice(n, 2, replace=False))] for _ in range(pairs)]
     problem = RoutingProblem(
-        rng.uniform(0, 90, (ways * n, 2)), rng.uniform(0, 90, (ways * n, 2)),
-        np.tile(np.arange(n, dtype=np.int32), ways), rng.uniform(0, 3, ways * n),
-        precedence=np.array(precedence, dtype=np.int32).reshape(-1, 2), start=None if closed else (1.0, 2.0),
+        rng.uniform(0, 90, (ways * n, 2)),
+        rng.uniform(0, 90, (ways * n, 2)),
+        np.tile(np.arange(n, dtype=np.int32), ways),
+        rng.uniform(0, 3, ways * n),
+        precedence=np.array(precedence, dtype=np.int32).reshape(-1, 2),
+        start=None if closed else (1.0, 2.0),
         closed=closed,
-    )  # fmt: skip
+    )
     return build_directed(problem, 6)
 
 

@@ -71,9 +71,17 @@ def test_a_move_lowers_the_cells_under_it_and_counts_what_it_has_removed(
         cells = CellRows(heights, lowered, first, last, X, Y, CELL)
         with plain_python():
             total = sweep(
-                cells, shape, np.array([move]), np.array([0]), np.array([inset]), -1.0, film, 9.0, np.zeros((0, 8)),
+                cells,
+                shape,
+                np.array([move]),
+                np.array([0]),
+                np.array([inset]),
+                -1.0,
+                film,
+                9.0,
+                np.zeros((0, 8)),
                 result,
-            )  # fmt: skip
+            )
         after = heights.astype(float)
         sure = np.isfinite(lowest)
         wanted = np.minimum(before, lowest)[sure]
@@ -195,8 +203,12 @@ def test_the_lowest_height_over_a_point_is_the_minimum_along_the_path(shape: Too
 def test_on_a_level_or_vertical_path_the_nearest_position_is_the_lowest(shape: ToolShape) -> None:
     """A margin moves the point away from the axis, at most to the edge of the tool."""
     for along, d, length, away in (
-        (1.0, 0.3, 4.0, 0.3), (-0.8, 0.6, 4.0, 1.0), (4.4, -0.3, 4.0, 0.5), (0.3, -0.4, 0.0, 0.5), (4.0, 0.0, 4.0, 0.0),
-    ):  # fmt: skip
+        (1.0, 0.3, 4.0, 0.3),
+        (-0.8, 0.6, 4.0, 1.0),
+        (4.4, -0.3, 4.0, 0.5),
+        (0.3, -0.4, 0.0, 0.5),
+        (4.0, 0.0, 4.0, 0.0),
+    ):
         for margin in (0.0, 0.7, 3.0):
             with plain_python():
                 found = lowest_height(shape, margin, along, d, length, 0.0, math.inf)
@@ -251,9 +263,17 @@ def test_parts_above_the_flutes_meet_material_that_their_tool_has_not_cut(kind: 
         result = np.zeros((1, 9))
         with plain_python():
             sweep(
-                cells, SHAPES["cylinder"], np.array([move]), np.array([0]), np.zeros(1), -1.0, film, 9.0,
-                np.array([body]), result,
-            )  # fmt: skip
+                cells,
+                SHAPES["cylinder"],
+                np.array([move]),
+                np.array([0]),
+                np.zeros(1),
+                -1.0,
+                film,
+                9.0,
+                np.array([body]),
+                result,
+            )
         deepest = float(depths.max(initial=0.0, where=depths > film))
         touched += deepest > 0.0
         column, other = (7, 6) if body[7] else (6, 7)

@@ -126,8 +126,11 @@ def test_progress_names_the_run_and_grows_to_the_end() -> None:
         progress=lambda now: told.append((now.step, now.share)),
     )
     assert [what for what, _ in itertools.groupby(what for what, _ in told)] == [
-        "mmas, seed 1 (1 of 4)", "mmas, seed 2 (2 of 4)", "acs, seed 1 (3 of 4)", "acs, seed 2 (4 of 4)",
-    ]  # fmt: skip
+        "mmas, seed 1 (1 of 4)",
+        "mmas, seed 2 (2 of 4)",
+        "acs, seed 1 (3 of 4)",
+        "acs, seed 2 (4 of 4)",
+    ]
     shares = [share for _, share in told]
     assert shares == sorted(shares)
     assert shares[-1] == pytest.approx(1.0)

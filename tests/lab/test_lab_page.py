@@ -54,9 +54,15 @@ def rows_of(folder: Path, text: str = EVERY, seeds: int = 3) -> tuple[object, li
         length = (100.0 if plan.instance.name == "ten" else 300.0) - 10.0 * (algorithm == "acs") + plan.seed
         answer = {"length": length, "time": int(ants) / 5.0 + 0.01 * plan.seed}
         rows.append(
-            replace(ROW, key=str(len(rows)), instance=plan.instance.name, levels={"algorithm": algorithm, "ants": ants},
-                    seed=plan.seed, responses=answer)
-        )  # fmt: skip
+            replace(
+                ROW,
+                key=str(len(rows)),
+                instance=plan.instance.name,
+                levels={"algorithm": algorithm, "ants": ants},
+                seed=plan.seed,
+                responses=answer,
+            )
+        )
     return found, [row for row in rows if row.seed <= seeds]
 
 
@@ -125,11 +131,16 @@ def test_speed_up_is_the_ratio_of_means(tmp_path: Path) -> None:
     text = text.replace('kind = "speedup"', 'kind = "speedup"\nresponse = "time"')
     found = load(written(tmp_path, text))
     rows = [
-        replace(ROW, key=plan.label, instance=plan.instance.name, seed=plan.seed,
-                levels={name: level.name for name, level in plan.levels.items()},
-                responses={"length": 1.0, "time": 6.0 if plan.levels["algorithm"].name == "1" else 4.0})
+        replace(
+            ROW,
+            key=plan.label,
+            instance=plan.instance.name,
+            seed=plan.seed,
+            levels={name: level.name for name, level in plan.levels.items()},
+            responses={"length": 1.0, "time": 6.0 if plan.levels["algorithm"].name == "1" else 4.0},
+        )
         for plan in found.runs()
-    ]  # fmt: skip
+    ]
     shown = Page(write_page(found, rows, 12)).words
     assert "1.50" in shown
     assert "75 %" in shown
@@ -174,10 +185,15 @@ def test_a_chart_with_many_variants_has_a_curve_for_each_level_of_the_first_fact
     text = EVERY.replace("levels = [5, 10]", "levels = [1, 2, 3, 4, 5]")
     of = load(written(tmp_path, text))
     rows = [
-        replace(ROW, key=plan.label, instance=plan.instance.name, seed=plan.seed,
-                levels={name: level.name for name, level in plan.levels.items()})
+        replace(
+            ROW,
+            key=plan.label,
+            instance=plan.instance.name,
+            seed=plan.seed,
+            levels={name: level.name for name, level in plan.levels.items()},
+        )
         for plan in of.runs()
-    ]  # fmt: skip
+    ]
     block = searches(Results.of(of, rows))
     assert block
     convergence = block.drawn[0][1]

@@ -29,20 +29,29 @@ def runs_of(name: str, answer: Answer, seeds: int = 5) -> Runs:
     """Return runs of an experiment with responses by formula; None for a run that is missing."""
     whole = load(name)
     rows = [
-        replace(ROW, key=plan.label, experiment=name, instance=plan.instance.name, seed=plan.seed, responses=responses,
-                levels={factor: level.name for factor, level in plan.levels.items()})
+        replace(
+            ROW,
+            key=plan.label,
+            experiment=name,
+            instance=plan.instance.name,
+            seed=plan.seed,
+            responses=responses,
+            levels={factor: level.name for factor, level in plan.levels.items()},
+        )
         for plan in whole.runs()
         if plan.seed <= seeds and (responses := answer(plan)) is not None
-    ]  # fmt: skip
+    ]
     return Runs(whole, whole, rows)
 
 
 def figures_of(experiment: str, **wanted: str) -> list[Figure]:
     """Return the published figures of an experiment with the given attributes."""
     return [
-        figure for table in published_tables() for figure in table.figures
+        figure
+        for table in published_tables()
+        for figure in table.figures
         if figure.experiment == experiment and all(getattr(figure, key) == value for key, value in wanted.items())
-    ]  # fmt: skip
+    ]
 
 
 def level(plan: RunPlan, factor: str) -> str:

@@ -190,9 +190,14 @@ def test_a_run_in_a_process_of_its_own_finds_the_same_and_its_start_counts(tmp_p
     assert len(rows) == 4
     for row in rows:
         here = api.solve(
-            "example:plate-10", algorithm=row.levels["algorithm"], seed=1, iterations=5, threads=1, bound=False,
+            "example:plate-10",
+            algorithm=row.levels["algorithm"],
+            seed=1,
+            iterations=5,
+            threads=1,
+            bound=False,
             local_search=False,
-        )  # fmt: skip
+        )
         assert row.responses["length"] == here.solution.cost
         assert (row.responses["wall"] or 0.0) > (row.responses["own"] or math.inf)
 
@@ -276,8 +281,10 @@ def test_runs_that_differ_in_threads_alone_are_one_run_where_the_answer_is_judge
     """The same seed gives the same tour on any number of threads: counted twice, it would prove what it does not."""
     text = SMALL.replace("threads = 1, ", "").replace("seeds = 3", 'seeds = 3\ncores = "threads"')
     threads = '[factor.threads]\noption = "threads"\nlevels = [1, 2]\n[response.length]'
-    one, both = (load(str(written(tmp_path, t, f"{n}.toml"))) for n, t in
-                 (("one", SMALL), ("both", text.replace("[response.length]", threads))))  # fmt: skip
+    one, both = (
+        load(str(written(tmp_path, t, f"{n}.toml")))
+        for n, t in (("one", SMALL), ("both", text.replace("[response.length]", threads)))
+    )
     found = []
     for description in (one, both):
         with Store(tmp_path / f"{description.name}.sqlite") as store:
@@ -302,8 +309,11 @@ def test_a_refused_run_keeps_the_figures_of_its_search(tmp_path: Path, monkeypat
     answer = execute_run(task)
     assert answer.failed == "passes lie too far apart"
     assert answer.responses == {
-        "search.cost": 80.0, "search.own_cost": 85.0, "search.seconds": 0.75, "after.time_s": None,
-    }  # fmt: skip
+        "search.cost": 80.0,
+        "search.own_cost": 85.0,
+        "search.seconds": 0.75,
+        "after.time_s": None,
+    }
     plan = next(iter(found.runs()))
     levels = {name: level.name for name, level in plan.levels.items()}
     row = replace(ROW, instance=plan.instance.name, levels=levels, seed=plan.seed, responses={"length": 80.0})

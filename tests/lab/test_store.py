@@ -16,10 +16,22 @@ from leafcut.errors import LeafcutError
 from leafcut.lab.store import Row, Store
 
 ROW = Row(
-    "k1", "small", "ten", {"algorithm": "as"}, 1, {"iterations": 5, "seed": 1}, "ab" * 32, "",
+    "k1",
+    "small",
+    "ten",
+    {"algorithm": "as"},
+    1,
+    {"iterations": 5, "seed": 1},
+    "ab" * 32,
+    "",
     {"length": 12.5, "gap": None},
-    ((0, 0.0, 14.0), (3, 0.25, 12.5)), "2026-01-01T00:00:00+00:00", "1.0", {"numpy": "2.0"}, "a machine", 0.5,
-)  # fmt: skip
+    ((0, 0.0, 14.0), (3, 0.25, 12.5)),
+    "2026-01-01T00:00:00+00:00",
+    "1.0",
+    {"numpy": "2.0"},
+    "a machine",
+    0.5,
+)
 
 
 def test_a_row_comes_back_as_it_was(tmp_path: Path) -> None:

@@ -116,8 +116,11 @@ def test_an_input_that_costs_nothing_is_told_and_not_divided_by(tmp_path: Path) 
 
 def test_what_is_done_is_asked_for_by_the_words_of_a_process() -> None:
     assert [command_of(word) for word in ("auto", "solve", "reorder", "drill")] == [
-        "optimize", "solve", "reorder", "drill",
-    ]  # fmt: skip
+        "optimize",
+        "solve",
+        "reorder",
+        "drill",
+    ]
     for word in ("dig", "nest"):
         with pytest.raises(OptionError, match=f"--process: unknown process '{word}'; choose one of auto, drill"):
             command_of(word)

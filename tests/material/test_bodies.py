@@ -115,10 +115,15 @@ def test_what_is_narrower_than_the_tool_or_unknown_meets_nothing() -> None:
 
 def test_a_body_is_its_shaft_then_its_shank_up_to_the_holder() -> None:
     tool = Tool(
-        1, 3.0, ToolKind.BALL_MILL, flute_length=6.0, shank_diameter=6.0, stickout=25.0,
+        1,
+        3.0,
+        ToolKind.BALL_MILL,
+        flute_length=6.0,
+        shank_diameter=6.0,
+        stickout=25.0,
         shaft=(BodySegment(2.0, 2.8, 2.8), BodySegment(3.0, 3.0, 6.0)),
         holder=(BodySegment(5.0, 20.0, 28.0), BodySegment(30.0, 28.0, 20.0)),
-    )  # fmt: skip
+    )
     assert body_of(tool) == (
         BodyPart(Body.SHANK, 8.0, 1.5, 3.0, 2.0),
         BodyPart(Body.SHANK, 11.0, 3.0, 3.0),

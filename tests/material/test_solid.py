@@ -164,9 +164,14 @@ def test_a_skin_ends_below_where_it_is_not_known_further_down_than_it_reaches() 
 def test_a_holder_in_the_stock_is_a_collision_over_the_tip() -> None:
     """The flutes of 6 mm and the shank go 10 mm deep: the holder, 20 mm wide and 8 mm up, 2 mm into the material."""
     tool = Tool(
-        1, 10.0, ToolKind.END_MILL, point_angle=math.pi, flute_length=6.0, stickout=8.0,
+        1,
+        10.0,
+        ToolKind.END_MILL,
+        point_angle=math.pi,
+        flute_length=6.0,
+        stickout=8.0,
         holder=(BodySegment(20.0, 20.0, 20.0),),
-    )  # fmt: skip
+    )
     found = solid_of(slot(-10.0), ShownStock({1: tool}, block=((0.0, 0.0, -15.0), (100.0, 60.0, 0.0))))
     holders = [one for one in found.collisions if one.kind == "holder"]
     assert [found.moves.path.line[one.row] for one in holders][:2] == [2, 3]

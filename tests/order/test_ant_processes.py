@@ -85,9 +85,12 @@ def test_a_master_with_workers_finds_the_answer_of_threads() -> None:
 @pytest.mark.usefixtures("workers_are")
 def test_directed_orders_keep_precedence_and_equal_those_of_threads() -> None:
     several = RoutingProblem(
-        entry=PLACES, exit=PLACES + 1.0, cluster=np.arange(N, dtype=np.int32), service=np.zeros(N),
+        entry=PLACES,
+        exit=PLACES + 1.0,
+        cluster=np.arange(N, dtype=np.int32),
+        service=np.zeros(N),
         precedence=np.array([[3, 2], [9, 4]], dtype=np.int32),
-    )  # fmt: skip
+    )
     options = SolveOptions(algorithm="as", iterations=3, bound=False)
     found = [solve(several, options, AcoOptions(parallel=p, n_ants=6)) for p in ("threads", "processes", "exchange")]
     assert found[0].nodes.tolist() == found[1].nodes.tolist()
@@ -281,9 +284,12 @@ def test_ctrl_c_on_the_command_line_ends_all_processes_and_answers(tmp_path: Pat
     listens = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
     begin = f"{listens}; from leafcut.cli.app import main; main()"
     with subprocess.Popen(
-        [sys.executable, "-c", begin, *command.split()], stderr=subprocess.PIPE, stdout=subprocess.PIPE,
-        text=True, start_new_session=True,
-    ) as job:  # fmt: skip
+        [sys.executable, "-c", begin, *command.split()],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as job:
         try:
             assert count_of(job.pid, range(4, 99)) == 4
             os.killpg(job.pid, signal.SIGINT)

@@ -30,8 +30,16 @@ def scattered(n: int, metric: Metric | None = None, **ends: object) -> Instance:
 
 def test_the_ascent_has_more_steps_for_more_nodes_up_to_a_limit_of_work() -> None:
     assert [bound._ascent_steps(n) for n in (4, 10, 1000, 1500, 2000, 10_000, 30_000, 30_001, 200_000)] == [
-        202, 205, 700, 950, 750, 150, 50, 50, 50,
-    ]  # fmt: skip
+        202,
+        205,
+        700,
+        950,
+        750,
+        150,
+        50,
+        50,
+        50,
+    ]
 
 
 @pytest.mark.parametrize(

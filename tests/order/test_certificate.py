@@ -170,9 +170,11 @@ def test_progress_tells_cost_gap_and_share(bounding: Bounding) -> None:
     bounding(400.0)
     told: list[Progress] = []
     found = solve(
-        board(service=1.0), SolveOptions(algorithm="mmas", iterations=5),
-        progress=told.append, observe=Observer(),
-    )  # fmt: skip
+        board(service=1.0),
+        SolveOptions(algorithm="mmas", iterations=5),
+        progress=told.append,
+        observe=Observer(),
+    )
     assert [now.share for now in told] == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
     assert told[-1].cost == pytest.approx(found.cost)
     assert all(now.gap == pytest.approx(now.cost / 460.0 - 1.0) for now in told)
@@ -297,9 +299,14 @@ def test_a_relaxation_takes_the_cheapest_way_and_the_cheapest_work(kind: str, cl
     entry, exit_ = rng.uniform(0, 50, (2, len(cluster), 2))
     start = None if closed else (1.0, 2.0)
     problem = RoutingProblem(
-        entry, exit_, cluster, rng.uniform(0, 9, len(cluster)), closed=closed, start=start,
+        entry,
+        exit_,
+        cluster,
+        rng.uniform(0, 9, len(cluster)),
+        closed=closed,
+        start=start,
         precedence=np.array([[0, 1]], dtype=np.int32),
-    )  # fmt: skip
+    )
     relaxed = symmetric_relaxation(problem)
     assert relaxed is not None
     assert relaxed.closed

@@ -161,9 +161,11 @@ def test_full_candidate_lists_are_refused_for_more_than_three_thousand_clusters(
 def test_an_algorithm_checks_the_options_of_ants_and_fireflies(choices: bool) -> None:
     given: list[tuple[object, ...]] = []
     algorithm = Algorithm(
-        "toy", lambda *_: SearchResult(np.zeros(0, dtype=np.int32)), choices,
+        "toy",
+        lambda *_: SearchResult(np.zeros(0, dtype=np.int32)),
+        choices,
         check=lambda *a: given.append(a),
-    )  # fmt: skip
+    )
     aco, firefly = AcoOptions(n_ants=3), FireflyOptions(n_fireflies=4)
     check_options(points(9), algorithm, SolveOptions(), aco, firefly)
     assert given == [("toy", aco, firefly, choices)]

@@ -38,10 +38,16 @@ def problem_of(
     if "table" in kind:
         metric, ends = Metric("EXPLICIT", matrix=rng.uniform(1, 40, (n, n))), ends and (None, None)
     return RoutingProblem(
-        entry, leave if kind in ("cuts", "ways") else entry, rng.permutation(cluster).astype(np.int32),
-        rng.uniform(0, 5, n), metric, np.array(pairs or [], dtype=np.int32).reshape(-1, 2),
-        start=ends and ends[0], end=ends and ends[1], closed=ends is None,
-    )  # fmt: skip
+        entry,
+        leave if kind in ("cuts", "ways") else entry,
+        rng.permutation(cluster).astype(np.int32),
+        rng.uniform(0, 5, n),
+        metric,
+        np.array(pairs or [], dtype=np.int32).reshape(-1, 2),
+        start=ends and ends[0],
+        end=ends and ends[1],
+        closed=ends is None,
+    )
 
 
 def way(problem: RoutingProblem, a: int, b: int) -> float:
@@ -115,8 +121,11 @@ def test_lists_hold_all_possible_neighbours_the_cheapest_first(
             assert all(math.isinf(c) for c in costs[v, len(listed) :])
             assert (near[v, len(listed) :] == -1).all()
     backward = instance.rules.backward
-    for one, two in zip((backward.near, backward.near_cost, backward.back, backward.back_cost),
-                        (lists.back, lists.back_cost, lists.near, lists.near_cost), strict=True):  # fmt: skip
+    for one, two in zip(
+        (backward.near, backward.near_cost, backward.back, backward.back_cost),
+        (lists.back, lists.back_cost, lists.near, lists.near_cost),
+        strict=True,
+    ):
         assert np.array_equal(one, two)
 
 
@@ -219,8 +228,9 @@ def test_layers_hold_the_costs_of_all_moves_with_the_work_at_their_end(
         assert near == sorted(near)
     follow = {(1, 4), (1, 6), (4, 6), (3, 0)} if pairs else set()
     for begin, partner, turned in (
-        (layers.after_begin, layers.after, False), (layers.before_begin, layers.before, True),
-    ):  # fmt: skip
+        (layers.after_begin, layers.after, False),
+        (layers.before_begin, layers.before, True),
+    ):
         found = {(c, int(d)) for c in range(m) for d in partner[begin[c] : begin[c + 1]]}
         assert found == ({(b, a) for a, b in follow} if turned else follow)
 

@@ -26,12 +26,16 @@ def cuts(seed: int, ends: object, ways: int = 2, pairs: int = 2, m: int = 5) -> 
     hidden = rng.permutation(m)
     before = [hidden[np.sort(rng.choice(m, 2, replace=False))] for _ in range(pairs)]
     return RoutingProblem(
-        entry, leave, np.repeat(np.arange(m, dtype=np.int32), ways), rng.uniform(0, 5, m * ways), METRICS[seed % 3],
+        entry,
+        leave,
+        np.repeat(np.arange(m, dtype=np.int32), ways),
+        rng.uniform(0, 5, m * ways),
+        METRICS[seed % 3],
         np.array(before, dtype=np.int32).reshape(-1, 2),
         start=None if ends == "closed" else ends[0],
         end=None if ends == "closed" else ends[1],
         closed=ends == "closed",
-    )  # fmt: skip
+    )
 
 
 def least(problem: RoutingProblem) -> float:

@@ -71,9 +71,16 @@ def test_mended_moves_keep_a_tour_whole_and_never_make_it_longer(n: int, seed: i
     )
     before, words = tour_cost(instance.cost, tour.node), np.array([seed + 1], dtype=np.uint64)
     gained = fly_and_mend(
-        instance.cost, tour, instance.candidates, instance.lengths, search_breadth(instance, BREADTH), moves,
-        min(longest, h - 2), words, 0,
-    )  # fmt: skip
+        instance.cost,
+        tour,
+        instance.candidates,
+        instance.lengths,
+        search_breadth(instance, BREADTH),
+        moves,
+        min(longest, h - 2),
+        words,
+        0,
+    )
     assert sorted(tour.node.tolist()) == list(range(h))
     assert tour.place.tolist() == np.argsort(tour.node).tolist()
     assert gained >= -1e-9 * moves
@@ -197,9 +204,15 @@ def test_repaired_moves_of_a_swarm_are_those_of_the_kernel_between_looks_at_the_
                 plans.append((max(1, round(beta * 60 * 0.05)), min(9, longest)))
             for f, (moves, longest) in enumerate(plans):
                 fly_and_mend(
-                    instance.cost, plain[f], *instance.exchange_lists, search_breadth(instance, BREADTH), moves,
-                    longest, words, f,
-                )  # fmt: skip
+                    instance.cost,
+                    plain[f],
+                    *instance.exchange_lists,
+                    search_breadth(instance, BREADTH),
+                    moves,
+                    longest,
+                    words,
+                    f,
+                )
             tours, lengths = swarm.construct(iteration)
         assert tours.tolist() == [t.node.tolist() for t in plain]
         assert lengths.tolist() == [instance.length(t.node) for t in plain]
@@ -261,9 +274,13 @@ def test_published_variants_refuse_paths_with_choices(variant: str) -> None:
     ],
 )
 def test_a_run_has_a_swarm_of_its_variant_with_a_worker_per_core_or_firefly(
-    options: SolveOptions, fireflies_of: dict[str, object], cores: int | None, threads: int, kind: str,
+    options: SolveOptions,
+    fireflies_of: dict[str, object],
+    cores: int | None,
+    threads: int,
+    kind: str,
     monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+) -> None:
     instance, best, seen = instance_of(20), Best(Stop()), []
 
     def searched(swarm: Swarm, same: Best) -> int:

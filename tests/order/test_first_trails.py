@@ -114,8 +114,13 @@ def test_one_iteration_of_ant_system_with_the_parameters_of_the_sheet_paper() ->
     xy = np.random.default_rng(8).uniform(0, 50, (12, 2))
     instance = build_instance(RoutingProblem.of_points(xy, closed=True), 0)
     colony = trails(
-        instance, 300.0, n_ants="parts", pheromone_weight=0.5, heuristic_weight=0.5, evaporation_rate=0.3,
-    )  # fmt: skip
+        instance,
+        300.0,
+        n_ants="parts",
+        pheromone_weight=0.5,
+        heuristic_weight=0.5,
+        evaporation_rate=0.3,
+    )
     assert colony.parameters.ants == instance.n == 12
     first = float(colony.pheromone[0, 0])
     tours, costs = Ants(Places(instance, False), colony, 1, Stop()).construct(0)

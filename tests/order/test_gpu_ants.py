@@ -151,9 +151,12 @@ def test_searches_that_cannot_use_a_gpu_are_refused() -> None:
 def test_directed_paths_are_refused() -> None:
     places = np.random.default_rng(1).uniform(0, 100, (12, 2))
     several = RoutingProblem(
-        entry=places, exit=places + 1.0, cluster=np.arange(12, dtype=np.int32), service=np.zeros(12),
+        entry=places,
+        exit=places + 1.0,
+        cluster=np.arange(12, dtype=np.int32),
+        service=np.zeros(12),
         precedence=np.array([[3, 2]], dtype=np.int32),
-    )  # fmt: skip
+    )
     with pytest.raises(SolveError, match="--parallel gpu: paths with directions"):
         solve(several, SolveOptions(algorithm="as", iterations=1, bound=False), AcoOptions(parallel="gpu"))
 
@@ -234,9 +237,12 @@ def fresh_kernels() -> Iterator[None]:
     ],
 )
 def test_a_fake_gpu_builds_the_tours_of_the_cpu(
-    ants: int, ends: dict[str, object], free_ants: float, launched: list[tuple[int, int]],
+    ants: int,
+    ends: dict[str, object],
+    free_ants: float,
+    launched: list[tuple[int, int]],
     monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+) -> None:
     """Half of the free memory is for ants; an ant has its tour, marks, counts, a stack of 64, and a random state."""
     xy = np.random.default_rng(4).uniform(0, 100, (9, 2))
     instance = build_instance(RoutingProblem.of_points(xy, **ends), 4)  # type: ignore[arg-type]

@@ -166,7 +166,7 @@ def test_a_cost_model_has_the_numbers_of_its_metric_and_is_plain_without_anythin
         ({}, replace(plain, zones=zones, lift=0.25)),
         ({}, Metric("EXPLICIT", matrix=np.array([[0, 1], [2, 3]]))),
         ({}, replace(plain, relief=relief)),
-    ):  # fmt: skip
+    ):
         model = cost_model(metric, xy, **more)  # type: ignore[arg-type]
         assert not model.plain
         assert (model.tied_a, model.tied_b) == more.get("tied", (-1, -1))

@@ -140,11 +140,12 @@ def test_the_same_seed_gives_the_same_tour_and_given_ends_stay_ends(variant: str
     )
     ways = [
         solve(
-            problem, SolveOptions(algorithm="firefly", iterations=10, seed=seed, threads=threads, bound=False),
+            problem,
+            SolveOptions(algorithm="firefly", iterations=10, seed=seed, threads=threads, bound=False),
             firefly=FireflyOptions(variant=variant),
         )
         for seed, threads in ((1, 1), (1, 2), (2, 1))
-    ]  # fmt: skip
+    ]
     assert ways[0].nodes.tolist() == ways[1].nodes.tolist() != ways[2].nodes.tolist()
     path = np.concatenate([[(0.0, 0.0)], problem.entry[ways[0].nodes], [(50.0, 50.0)]])
     assert ways[0].cost == pytest.approx(float(np.hypot(*np.diff(path, axis=0).T).sum()))
@@ -157,18 +158,20 @@ def test_eight_places_have_the_shortest_of_all_orders() -> None:
     orders = np.array([(0, *rest) for rest in itertools.permutations(range(1, 8))])
     shortest = (d[orders[:, :-1], orders[:, 1:]].sum(axis=1) + d[orders[:, -1], 0]).min()
     found = solve(
-        RoutingProblem.of_points(xy, closed=True), SolveOptions(algorithm="firefly", iterations=400, bound=False),
+        RoutingProblem.of_points(xy, closed=True),
+        SolveOptions(algorithm="firefly", iterations=400, bound=False),
         firefly=FireflyOptions(variant="published"),
-    )  # fmt: skip
+    )
     assert found.cost == pytest.approx(shortest)
 
 
 def test_it_ends_after_twenty_iterations_that_brought_nothing() -> None:
     xy = [(0, 0), (0, 9), (9, 9), (9, 0), (5, 5)]
     found = solve(
-        RoutingProblem.of_points(xy, closed=True), SolveOptions(algorithm="firefly", bound=False),
+        RoutingProblem.of_points(xy, closed=True),
+        SolveOptions(algorithm="firefly", bound=False),
         firefly=FireflyOptions(variant="published"),
-    )  # fmt: skip
+    )
     assert 20 <= found.iterations < 60
 
 

@@ -189,10 +189,14 @@ def test_few_clusters_on_one_place_are_no_trouble(kind: str, n: int) -> None:
     for closed in (False, True):
         problem = random_problem(2, n, kind, "closed" if closed else (None, None), pairs=n // 2)
         flat = RoutingProblem(
-            np.ones_like(problem.entry), np.ones_like(problem.exit), problem.cluster, problem.service,
+            np.ones_like(problem.entry),
+            np.ones_like(problem.exit),
+            problem.cluster,
+            problem.service,
             Metric("EXPLICIT", matrix=np.ones((problem.n_nodes, problem.n_nodes))) if "table" in kind else Metric(),
-            problem.precedence, closed=closed,
-        )  # fmt: skip
+            problem.precedence,
+            closed=closed,
+        )
         found = solve(flat, SolveOptions(preset="fast"))
         check(flat, found.nodes, found.cost)
 
@@ -291,9 +295,15 @@ def test_the_bound_leaves_precedence_out_and_is_never_above_the_optimum() -> Non
         assert found.lower_bound is not None
         assert found.lower_bound <= least(problem) + 1e-9
         free = RoutingProblem(
-            problem.entry, problem.exit, problem.cluster, problem.service, problem.metric,
-            start=problem.start, end=problem.end, closed=problem.closed,
-        )  # fmt: skip
+            problem.entry,
+            problem.exit,
+            problem.cluster,
+            problem.service,
+            problem.metric,
+            start=problem.start,
+            end=problem.end,
+            closed=problem.closed,
+        )
         assert found.lower_bound <= least(free) + 1e-9
 
 

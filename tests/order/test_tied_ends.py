@@ -18,9 +18,14 @@ def test_local_search_ends_where_ways_differ_by_little() -> None:
     points = np.column_stack([x, y])
     metric = Metric("linear", (124.0, 124.0), (228.6, 228.6), per_mm=1e-6)
     problem = RoutingProblem(
-        entry=points, exit=points, cluster=np.arange(9, dtype=np.int32), service=np.zeros(9), metric=metric,
-        start=(153.67, -96.266), end=(147.32, -99.06),
-    )  # fmt: skip
+        entry=points,
+        exit=points,
+        cluster=np.arange(9, dtype=np.int32),
+        service=np.zeros(9),
+        metric=metric,
+        start=(153.67, -96.266),
+        end=(147.32, -99.06),
+    )
     instance = build_instance(problem, 16)
     work = tour_with_buffers(nearest_neighbour(instance))
     moves = improve(instance.cost, work, instance.candidates, 1000)

@@ -249,9 +249,13 @@ def test_the_first_trails_and_the_variables_of_a_step(algorithm: str, initial: f
 
 def test_all_parameters_of_an_algorithm() -> None:
     given = AcoOptions(
-        n_ants=4, pheromone_weight=1.5, heuristic_weight=3.0, evaporation_rate=0.3, greedy_probability=0.7,
+        n_ants=4,
+        pheromone_weight=1.5,
+        heuristic_weight=3.0,
+        evaporation_rate=0.3,
+        greedy_probability=0.7,
         initial_pheromone=0.25,
-    )  # fmt: skip
+    )
     assert AntParameters.of("acs", given, 80, False) == AntParameters(
         "acs", 4, 1.5, 3.0, 0.3, 4, 4, 0.7, 0.1, False, 0.25
     )

@@ -82,9 +82,13 @@ def test_the_answer_says_what_is_missing_how_many_where_and_why(
     (missing,) = json.loads(capsys.readouterr().out)["missing"]
     # The slot's middle is at (27, 33) in the drawing, and (17, 23) from the zero of the program.
     assert missing == {
-        "what": "slot", "count": 1, "where": [[17.0, 23.0]], "code": "L201", "place": "at (27, 33)",
+        "what": "slot",
+        "count": 1,
+        "where": [[17.0, 23.0]],
+        "code": "L201",
+        "place": "at (27, 33)",
         "why": "1 slot not milled: only round holes are drilled",
-    }  # fmt: skip
+    }
 
 
 @pytest.mark.hazard

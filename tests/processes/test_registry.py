@@ -38,15 +38,34 @@ def chosen(asked: str, *names: str) -> str:
 
 
 def test_what_is_made_of_a_file_is_what_is_asked_for_else_what_it_is_good_for_alone_else_drilling() -> None:
-    assert {(name, asked): chosen(asked, name) for name, asked in (
-        ("dxf", "auto"), ("dxf", "drill"), ("dxf", "cut"), ("dxf", "pocket"), ("svg", "auto"), ("picture", "auto"),
-        ("picture", "drill"), ("wkt", "auto"), ("gcode", "auto"), ("gcode", "drill"), ("gcode", "plasma"),
-    )} == {
-        ("dxf", "auto"): "drill", ("dxf", "drill"): "drill", ("dxf", "cut"): "cut", ("dxf", "pocket"): "pocket",
-        ("svg", "auto"): "drill", ("picture", "auto"): "pocket", ("picture", "drill"): "drill",
+    assert {
+        (name, asked): chosen(asked, name)
+        for name, asked in (
+            ("dxf", "auto"),
+            ("dxf", "drill"),
+            ("dxf", "cut"),
+            ("dxf", "pocket"),
+            ("svg", "auto"),
+            ("picture", "auto"),
+            ("picture", "drill"),
+            ("wkt", "auto"),
+            ("gcode", "auto"),
+            ("gcode", "drill"),
+            ("gcode", "plasma"),
+        )
+    } == {
+        ("dxf", "auto"): "drill",
+        ("dxf", "drill"): "drill",
+        ("dxf", "cut"): "cut",
+        ("dxf", "pocket"): "pocket",
+        ("svg", "auto"): "drill",
+        ("picture", "auto"): "pocket",
+        ("picture", "drill"): "drill",
         ("wkt", "auto"): "pocket",
-        ("gcode", "auto"): "program", ("gcode", "drill"): "program", ("gcode", "plasma"): "program",
-    }  # fmt: skip
+        ("gcode", "auto"): "program",
+        ("gcode", "drill"): "program",
+        ("gcode", "plasma"): "program",
+    }
     assert chosen("auto", "excellon", "excellon") == "drill"
 
 

@@ -15,9 +15,18 @@ from leafcut.proof.envelope import check_envelope
 
 #: 400 × 200 × 300 mm; program zero 100 mm from the left and front limits, 250 mm above the lowest z.
 MILL = Machine(
-    "mill", "", "linuxcnc", (100.0, 100.0, 50.0), (500.0, 500.0, 250.0), 20.0, (-400.0, -200.0, -300.0),
-    (0.0, 0.0, 0.0), work_offset=(-300.0, -100.0, -50.0), spindle_min_rpm=100.0, spindle_max_rpm=6000.0,
-)  # fmt: skip
+    "mill",
+    "",
+    "linuxcnc",
+    (100.0, 100.0, 50.0),
+    (500.0, 500.0, 250.0),
+    20.0,
+    (-400.0, -200.0, -300.0),
+    (0.0, 0.0, 0.0),
+    work_offset=(-300.0, -100.0, -50.0),
+    spindle_min_rpm=100.0,
+    spindle_max_rpm=6000.0,
+)
 
 
 def moves(*places: tuple[float, float, float]) -> Toolpath:
@@ -58,8 +67,9 @@ def test_without_a_work_offset_only_the_size_is_checked() -> None:
     machine = replace(MILL, work_offset=None)
     assert whats(moves((1000, 0, 0), (1400, 0, 0)), machine) == []
     found = whats(moves((1000, 0, 0), (1401, 0, 0)), machine)
-    assert found == ["too large: X goes from 1000.000 to 1401.000 mm, 401.000 mm in all, "
-                     "but the machine's travel is 400.000 mm"]  # fmt: skip
+    assert found == [
+        "too large: X goes from 1000.000 to 1401.000 mm, 401.000 mm in all, but the machine's travel is 400.000 mm"
+    ]
 
 
 def test_bottoms_and_r_planes_of_holes_count() -> None:

@@ -21,9 +21,18 @@ from leafcut.proof.program import check_program, read_back
 T = TypeVar("T")
 
 MILL = Machine(
-    "mill", "", "linuxcnc", (100.0, 100.0, 50.0), (500.0, 500.0, 250.0), 40.0, (-400.0, -400.0, -300.0),
-    (400.0, 400.0, 100.0), work_offset=(0.0, 0.0, 0.0), spindle_max_rpm=9000.0, safe_z=0.0,
-)  # fmt: skip
+    "mill",
+    "",
+    "linuxcnc",
+    (100.0, 100.0, 50.0),
+    (500.0, 500.0, 250.0),
+    40.0,
+    (-400.0, -400.0, -300.0),
+    (400.0, 400.0, 100.0),
+    work_offset=(0.0, 0.0, 0.0),
+    spindle_max_rpm=9000.0,
+    safe_z=0.0,
+)
 
 #: Words without effect in these programs. They contain no radius compensation, arc, constant surface speed or length
 #: offset, so nothing depends on their cancellation or on the path mode. G0 ends a cycle like G80.

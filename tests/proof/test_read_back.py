@@ -73,9 +73,13 @@ def without(rows: Callable[[Toolpath], int]) -> Toolpath:
 
 def pick(path: Toolpath, order: list[int]) -> Toolpath:
     return replace(
-        path, kind=path.kind[order], end=path.end[order], value=path.value[order], ref=path.ref[order],
+        path,
+        kind=path.kind[order],
+        end=path.end[order],
+        value=path.value[order],
+        ref=path.ref[order],
         line=path.line[order],
-    )  # fmt: skip
+    )
 
 
 def drill_row(path: Toolpath, which: int) -> int:
@@ -418,11 +422,15 @@ def test_tools_that_move_with_another_length_offset_are_reported_once_each() -> 
     assert compare_motion(path, path, TOLERANCE) == []
     assert compare_motion(path, path, TOLERANCE, offsets=True) == [
         Difference(
-            "length offset", 0, 21,
+            "length offset",
+            0,
+            21,
             "tool 2 moves with length offset 1 instead of its own; rapid to X2.000 Y0.000 Z12.000",
         ),
         Difference(
-            "length offset", 0, 31,
+            "length offset",
+            0,
+            31,
             "tool 3 moves with length offset 0 instead of its own; rapid to X3.000 Y0.000 Z13.000",
         ),
-    ]  # fmt: skip
+    ]

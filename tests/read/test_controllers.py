@@ -407,8 +407,12 @@ def test_a_few_answers_make_a_machine_and_the_rest_is_an_estimate_of_a_like_one(
     for key in ("rapid_style", "acceleration", "corners", "spindle_max_rpm", "tool_changer", "tool_change_s"):
         assert getattr(found.machine, key) == getattr(vf2, key)
     assert {v.key for v in found.values if v.how is ValueOrigin.TAKEN} == {
-        "name", "controller", "rapid.velocity", "travel.min", "travel.max",
-    }  # fmt: skip
+        "name",
+        "controller",
+        "rapid.velocity",
+        "travel.min",
+        "travel.max",
+    }
     (tmp_path / "a.toml").write_text(found.text, encoding="utf-8")
     assert load_machine(str(tmp_path / "a.toml")) == found.machine
 

@@ -195,9 +195,17 @@ def test_a_format_is_recognised_by_its_first_bytes(sniff: Callable[[bytes], Matc
 def test_the_ten_points_of_the_first_example_are_those_of_the_documents() -> None:
     part = read_example(Source("example:Ten_Points", b""), ReadOptions())
     assert [(hole.x, hole.y, hole.diameter) for hole in part.holes] == [
-        (12, 64, 0), (78, 18, 0), (45, 90, 0), (90, 72, 0), (24, 20, 0),
-        (60, 52, 0), (8, 38, 0), (96, 44, 0), (36, 58, 0), (70, 88, 0),
-    ]  # fmt: skip
+        (12, 64, 0),
+        (78, 18, 0),
+        (45, 90, 0),
+        (90, 72, 0),
+        (24, 20, 0),
+        (60, 52, 0),
+        (8, 38, 0),
+        (96, 44, 0),
+        (36, 58, 0),
+        (70, 88, 0),
+    ]
     assert (part.name, part.source, part.format, part.units) == ("ten-points", "example:ten-points", "example", "mm")
 
 

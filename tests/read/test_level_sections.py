@@ -187,8 +187,12 @@ def test_pockets_are_closed_level_and_free_above() -> None:
     faces, triangles = meshed(solid)
     found = pockets_of(solid, triangles, faces, everywhere)
     assert {key: found[key] for key in ("highest", "open", "leaning", "covered", "sloping")} == {
-        "highest": pytest.approx(23), "open": 3, "leaning": 1, "covered": 1, "sloping": 0
-    }  # fmt: skip
+        "highest": pytest.approx(23),
+        "open": 3,
+        "leaning": 1,
+        "covered": 1,
+        "sloping": 0,
+    }
     (pocket,) = found["pockets"]
     assert (pocket["z"], pocket["diameter"], len(pocket["islands"])) == (14, 0, 1)
     assert abs(Polyline(np.array(pocket["outline"]), True).area) == pytest.approx(1200)

@@ -205,9 +205,10 @@ def test_sizes_and_densities_are_those_of_the_file() -> None:
         assert picture.size_in_pixels(source_of(image, kind)) == (7, 5)
     assert picture._pixel_size_hint(image) == ", such as --pixel-size 0.1"
     for dpi, text in (
-        (254, "; its file says 254 pixels per inch: --pixel-size 0.1"), (0, ", such as --pixel-size 0.1"),
+        (254, "; its file says 254 pixels per inch: --pixel-size 0.1"),
+        (0, ", such as --pixel-size 0.1"),
         (72.5, "; its file says 72.5 pixels per inch: --pixel-size 0.350345"),
-    ):  # fmt: skip
+    ):
         image.info["dpi"] = (dpi, 99)
         assert picture._pixel_size_hint(image) == text
     image.info["dpi"] = ()

@@ -34,15 +34,19 @@ def slot_power(depth: float, feed: float) -> float:
 @pytest.mark.slow
 def test_the_deepest_level_of_all_pockets_counts_for_the_power_of_each(tmp_path: Path) -> None:
     """Levels of 3 mm and of 2 mm: first cuts of both are as slow as a slot 3 mm deep has to be, never faster."""
-    solid = cut(
-        box(0, 0, -20, 100, 50, 0), rounded(10, 10, -6, 40, 40, 1, 5), rounded(55, 10, -2, 85, 40, 1, 5)
-    )  # fmt: skip
+    solid = cut(box(0, 0, -20, 100, 50, 0), rounded(10, 10, -6, 40, 40, 1, 5), rounded(55, 10, -2, 85, 40, 1, 5))
     (tmp_path / "shop.toml").write_text(LIBRARY)
     found = api.optimize(
-        saved(tmp_path / "two.step", solid), process="pocket", preset="fast", threads=1,
+        saved(tmp_path / "two.step", solid),
+        process="pocket",
+        preset="fast",
+        threads=1,
         machine=machine_of_power(tmp_path, "0.4 kW"),
-        strategy="contour", tools=tmp_path / "shop.toml", feeds=True, material="c45",
-    )  # fmt: skip
+        strategy="contour",
+        tools=tmp_path / "shop.toml",
+        feeds=True,
+        material="c45",
+    )
     path = found.written
     assert path is not None
     level = np.isin(path.kind, (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)) & (path.before[:, 2] == path.end[:, 2])

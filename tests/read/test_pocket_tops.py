@@ -115,8 +115,10 @@ def test_a_pocket_in_one_that_is_left_out_begins_at_the_rim_of_that_one(stairs: 
 
 def test_a_drawing_has_no_surface(tmp_path: Path) -> None:
     file = tmp_path / "pocket.svg"
-    file.write_text('<svg xmlns="http://www.w3.org/2000/svg" width="50mm" height="50mm" viewBox="0 0 50 50">'
-                    '<rect x="5" y="5" width="40" height="40"/></svg>')  # fmt: skip
+    file.write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" width="50mm" height="50mm" viewBox="0 0 50 50">'
+        '<rect x="5" y="5" width="40" height="40"/></svg>'
+    )
     with pytest.raises(OptionError, match="--pocket-top surface: only a STEP file has a surface"):
         api.optimize(file, process="pocket", depth=3, **{**FAST, "z_zero": None})
 

@@ -52,12 +52,32 @@ def refusal(name: str) -> str:
 
 def test_these_machines_are_shipped_with_a_description_each() -> None:
     assert set(machine_names()) == {
-        "haas-vf2", "linuxcnc-mill", "linuxcnc-sim", "grbl-3018", "mach3-router", "fagor-8055", "pcb-drill",
-        "marlin-mpcnc", "siemens-828d", "heidenhain-tnc", "centroid-mill", "uccnc-router", "edingcnc-router",
-        "masso-router", "mach4-router", "duet-router", "shapeoko-router", "openbuilds-router",
-        "grbl-laser-5w", "grbl-laser-20w", "grbl-laser-co2",
-        "plasma-table", "laser-table", "flame-table", "water-table",
-    }  # fmt: skip
+        "haas-vf2",
+        "linuxcnc-mill",
+        "linuxcnc-sim",
+        "grbl-3018",
+        "mach3-router",
+        "fagor-8055",
+        "pcb-drill",
+        "marlin-mpcnc",
+        "siemens-828d",
+        "heidenhain-tnc",
+        "centroid-mill",
+        "uccnc-router",
+        "edingcnc-router",
+        "masso-router",
+        "mach4-router",
+        "duet-router",
+        "shapeoko-router",
+        "openbuilds-router",
+        "grbl-laser-5w",
+        "grbl-laser-20w",
+        "grbl-laser-co2",
+        "plasma-table",
+        "laser-table",
+        "flame-table",
+        "water-table",
+    }
     assert list(machine_descriptions()) == machine_names()
     assert all(machine_descriptions().values())
 
@@ -246,8 +266,10 @@ def test_a_profile_shown_as_a_template_is_the_same_machine_when_it_is_read_again
             text = text.replace(f"\n# {key.key} = ", f"\n{key.key} = ", 1)
     said = load_machine(write(tmp_path, text))
     assert (said.units, said.acceleration_factor, said.spindle_min_rpm) == (
-        load_machine(name).units, load_machine(name).acceleration_factor, load_machine(name).spindle_min_rpm,
-    )  # fmt: skip
+        load_machine(name).units,
+        load_machine(name).acceleration_factor,
+        load_machine(name).spindle_min_rpm,
+    )
 
 
 FEW = """

@@ -139,8 +139,9 @@ def test_a_nested_drawing_has_its_own_corner_and_view_box(draw):
 def test_shapes_without_size_draw_nothing_and_moves_begin_new_contours(draw):
     part = read_contours(draw('<rect width="0" height="5"/><rect width="4" height="0"/><path d="M0 0h3M9 9h5v1z"/>'))
     assert [(c.path.length, c.path.closed) for c in part.contours] == [
-        (3, False), (pytest.approx(6 + math.sqrt(26)), True),
-    ]  # fmt: skip
+        (3, False),
+        (pytest.approx(6 + math.sqrt(26)), True),
+    ]
 
 
 def test_the_layer_is_the_inkscape_layer_else_the_class_else_the_colour(draw):

@@ -22,8 +22,12 @@ TABLES = Path(__file__).parent / "tables"
 def tsp(**changed: str) -> str:
     """Return a TSPLIB file of three nodes with changed fields; an empty one is left out."""
     fields = {
-        "NAME": "x", "TYPE": "TSP", "DIMENSION": "3", "EDGE_WEIGHT_TYPE": "EUC_2D", "NODES": "1 0 0\n2 3 4\n3 6 8\n",
-    } | changed  # fmt: skip
+        "NAME": "x",
+        "TYPE": "TSP",
+        "DIMENSION": "3",
+        "EDGE_WEIGHT_TYPE": "EUC_2D",
+        "NODES": "1 0 0\n2 3 4\n3 6 8\n",
+    } | changed
     nodes = fields.pop("NODES")
     head = "".join(f"{key} : {value}\n" for key, value in fields.items() if value)
     return f"{head}NODE_COORD_SECTION\n{nodes}EOF\n"

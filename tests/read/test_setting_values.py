@@ -90,8 +90,9 @@ def test_an_infinite_travel_is_unknown_and_noted() -> None:
     values.store_travel(axes(-INF, 0, -5), axes(9, INF, 0, derived=True))
     assert values.notes == ["the travel of x, y is unknown: it is not checked"]
     assert [(one.key, one.value, one.how) for one in values.entries.values()] == [
-        ("travel.min", ["unknown", "0 mm", "-5 mm"], TAKEN), ("travel.max", ["9 mm", "unknown", "0 mm"], DERIVED)
-    ]  # fmt: skip
+        ("travel.min", ["unknown", "0 mm", "-5 mm"], TAKEN),
+        ("travel.max", ["9 mm", "unknown", "0 mm"], DERIVED),
+    ]
     values = Values("a.txt", "GRBL")
     values.store_travel(axes(0, 0, 0), axes(1, 1, 1))
     assert values.notes == []
@@ -185,5 +186,11 @@ def test_numbers_and_lines_are_written_shortly() -> None:
     assert with_unit(1234567890123, "mm") == "1.23456789e+12 mm"
     assert (axis_texts((1, 1, 1), "s"), axis_texts((1, 1, 2), "s")) == ("1 s", ["1 s", "1 s", "2 s"])
     assert [in_lines(lines) for lines in ([3], [3, 3], [4, 3], [5, 3, 4], [3, 5, 7], [3, 4, 6], [1, 2, 3, 4])] == [
-        "line 3", "line 3", "lines 3 and 4", "lines 3 to 5", "lines 3, 5 and 7", "lines 3, 4 and 6", "lines 1 to 4"
-    ]  # fmt: skip
+        "line 3",
+        "line 3",
+        "lines 3 and 4",
+        "lines 3 to 5",
+        "lines 3, 5 and 7",
+        "lines 3, 4 and 6",
+        "lines 1 to 4",
+    ]

@@ -132,8 +132,12 @@ def test_the_material_chooses_the_preset_of_a_fusion_tool(name: str, tmp_path: P
     presets = (("Softwood", 15000), ("Steel", 1500), ("Stainless steel", 900), ("Aluminum roughing", 6000))
     file = with_presets(tmp_path, name, *presets)
     for material, speed in (
-        ("softwood", 15000), ("steel", 1500), ("steel-c45", 1500), ("stainless_steel", 900), ("aluminium", 6000),
-    ):  # fmt: skip
+        ("softwood", 15000),
+        ("steel", 1500),
+        ("steel-c45", 1500),
+        ("stainless_steel", 900),
+        ("aluminium", 6000),
+    ):
         (tool,) = load_tools(file, material=material).tools
         assert (tool.spindle_rpm, tool.feed) == (speed, pytest.approx(speed / 600)), material
     assert "15000" in imported_tools(str(file), material="softwood")[0]
@@ -153,9 +157,15 @@ def test_equal_presets_and_single_presets_need_no_material(name: str, tmp_path: 
 def test_a_single_preset_of_another_material_is_not_used(name: str, tmp_path: Path) -> None:
     """A preset that names no material has the feeds of the shop, whatever it cuts."""
     for preset, fits in (
-        ("Softwood", False), ("Stainless steel", False), ("Mild steel", True), ("Steel", True),
-        ("HDPE sheet", False), ("Delrin", False), ("Preset 1", True), ("", True),
-    ):  # fmt: skip
+        ("Softwood", False),
+        ("Stainless steel", False),
+        ("Mild steel", True),
+        ("Steel", True),
+        ("HDPE sheet", False),
+        ("Delrin", False),
+        ("Preset 1", True),
+        ("", True),
+    ):
         file = with_presets(tmp_path, name, (preset, 9000))
         if fits:
             assert load_tools(file, material="mild_steel").tools[0].spindle_rpm == 9000, preset

@@ -97,8 +97,9 @@ def test_a_type_of_fusion_is_a_kind_in_its_library_and_in_its_table(tmp_path: Pa
 def test_a_shape_of_freecad_is_a_kind(shape: str, tmp_path: Path) -> None:
     (tmp_path / "a.fctb").write_text(json.dumps({"shape": f"{shape}.fcstd", "parameter": {"Diameter": "5 mm"}}))
     assert rows_of(tmp_path / "a.fctb", "") == (
-        [("T1", {"number": 1, "kind": FREECAD[shape], "name": "a", "diameter": "5 mm"})], True
-    )  # fmt: skip
+        [("T1", {"number": 1, "kind": FREECAD[shape], "name": "a", "diameter": "5 mm"})],
+        True,
+    )
 
 
 #: Coarse pitches of ISO 261, mm.

@@ -141,10 +141,15 @@ MATERIALS = """
 def test_a_preset_that_names_a_material_is_for_no_other(tmp_path: Path) -> None:
     names = [*MATERIALS.split(), "Roughing", "fast"]
     tools = [
-        {"type": "drill", "unit": "millimeters", "post-process": {"number": number}, "geometry": {"DC": 5},
-         "start-values": {"presets": [{"name": f"My {name.title()} 2", "n": 1000, "v_f": 100}]}}
+        {
+            "type": "drill",
+            "unit": "millimeters",
+            "post-process": {"number": number},
+            "geometry": {"DC": 5},
+            "start-values": {"presets": [{"name": f"My {name.title()} 2", "n": 1000, "v_f": 100}]},
+        }
         for number, name in enumerate(names, 1)
-    ]  # fmt: skip
+    ]
     (tmp_path / "a.json").write_text(json.dumps({"data": tools}))
     assert [names[t.number - 1] for t in load_tools(tmp_path / "a.json", material="bone").tools] == ["Roughing", "fast"]
     assert len(load_tools(tmp_path / "a.json").tools) == len(names)

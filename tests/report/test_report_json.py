@@ -51,10 +51,17 @@ def test_numbers_are_those_of_the_outcome(outcome_of):
     assert answer["counts"] == {"holes": 2, "slots": 0, "tools": 1, "operations": 1}
     assert answer["tools"] == [
         {
-            "number": 1, "kind": "drill", "name": "", "diameter_mm": 2.0, "cycle": "G81", "feed_mm_min": 180.0,
-            "speed_rpm": 1500.0, "holes": 2, "assumed": True,
+            "number": 1,
+            "kind": "drill",
+            "name": "",
+            "diameter_mm": 2.0,
+            "cycle": "G81",
+            "feed_mm_min": 180.0,
+            "speed_rpm": 1500.0,
+            "holes": 2,
+            "assumed": True,
         }
-    ]  # fmt: skip
+    ]
     assert [w["ants"] for w in answer["workers"]] == [1200, 1100]
     assert answer["verified"] is True
 

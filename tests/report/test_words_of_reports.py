@@ -42,8 +42,13 @@ def test_places_at_zero_have_no_sign() -> None:
 @pytest.mark.parametrize(("machine", "cycle"), [("grbl-3018", ""), ("marlin-mpcnc", ""), ("haas-vf2", "G81")])
 def test_a_drilling_cycle_is_named_only_where_the_program_has_it(machine: str, cycle: str, examples: Path) -> None:
     outcome = leafcut.optimize(
-        examples / "plate_8x8_10.dxf", process="drill", machine=machine, thickness=5, spindle_speed=3000, preset="fast",
-    )  # fmt: skip
+        examples / "plate_8x8_10.dxf",
+        process="drill",
+        machine=machine,
+        thickness=5,
+        spindle_speed=3000,
+        preset="fast",
+    )
     assert [tool["cycle"] for tool in as_json(report_of(outcome))["tools"]] == [cycle]
     assert ("G81" in outcome.text) == ("G81" in write_page(report_of(outcome))) == (cycle == "G81")
 

@@ -75,9 +75,15 @@ class FakeGrblHal(FakeGrbl):
     def _answer(self, line: str) -> None:
         if line == "$I":
             for said in (
-                "[VER:1.1f.20260801:]", "[OPT:VNMGZ,100,1024,5,0]", "[AXS:5:XYZAB]", "[NEWOPT:ENUMS,RT-,HOME,TC,SED]",
-                "[FIRMWARE:grblHAL]", "[NVS STORAGE:*FLASH]", "[DRIVER:RP2040]", "[COMPATIBILITY LEVEL:0]",
-            ):  # fmt: skip
+                "[VER:1.1f.20260801:]",
+                "[OPT:VNMGZ,100,1024,5,0]",
+                "[AXS:5:XYZAB]",
+                "[NEWOPT:ENUMS,RT-,HOME,TC,SED]",
+                "[FIRMWARE:grblHAL]",
+                "[NVS STORAGE:*FLASH]",
+                "[DRIVER:RP2040]",
+                "[COMPATIBILITY LEVEL:0]",
+            ):
                 self.say(said.replace("Z,100", ",100"))
             self.say("ok")
         elif line == "$$":

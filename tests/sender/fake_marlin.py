@@ -335,7 +335,7 @@ class FakeMarlin:
             "M113": self.keepalive,
             "M114": f"X:{x:.2f} Y:{y:.2f} Z:{z:.2f} Count X:{x * 80:.0f} Y:{y * 80:.0f} Z:{z * 400:.0f}",
             "M211": f"echo:Soft endstops: {'ON' if on else 'OFF'}  Min:  {ends[0]}   Max:  {ends[1]}",
-        }.get(word, "").split("\n"):  # fmt: skip
+        }.get(word, "").split("\n"):
             if line:
                 self.say(line)
         if word == "M220" and "S" in said:

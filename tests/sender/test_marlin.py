@@ -234,9 +234,21 @@ def test_what_is_done_at_a_change_is_undone_and_the_program_goes_on_from_above()
     ending = sent(board, job_with(lines), prompt=lambda _pause, _said: typed.pop(0))
     assert ending.complete, ending.reason
     at = board.taken.index("G92 Z12") + 1
-    assert obeyed(board)[obeyed(board).index("G92 Z12") + 1 :][:9] == [
-        "M113", "M503", "M211", "M5", "M9", "G21", "G90", "G17", "G0 Z12 F900",
-    ] or board.taken[at:]  # fmt: skip
+    assert (
+        obeyed(board)[obeyed(board).index("G92 Z12") + 1 :][:9]
+        == [
+            "M113",
+            "M503",
+            "M211",
+            "M5",
+            "M9",
+            "G21",
+            "G90",
+            "G17",
+            "G0 Z12 F900",
+        ]
+        or board.taken[at:]
+    )
     way = [line for line in board.taken[at:] if line[0] == "G"]
     assert way[:6] == ["G21", "G90", "G17", "G0 Z12 F900", "G0 X15 Y10 F3000", "G0 Z5 F900"]
 
@@ -250,9 +262,21 @@ def test_it_goes_on_at_a_hole_in_the_words_of_marlin() -> None:
     assert ending.complete, ending.reason
     lead = obeyed(board)[1:]
     assert lead[: len(lead) - 9] == [
-        "M5", "M9", "G21", "G90", "G17", "G0 Z20 F900", "G0 X15 Y10 F3000", "M3 S9000", "G4 P4000", "G0 Z5 F900",
-        "G21", "G1 F900", "G17", "G90",
-    ]  # fmt: skip
+        "M5",
+        "M9",
+        "G21",
+        "G90",
+        "G17",
+        "G0 Z20 F900",
+        "G0 X15 Y10 F3000",
+        "M3 S9000",
+        "G4 P4000",
+        "G0 Z5 F900",
+        "G21",
+        "G1 F900",
+        "G17",
+        "G90",
+    ]
     assert lead[-9:] == [*drilled(4)[8:], "M5"]
 
 

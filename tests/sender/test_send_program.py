@@ -44,16 +44,22 @@ def test_comments_blanks_numbers_and_what_stands_behind_the_end_are_not_sent() -
     lines = ["%", "(a part)", "N10 g1 x+1.5 Y2 (here) F100 ; there", "/G0 Z5", "", "T2", "M30", "G0 X9"]
     steps = steps_of(lines, GRBL, "part.nc")
     assert [(step.text, step.number) for step in steps if isinstance(step, SentLine)] == [
-        ("G1X1.5Y2F100", 3), ("G0Z5", 4), ("T2", 6), ("M30", 7),
-    ]  # fmt: skip
+        ("G1X1.5Y2F100", 3),
+        ("G0Z5", 4),
+        ("T2", 6),
+        ("M30", 7),
+    ]
 
 
 def test_only_a_tool_chosen_right_above_makes_of_a_pause_a_change() -> None:
     lines = ["T1 (3 mm drill)", "M0", "G0 Z5", "M0", "T2 M6", "G0 Z5", "T3", "G0 Z5", "G0 Z6", "G0 Z7", "M0"]
     pauses = [step for step in steps_of(lines, GRBL, "part.nc") if isinstance(step, Pause)]
     assert [(p.number, p.change, p.tool) for p in pauses] == [
-        (2, True, 1), (4, False, None), (5, True, 2), (11, False, None),
-    ]  # fmt: skip
+        (2, True, 1),
+        (4, False, None),
+        (5, True, 2),
+        (11, False, None),
+    ]
     assert str(pauses[0]) == "line 2: mount tool T1 (3 mm drill)"
 
 
@@ -120,9 +126,24 @@ def test_going_on_in_a_cut_comes_down_at_feed_over_its_place_with_the_spindle_on
     steps, tool = resumed(job("T3\nG0 X0 Y0\nM8\nG1 Z-1 F100\nG1 X10 F300\nY10\nX0\nG0 Z5"), 9)
     assert tool is None or tool == 3
     assert texts(steps) == [
-        "M5", "M9", "G21G90G94G17G40G49", "G54", "G0Z5", "G0X10Y0", "M8", "M3S900", "G4P2", "G1Z-1F300",
-        "G21", "F300", "G17G90", "G1Y10", "X0", "G0Z5", "M30",
-    ]  # fmt: skip
+        "M5",
+        "M9",
+        "G21G90G94G17G40G49",
+        "G54",
+        "G0Z5",
+        "G0X10Y0",
+        "M8",
+        "M3S900",
+        "G4P2",
+        "G1Z-1F300",
+        "G21",
+        "F300",
+        "G17G90",
+        "G1Y10",
+        "X0",
+        "G0Z5",
+        "M30",
+    ]
 
 
 def test_going_on_never_comes_down_before_it_is_over_its_place() -> None:

@@ -248,8 +248,15 @@ def test_what_is_typed_at_a_change_is_undone_and_the_program_goes_on_from_above_
     assert sent(board, job_with(lines), prompt=prompt).complete
     at = board.taken.index("G10 L20 P0 Z0") + 1
     assert board.taken[at : at + 8] == [
-        "M5", "M9", "G21G90G94G17G40G49", "G54", "G0Z30", "G0X1Y0", "S900", "G0Z5",
-    ]  # fmt: skip
+        "M5",
+        "M9",
+        "G21G90G94G17G40G49",
+        "G54",
+        "G0Z30",
+        "G0X1Y0",
+        "S900",
+        "G0Z5",
+    ]
     assert board.taken[at + 8 : at + 13] == ["G21", "F100", "G17G90", "T2", "S500M3"]
 
 

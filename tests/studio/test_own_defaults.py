@@ -56,12 +56,16 @@ def test_a_form_begins_with_the_defaults_and_tells_their_lines(studio: Studio, s
     view, problem = begun(studio)
     assert problem == ""
     assert {name: view.values[name] for name in view.values if name != "machine"} == {
-        "thickness": "6mm", "break_through": "0.7mm", "start_point": "1,2",
-    }  # fmt: skip
+        "thickness": "6mm",
+        "break_through": "0.7mm",
+        "start_point": "1,2",
+    }
     assert notes(view) == {
-        "machine": "from your defaults (shop.toml:1)", "thickness": "from your defaults (shop.toml:2)",
-        "break_through": "from your defaults (shop.toml:6)", "start_point": "from your defaults (shop.toml:7)",
-    }  # fmt: skip
+        "machine": "from your defaults (shop.toml:1)",
+        "thickness": "from your defaults (shop.toml:2)",
+        "break_through": "from your defaults (shop.toml:6)",
+        "start_point": "from your defaults (shop.toml:7)",
+    }
     assert view.values["machine"] == "mine:mill"
     copy = studio.folder.own_path("machines", "mill")
     assert copy.read_text() == (shop.parent / "mill.toml").read_text()
@@ -141,8 +145,9 @@ def test_a_page_that_is_loaded_again_follows_the_defaults_as_they_are_now(studio
     assert other.follow_defaults() == "" and other.follow_defaults() == ""
     assert other.values == {"thickness": "8mm", "start_point": "3,4", "seed": "5"}
     assert notes(other) == {
-        "thickness": "from your defaults (shop.toml:2)", "seed": "from your defaults (shop.toml:3)",
-    }  # fmt: skip
+        "thickness": "from your defaults (shop.toml:2)",
+        "seed": "from your defaults (shop.toml:3)",
+    }
     other.table.take_job(other.values, {}, ())  # as where an order is opened: its values are its own
     shop.write_text('thickness = "9mm"\npreset = "fast"\n')
     assert other.follow_defaults() == "" and other.values["thickness"] == "8mm" and "preset" not in other.values

@@ -372,8 +372,11 @@ def test_what_is_built_in_is_called_by_its_name(studio: Studio) -> None:
 
 def test_a_time_that_has_not_changed_has_no_sign() -> None:
     assert [change_words(saved) for saved in (2.46, 0.04, -0.04, -1.0)] == [
-        "−2.5\u00a0%", "0.0\u00a0%", "0.0\u00a0%", "+1.0\u00a0%"
-    ]  # fmt: skip
+        "−2.5\u00a0%",
+        "0.0\u00a0%",
+        "0.0\u00a0%",
+        "+1.0\u00a0%",
+    ]
 
 
 def test_jobs_of_one_file_are_told_apart_by_machine_and_options(studio: Studio) -> None:

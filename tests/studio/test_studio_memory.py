@@ -49,9 +49,21 @@ def test_what_is_kept_of_a_page_is_chosen_again_as_it_was(studio: Studio) -> Non
     restore(other, json.loads(json.dumps(state)))
     assert kept_state(other, "search", {"job": view.job, "state": []}) == state
     for name in (
-        "source", "name", "second", "second_name", "parts", "part_names", "origin", "sheet", "work", "process",
-        "table", "errors", "job", "pace",
-    ):  # fmt: skip
+        "source",
+        "name",
+        "second",
+        "second_name",
+        "parts",
+        "part_names",
+        "origin",
+        "sheet",
+        "work",
+        "process",
+        "table",
+        "errors",
+        "job",
+        "pace",
+    ):
         assert getattr(other, name) == getattr(view, name), name
     assert other.errors["thickness"]
 
@@ -76,8 +88,13 @@ def test_what_is_damaged_of_a_page_is_as_if_it_had_not_been_chosen(studio: Studi
     view = View(studio, words("en"))
     restore(view, plain)
     assert (view.work, view.process, view.pace, view.job, view.values, view.parts) == (
-        "drill", "auto", "full", None, {}, [],
-    )  # fmt: skip
+        "drill",
+        "auto",
+        "full",
+        None,
+        {},
+        [],
+    )
 
 
 def test_what_lies_damaged_of_recent_files_stops_nothing(tmp_path: Path) -> None:

@@ -147,8 +147,11 @@ def test_it_is_said_what_is_suggested_and_why(language: str) -> None:
         assert w.named("work", seen.work) in line and "{" not in line
     assert why_suggested(read_preview("example:plate-10"), w) == "" == why_suggested(None, w)
     assert {card["name"] for card in cards(seen.works, seen, w) if card["picture"]} == {
-        "drill", "cut", "pocket", "part",
-    }  # fmt: skip
+        "drill",
+        "cut",
+        "pocket",
+        "part",
+    }
 
 
 def test_machines_that_cannot_do_the_work_are_not_offered(studio: Studio) -> None:

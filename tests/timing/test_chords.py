@@ -15,9 +15,15 @@ from leafcut.model.toolpath import Arc, ToolpathBuilder
 from leafcut.timing.toolpath import measure_toolpath
 
 MILL = Machine(
-    "mill", "", "linuxcnc", (100.0, 100.0, 50.0), (500.0, 500.0, 250.0), 80.0, (-400.0, -200.0, -300.0),
+    "mill",
+    "",
+    "linuxcnc",
+    (100.0, 100.0, 50.0),
+    (500.0, 500.0, 250.0),
+    80.0,
+    (-400.0, -200.0, -300.0),
     (0.0, 0.0, 0.0),
-)  # fmt: skip
+)
 
 
 def off(point: np.ndarray, begin: np.ndarray, end: np.ndarray) -> float:

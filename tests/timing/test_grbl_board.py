@@ -26,9 +26,15 @@ from leafcut.timing.toolpath import measure_toolpath, starved_rows
 RECORDED = grbl_time.recorded()
 
 MILL = Machine(
-    "mill", "", "grbl", (100.0, 100.0, 50.0), (500.0, 500.0, 250.0), 80.0, (-400.0, -200.0, -300.0),
+    "mill",
+    "",
+    "grbl",
+    (100.0, 100.0, 50.0),
+    (500.0, 500.0, 250.0),
+    80.0,
+    (-400.0, -200.0, -300.0),
     (0.0, 0.0, 0.0),
-)  # fmt: skip
+)
 
 
 def limit_of(name: str) -> float:

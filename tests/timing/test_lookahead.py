@@ -18,9 +18,15 @@ from leafcut.timing.profile import trapezoid_time
 from leafcut.timing.toolpath import measure_toolpath
 
 MILL = Machine(
-    "mill", "", "linuxcnc", (100.0, 100.0, 50.0), (500.0, 500.0, 250.0), 80.0, (-400.0, -200.0, -300.0),
+    "mill",
+    "",
+    "linuxcnc",
+    (100.0, 100.0, 50.0),
+    (500.0, 500.0, 250.0),
+    80.0,
+    (-400.0, -200.0, -300.0),
     (0.0, 0.0, 0.0),
-)  # fmt: skip
+)
 KINKED = replace(MILL, acceleration_factor=0.9)
 GRBL = replace(MILL, controller="grbl")
 HAAS = replace(MILL, controller="haas", corner_deviation=0.05)

@@ -15,9 +15,17 @@ from leafcut.timing.profile import move_time, trapezoid_time
 from leafcut.timing.toolpath import measure_toolpath
 
 MILL = Machine(
-    "mill", "", "linuxcnc", (100.0, 100.0, 50.0), (500.0, 500.0, 250.0), 80.0, (-400.0, -200.0, -300.0),
-    (0.0, 0.0, 0.0), tool_change_s=8.0, spindle_start_s=2.0,
-)  # fmt: skip
+    "mill",
+    "",
+    "linuxcnc",
+    (100.0, 100.0, 50.0),
+    (500.0, 500.0, 250.0),
+    80.0,
+    (-400.0, -200.0, -300.0),
+    (0.0, 0.0, 0.0),
+    tool_change_s=8.0,
+    spindle_start_s=2.0,
+)
 
 #: What LinuxCNC loses at every stop: half a servo cycle.
 STOP = 0.0005

@@ -34,9 +34,17 @@ ULYSSES16_TOUR = [1, 14, 13, 12, 7, 6, 15, 5, 11, 9, 10, 16, 3, 2, 4, 8]
 
 def machine(style: str) -> Machine:
     return Machine(
-        "m", "", "linuxcnc", (100.0, 80.0, 50.0), (500.0, 300.0, 250.0), 80.0, (0, 0, 0), (1, 1, 1),
-        rapid_style=style, acceleration_factor=0.9,
-    )  # fmt: skip
+        "m",
+        "",
+        "linuxcnc",
+        (100.0, 80.0, 50.0),
+        (500.0, 300.0, 250.0),
+        80.0,
+        (0, 0, 0),
+        (1, 1, 1),
+        rapid_style=style,
+        acceleration_factor=0.9,
+    )
 
 
 @given(PLACE, PLACE, st.sampled_from(["linear", "dogleg"]))

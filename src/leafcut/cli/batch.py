@@ -175,9 +175,11 @@ def run_batch(
 
 
 def _run_tasks(
-    tasks: Iterable[tuple[str, str, str, str]], given: Mapping[str, Any], executor: WatchedExecutor | None,
+    tasks: Iterable[tuple[str, str, str, str]],
+    given: Mapping[str, Any],
+    executor: WatchedExecutor | None,
     progress: OnProgress | None,
-) -> Iterator[tuple[BatchTask, Any]]:  # fmt: skip
+) -> Iterator[tuple[BatchTask, Any]]:
     """Yield each task with its result or error. An input is read when its task starts, so that few inputs are in
     memory.
     """

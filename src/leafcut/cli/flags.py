@@ -73,15 +73,28 @@ class NUMBER(str):
 
 #: Unit or kind of an option → type whose name the help shows. All types are texts, which `option_spec` parses.
 _SHOWN = {
-    "s": Time, "path": File, "text": Name, "names": Name, "mm/s": Speed, "rpm": Rpm, "percent": Percent,
-    "number": NUMBER, "whole": NUMBER, "share": NUMBER,
+    "s": Time,
+    "path": File,
+    "text": Name,
+    "names": Name,
+    "mm/s": Speed,
+    "rpm": Rpm,
+    "percent": Percent,
+    "number": NUMBER,
+    "whole": NUMBER,
+    "share": NUMBER,
 } | {
     key: type(name, (str,), {"__slots__": ()})
     for key, name in {
-        "mm": "LENGTH", "rad": "ANGLE", "W": "POWER", "N·mm": "TORQUE", "N": "FORCE", "point": "POINT",
+        "mm": "LENGTH",
+        "rad": "ANGLE",
+        "W": "POWER",
+        "N·mm": "TORQUE",
+        "N": "FORCE",
+        "point": "POINT",
         "place": "POINT",
     }.items()
-}  # fmt: skip
+}
 
 
 #: Parameters that the help shows only with --help-all.

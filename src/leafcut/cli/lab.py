@@ -102,9 +102,16 @@ def run_experiment(
         ran = run(description, store, mixed=mixed, **run_options)
     if as_json:
         print_json(
-            {"experiment": description.key, "runs": ran.runs, "finished": ran.finished, "done": ran.done,
-             "left_out": ran.left_out, "failed": list(ran.failed), "results": results}
-        )  # fmt: skip
+            {
+                "experiment": description.key,
+                "runs": ran.runs,
+                "finished": ran.finished,
+                "done": ran.done,
+                "left_out": ran.left_out,
+                "failed": list(ran.failed),
+                "results": results,
+            }
+        )
     else:
         print(
             f"{description.title}: {ran.finished} of {count_of(ran.runs, 'run')} done, "
@@ -258,11 +265,16 @@ def tune_options(
     write_together(dict(zip(files, texts, strict=True)))
     if as_json:
         print_json(
-            {"algorithm": algorithm, "trials": len(tuned.trials), "parameters": dict(tuned.parameters),
-             "learnt_on": [instance.name for instance in task.split()[0]],
-             "judged_on": [instance.name for instance in task.split()[1]],
-             "change_percent": None if tuned.change is None else 100.0 * tuned.change, "files": files}
-        )  # fmt: skip
+            {
+                "algorithm": algorithm,
+                "trials": len(tuned.trials),
+                "parameters": dict(tuned.parameters),
+                "learnt_on": [instance.name for instance in task.split()[0]],
+                "judged_on": [instance.name for instance in task.split()[1]],
+                "change_percent": None if tuned.change is None else 100.0 * tuned.change,
+                "files": files,
+            }
+        )
     else:
         print(tuned.words())
         print(f"wrote {', '.join(files)}")

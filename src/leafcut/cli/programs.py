@@ -39,7 +39,7 @@ from leafcut.cli.shared import (
     print_json,
     print_line,
     write_program,
-)  # fmt: skip
+)
 from leafcut.cli.usage import DASH, refuse_dash
 from leafcut.errors import OptionError
 from leafcut.files.user_files import first_time
@@ -80,8 +80,14 @@ def optimize(
     as_json: Json = False,
     quiet: Quiet = False,
     watch: Annotated[
-        bool, Parameter(name="--watch", negative="", show_default=False, group=_MANY,
-                        help="watch a folder, and make a program of each file that is added or changed; needs -o"),
+        bool,
+        Parameter(
+            name="--watch",
+            negative="",
+            show_default=False,
+            group=_MANY,
+            help="watch a folder, and make a program of each file that is added or changed; needs -o",
+        ),
     ] = False,
     every: Annotated[
         Time | None, Parameter(name="--every", group=_MANY, help="with --watch: time between two checks (default: 2s)")
@@ -94,7 +100,7 @@ def optimize(
         int | None, Parameter(name="--workers", group=_MANY, help="number of inputs to process at once (default: 1)")
     ] = None,
     options: dict[str, Any],
-) -> int:  # fmt: skip
+) -> int:
     """Make a verified program with the least machine time from a drawing, or from another CAM's program.
 
     The search ends when its colonies agree; --time-limit and --preset limit it.
@@ -218,9 +224,17 @@ def _check_workers(executor: str | None, workers: int | None) -> None:
 
 
 def _optimize_each(
-    inputs: list[str], output: str | None, report: str | None, given: dict[str, Any], executor: str | None,
-    workers: int | None, *, dry_run: bool, as_json: bool, quiet: bool,
-) -> int:  # fmt: skip
+    inputs: list[str],
+    output: str | None,
+    report: str | None,
+    given: dict[str, Any],
+    executor: str | None,
+    workers: int | None,
+    *,
+    dry_run: bool,
+    as_json: bool,
+    quiet: bool,
+) -> int:
     from leafcut import api
     from leafcut.cli.batch import read_table, run_batch
     from leafcut.order.executors import open_executor
@@ -246,9 +260,15 @@ def _optimize_each(
     pages = output_files(inputs, [f"{Path(name).stem}.html" for name in names], report, "--report")
     with Reporter(quiet=quiet) as reporter:
         make = partial(
-            run_batch, inputs, programs, given,
-            folder=output, reports=pages, progress=reporter, refused=_print_refusal,
-        )  # fmt: skip
+            run_batch,
+            inputs,
+            programs,
+            given,
+            folder=output,
+            reports=pages,
+            progress=reporter,
+            refused=_print_refusal,
+        )
         try:
             if executor is None and (workers or 1) == 1:
                 results = make()
@@ -286,9 +306,15 @@ def _print_refusal(line: str) -> None:
 
 
 def _watch(
-    words: Sequence[str], output: str | None, given: Mapping[str, Any], every: str, executor: str | None,
-    workers: int | None, *, quiet: bool,
-) -> int:  # fmt: skip
+    words: Sequence[str],
+    output: str | None,
+    given: Mapping[str, Any],
+    every: str,
+    executor: str | None,
+    workers: int | None,
+    *,
+    quiet: bool,
+) -> int:
     from leafcut.cli.watch_folder import FolderWatch
     from leafcut.order.executors import open_executor
     from leafcut.report.wording import count, time_words

@@ -61,9 +61,12 @@ def _warm_order() -> None:
     solve(RoutingProblem.of_points(_places(FEW + 1)), SolveOptions(algorithm="nn", bound=False))
     free = RoutingProblem.of_points(_places(12))
     directed = RoutingProblem(
-        entry=_places(12), exit=_places(24)[12:], cluster=np.arange(12, dtype=np.int32), service=np.zeros(12),
+        entry=_places(12),
+        exit=_places(24)[12:],
+        cluster=np.arange(12, dtype=np.int32),
+        service=np.zeros(12),
         precedence=np.array([[0, 1]], dtype=np.int32),
-    )  # fmt: skip
+    )
     ants = AcoOptions(n_ants=2)
     for problem in (free, directed):
         for algorithm in ("colony", *LITERATURE):

@@ -284,9 +284,16 @@ def _find_subtours(a: Assembly, place: NDArray, start: int, stop: int) -> int:
 
 @part
 def _join(
-    cost: CostModel, node: NDArray, place: NDArray, a: Assembly, candidates: NDArray, lengths: NDArray,
-    count: int, small: int, entries: int,
-) -> tuple[float, int]:  # fmt: skip
+    cost: CostModel,
+    node: NDArray,
+    place: NDArray,
+    a: Assembly,
+    candidates: NDArray,
+    lengths: NDArray,
+    count: int,
+    small: int,
+    entries: int,
+) -> tuple[float, int]:
     """Join the subtour `small` to another subtour by the best exchange of two edges.
 
     Return the gain and the other subtour, or -1. Symbols: u–v is the removed edge of the small subtour, and w–x is the
@@ -442,9 +449,19 @@ def _has_edges(a: Assembly, cycle: int) -> bool:
 
 @kernel
 def assemble(
-    cost: CostModel, tour: Tour, a: Assembly, candidates: NDArray, lengths: NDArray, breadth: NDArray,
-    own: NDArray, partner: NDArray, states: NDArray, gains: NDArray, first: int, stop: int,
-) -> None:  # fmt: skip
+    cost: CostModel,
+    tour: Tour,
+    a: Assembly,
+    candidates: NDArray,
+    lengths: NDArray,
+    breadth: NDArray,
+    own: NDArray,
+    partner: NDArray,
+    states: NDArray,
+    gains: NDArray,
+    first: int,
+    stop: int,
+) -> None:
     """Apply every AB-cycle with a partner tour that improves a tour, in random order, followed by local search.
 
     ========== =============== ==================================================

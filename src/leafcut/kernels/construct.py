@@ -215,8 +215,15 @@ def _decay_edge(edges: WeightedEdges, decay: Decay, a: int, b: int) -> None:
     for c in range(edges.candidates.shape[1]):
         if edges.candidates[a, c] == b:
             wear_edge(
-                edges.pheromone, edges.nearness, edges.weights, decay.pheromone_weight, decay.rate, decay.initial, a, c,
-            )  # fmt: skip
+                edges.pheromone,
+                edges.nearness,
+                edges.weights,
+                decay.pheromone_weight,
+                decay.rate,
+                decay.initial,
+                a,
+                c,
+            )
 
 
 @kernel

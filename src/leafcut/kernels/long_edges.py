@@ -36,9 +36,16 @@ def _step(tour: Tour, fixed: int, moving: int, target: int) -> int:
 
 @part
 def _walk_end(
-    cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, joined_to: NDArray, steps: NDArray,
-    fixed: int, moving: int, places: int,
-) -> tuple[float, int]:  # fmt: skip
+    cost: CostModel,
+    tour: Tour,
+    candidates: NDArray,
+    lengths: NDArray,
+    joined_to: NDArray,
+    steps: NDArray,
+    fixed: int,
+    moving: int,
+    places: int,
+) -> tuple[float, int]:
     """Let one end of an edge walk; return the gain of the remaining steps, and the remaining number of `places` to
     write.
 
@@ -83,9 +90,15 @@ def _walk_end(
 
 @kernel
 def shorten_by_walking(
-    cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, edges: NDArray, joined_to: NDArray,
-    steps: NDArray, places: int,
-) -> float:  # fmt: skip
+    cost: CostModel,
+    tour: Tour,
+    candidates: NDArray,
+    lengths: NDArray,
+    edges: NDArray,
+    joined_to: NDArray,
+    steps: NDArray,
+    places: int,
+) -> float:
     """Try to shorten long edges by walking one end, then the other; return the gain.
 
     ========== =============== ==========================================================

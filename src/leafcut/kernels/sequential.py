@@ -128,9 +128,18 @@ def record_exchange(
 
 @part
 def cut_before(
-    cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: int, min_gain: float, s: int, x0: int, t1: int,
-    c: int, gain: float,
-) -> float:  # fmt: skip
+    cost: CostModel,
+    route: Route,
+    rules: Rules,
+    lists: Lists,
+    breadth: int,
+    min_gain: float,
+    s: int,
+    x0: int,
+    t1: int,
+    c: int,
+    gain: float,
+) -> float:
     """Search for an exchange after which the path goes from x0 to c, and which removes the edge that led to c.
 
     Symbols as in `find_exchange`; gain is that of using the edge to c instead of the edge to t1. Returns the gain of
@@ -181,9 +190,18 @@ def cut_before(
 
 @part
 def cut_after(
-    cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: int, min_gain: float, s: int, x0: int, t1: int,
-    xc: int, gain: float,
-) -> float:  # fmt: skip
+    cost: CostModel,
+    route: Route,
+    rules: Rules,
+    lists: Lists,
+    breadth: int,
+    min_gain: float,
+    s: int,
+    x0: int,
+    t1: int,
+    xc: int,
+    gain: float,
+) -> float:
     """Search for an exchange as in `cut_before`, but for the node at xc > x0 + 1, and remove the edge that led on from
     it.
     """
@@ -228,8 +246,15 @@ def cut_after(
 
 @part
 def find_exchange(
-    cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: NDArray, min_gain: float, s: int, t0: int,
-) -> float:  # fmt: skip
+    cost: CostModel,
+    route: Route,
+    rules: Rules,
+    lists: Lists,
+    breadth: NDArray,
+    min_gain: float,
+    s: int,
+    t0: int,
+) -> float:
     """Search for an exchange with a gain above `min_gain` in which t0 gets another successor; return its gain, or 0.
 
     ======= ======== ===============================================================
@@ -251,16 +276,12 @@ def find_exchange(
         gain = current - new_edge_cost(cost, route, rules, lists.near_cost[t0, k], t0, c, s)
         if c == t1 or gain <= min_gain:
             continue
-        gained = cut_before(
-            cost, route, rules, lists, breadth[1], min_gain, s, x0, t1, c, gain
-        )  # fmt: skip
+        gained = cut_before(cost, route, rules, lists, breadth[1], min_gain, s, x0, t1, c, gain)
         if gained > 0.0:
             return gained
         xc = coordinate_of(route, c, s)
         if xc > x0:
-            gained = cut_after(
-                cost, route, rules, lists, breadth[1], min_gain, s, x0, t1, xc, gain
-            )  # fmt: skip
+            gained = cut_after(cost, route, rules, lists, breadth[1], min_gain, s, x0, t1, xc, gain)
             if gained > 0.0:
                 return gained
     return 0.0

@@ -159,8 +159,9 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
         )
         sentences += [
             f"{name}: {e.name} is zero by construction (the model of the machine adds the two), so it is not tested."
-            for e in effects if e.zero
-        ]  # fmt: skip
+            for e in effects
+            if e.zero
+        ]
         tables.append(
             Table(
                 ("Effect", "Sum of squares", "Degrees of freedom", "F", "p", "Partial η²"),
@@ -429,11 +430,16 @@ def _group_chart(
 
 def _pair_table(name: str, fisher: Sequence[Pair], tukey: Sequence[Pair], alpha: float) -> Table:
     rows = [
-        (f"{a.first} – {a.second}", number(a.difference), p_words(a.p, ""), p_words(b.p, ""),
-         f"{number(b.low or 0.0)} to {number(b.high or 0.0)}",
-         "yes" if b.p < alpha else "no")
+        (
+            f"{a.first} – {a.second}",
+            number(a.difference),
+            p_words(a.p, ""),
+            p_words(b.p, ""),
+            f"{number(b.low or 0.0)} to {number(b.high or 0.0)}",
+            "yes" if b.p < alpha else "no",
+        )
         for a, b in zip(fisher, tukey, strict=True)
-    ]  # fmt: skip
+    ]
     columns = ("Levels", "Difference", "p (LSD)", "p (Tukey)", f"{100 * (1 - alpha):g} % interval (Tukey)", "Differ")
     return Table(columns, tuple(rows), 1, name)
 

@@ -49,8 +49,13 @@ def box_plots(groups: Mapping[str, Sequence[float]], heading: str, description: 
     return _svg(figure, description)
 
 
-def means(series: Mapping[str, Sequence[tuple[float, float, float, float]]], x_label: str, heading: str,
-          description: str, ideal: Sequence[tuple[float, float]] = ()) -> str:  # fmt: skip
+def means(
+    series: Mapping[str, Sequence[tuple[float, float, float, float]]],
+    x_label: str,
+    heading: str,
+    description: str,
+    ideal: Sequence[tuple[float, float]] = (),
+) -> str:
     """Return a chart of means with error bars.
 
     `series` maps a name to its points (x, mean, low, high). `ideal` is drawn as a dotted line.
@@ -61,8 +66,18 @@ def means(series: Mapping[str, Sequence[tuple[float, float, float, float]]], x_l
     for k, (name, points) in enumerate(series.items()):
         x, mean, low, high = (np.array(column) for column in zip(*points, strict=True))
         colour, dash = _line_style(k)
-        axes.errorbar(x, mean, yerr=[np.maximum(mean - low, 0), np.maximum(high - mean, 0)], color=colour,
-                      linestyle=dash, marker="o", markersize=3.5, capsize=2.5, linewidth=1.4, label=name)  # fmt: skip
+        axes.errorbar(
+            x,
+            mean,
+            yerr=[np.maximum(mean - low, 0), np.maximum(high - mean, 0)],
+            color=colour,
+            linestyle=dash,
+            marker="o",
+            markersize=3.5,
+            capsize=2.5,
+            linewidth=1.4,
+            label=name,
+        )
     axes.set_xlabel(x_label)
     axes.set_ylabel(heading)
     _legend(axes, len(series) + bool(ideal))
@@ -111,8 +126,15 @@ def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str,
         reached = sorted(t for t in times if t is not None)
         shares = [100.0 * (n + 1) / len(times) for n in range(len(reached))]
         colour, dash = _line_style(k)
-        axes.step([0.0, *reached, 1.02 * last], [0.0, *shares, shares[-1] if shares else 0.0], where="post",
-                  color=colour, linestyle=dash, linewidth=1.5, label=name)  # fmt: skip
+        axes.step(
+            [0.0, *reached, 1.02 * last],
+            [0.0, *shares, shares[-1] if shares else 0.0],
+            where="post",
+            color=colour,
+            linestyle=dash,
+            linewidth=1.5,
+            label=name,
+        )
     axes.set_ylim(-2, 103)
     axes.set_xlabel(x_label)
     axes.set_ylabel("runs at the target, %")

@@ -111,9 +111,10 @@ class Runs:
         """Return the cells that belong to a published result."""
         wanted = {self.place(name): names for name, names in figure.levels.items()}
         return [
-            cell for cell in self.cells
+            cell
+            for cell in self.cells
             if figure.instance in ("", cell[0]) and all(cell[k] in names for k, names in wanted.items())
-        ]  # fmt: skip
+        ]
 
     def base(self, cell: DesignCell, figure: Figure) -> DesignCell:
         """Return the reference cell of a saving."""
@@ -149,12 +150,16 @@ def published_tables() -> tuple[PublishedTable, ...]:
     """Return all tables of published results."""
     return tuple(
         PublishedTable(
-            _texts(source["title"]), _texts(table["title"]), _texts(table["row"]), tuple(_figures(table)),
-            tuple(table.get("sentence", ())), table.get("without", ""),
+            _texts(source["title"]),
+            _texts(table["title"]),
+            _texts(table["row"]),
+            tuple(_figures(table)),
+            tuple(table.get("sentence", ())),
+            table.get("without", ""),
         )
         for source in _content()["source"]
         for table in source["table"]
-    )  # fmt: skip
+    )
 
 
 def experiments() -> list[str]:
@@ -230,18 +235,47 @@ def pairs_as_csv(runs: Mapping[str, Runs]) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(
-        ["source", "table", "row", "figure", "unit", "experiment", "instance", "levels", "response", "statistic",
-         "published", "ours", "difference_percent", "runs", "planned"]
-    )  # fmt: skip
+        [
+            "source",
+            "table",
+            "row",
+            "figure",
+            "unit",
+            "experiment",
+            "instance",
+            "levels",
+            "response",
+            "statistic",
+            "published",
+            "ours",
+            "difference_percent",
+            "runs",
+            "planned",
+        ]
+    )
     for table in published_tables():
         for figure, own in compared(table, runs):
             levels = "; ".join(f"{name} = {' or '.join(names)}" for name, names in figure.levels.items())
             change = _percent(figure, own)
             writer.writerow(
-                [table.source["en"], table.title["en"], figure.row["en"], figure.quantity.get("en", ""), figure.unit,
-                 figure.experiment, figure.instance, levels, figure.response, figure.statistic, figure.published,
-                 "" if own.value is None else own.value, "" if change is None else change, own.runs, own.planned]
-            )  # fmt: skip
+                [
+                    table.source["en"],
+                    table.title["en"],
+                    figure.row["en"],
+                    figure.quantity.get("en", ""),
+                    figure.unit,
+                    figure.experiment,
+                    figure.instance,
+                    levels,
+                    figure.response,
+                    figure.statistic,
+                    figure.published,
+                    "" if own.value is None else own.value,
+                    "" if change is None else change,
+                    own.runs,
+                    own.planned,
+                ]
+            )
     return text.getvalue()
 
 
@@ -386,11 +420,19 @@ def _figures(table: Mapping[str, Any]) -> Iterator[Figure]:
                 _levels(table.get(key, {}) | quantity.get(key, {}) | row.get(key, {})) for key in ("levels", "base")
             )
             yield Figure(
-                _texts(row["title"]), _texts(quantity.get("title", "")),
-                published if isinstance(published, str) else float(published), keys["experiment"], keys["response"],
-                keys["statistic"], keys.get("unit", ""), keys.get("instance", ""), levels, base, keys.get("factor", ""),
+                _texts(row["title"]),
+                _texts(quantity.get("title", "")),
+                published if isinstance(published, str) else float(published),
+                keys["experiment"],
+                keys["response"],
+                keys["statistic"],
+                keys.get("unit", ""),
+                keys.get("instance", ""),
+                levels,
+                base,
+                keys.get("factor", ""),
                 keys.get("scale", 1.0),
-            )  # fmt: skip
+            )
 
 
 def _levels(table: Mapping[str, str | list[str]]) -> dict[str, tuple[str, ...]]:

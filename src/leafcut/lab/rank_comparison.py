@@ -104,18 +104,24 @@ def _difference_table(
             f"from {min(changes):+.2f} to {max(changes):+.2f})."
         )
     return Table(
-        ("Instance", base_name, *compared_levels), tuple(rows), 1,
+        ("Instance", base_name, *compared_levels),
+        tuple(rows),
+        1,
         f"{response.heading}: means, and against {base_name} ({title.lower()})",
-    )  # fmt: skip
+    )
 
 
 def _ranked_pairs(title: str, pairs: Sequence[Pair], response: Response) -> Table:
     rows = [
-        (f"{pair.first} – {pair.second}", number(pair.difference),
-         "–" if pair.low is None or pair.high is None else f"{number(pair.low)} to {number(pair.high)}",
-         p_words(pair.p, ""), f"{pair.effect or 0.0:+.2f}")
+        (
+            f"{pair.first} – {pair.second}",
+            number(pair.difference),
+            "–" if pair.low is None or pair.high is None else f"{number(pair.low)} to {number(pair.high)}",
+            p_words(pair.p, ""),
+            f"{pair.effect or 0.0:+.2f}",
+        )
         for pair in pairs
-    ]  # fmt: skip
+    ]
     unit = f", {response.unit}" if response.unit else ""
     return Table(
         (title, f"Median difference{unit}", "95 % interval", "p (Wilcoxon, Holm)", "Effect (rank-biserial)"),

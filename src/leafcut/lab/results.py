@@ -48,10 +48,14 @@ class Results:
         instances = {instance.name for instance in description.instances}
         levels = {factor.name: {level.name for level in factor.levels} for factor in description.factors}
         kept = [
-            row for row in rows
-            if has_figures(row) and row.instance in instances and row.seed in description.seeds
-            and row.levels.keys() == levels.keys() and all(row.levels[name] in levels[name] for name in levels)
-        ]  # fmt: skip
+            row
+            for row in rows
+            if has_figures(row)
+            and row.instance in instances
+            and row.seed in description.seeds
+            and row.levels.keys() == levels.keys()
+            and all(row.levels[name] in levels[name] for name in levels)
+        ]
         return cls(description, tuple(kept))
 
     @property

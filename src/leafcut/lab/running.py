@@ -291,9 +291,14 @@ class SearchStudy(Study):
         self._before, self._iteration_s, self._rest_s = None, math.inf, math.inf
 
     def note(
-        self, number: int, seconds: float, shortest: float, costs: Floats | None = None,
-        branching: Callable[[], float | None] = lambda: None, working: float = 0.0,
-    ) -> None:  # fmt: skip
+        self,
+        number: int,
+        seconds: float,
+        shortest: float,
+        costs: Floats | None = None,
+        branching: Callable[[], float | None] = lambda: None,
+        working: float = 0.0,
+    ) -> None:
         """Record an iteration, its processor time, and the time of its workers."""
         super().note(number, seconds, shortest, costs, branching, working)
         if self._before is not None:
@@ -449,10 +454,22 @@ def _hash_of_file(value: Any) -> Any:
 
 def _row(description: Description, plan: RunPlan, task: RunTask, sha: str, answer: Answer) -> Row:
     return Row(
-        task.key, description.key, plan.instance.name, {name: level.name for name, level in plan.levels.items()},
-        plan.seed, task.options, sha, answer.failed, answer.responses, answer.curve, answer.began, __version__,
-        answer.versions, answer.machine, answer.load,
-    )  # fmt: skip
+        task.key,
+        description.key,
+        plan.instance.name,
+        {name: level.name for name, level in plan.levels.items()},
+        plan.seed,
+        task.options,
+        sha,
+        answer.failed,
+        answer.responses,
+        answer.curve,
+        answer.began,
+        __version__,
+        answer.versions,
+        answer.machine,
+        answer.load,
+    )
 
 
 def _count_progress(progress: OnProgress | None, todo: int, labels: list[str]) -> Callable[[int], None]:

@@ -306,9 +306,15 @@ def trend(x: Sequence[float], y: Sequence[float], alpha: float = 0.05) -> Trend:
     tau, rho = stats.kendalltau(x, y), stats.spearmanr(x, y)
     slope = stats.theilslopes(y, x, alpha=1.0 - alpha)
     return Trend(
-        len(x), float(tau.statistic), float(tau.pvalue), float(rho.statistic), float(rho.pvalue),
-        float(slope[0]), float(slope[2]), float(slope[3]),
-    )  # fmt: skip
+        len(x),
+        float(tau.statistic),
+        float(tau.pvalue),
+        float(rho.statistic),
+        float(rho.pvalue),
+        float(slope[0]),
+        float(slope[2]),
+        float(slope[3]),
+    )
 
 
 def interval(values: Sequence[float], alpha: float = 0.05) -> tuple[float, float]:
@@ -329,10 +335,7 @@ def interval(values: Sequence[float], alpha: float = 0.05) -> tuple[float, float
 
 def pareto_front(points: Sequence[tuple[float, float]]) -> list[int]:
     """Return the indices of the Pareto-optimal points, where both values are minimised."""
-    return [
-        k for k, (x, y) in enumerate(points)
-        if not any(a <= x and b <= y and (a < x or b < y) for a, b in points)
-    ]  # fmt: skip
+    return [k for k, (x, y) in enumerate(points) if not any(a <= x and b <= y and (a < x or b < y) for a, b in points)]
 
 
 def _checked_groups(groups: Groups) -> dict[str, NDArray[np.float64]]:
@@ -418,9 +421,14 @@ def _signed_ranks(a: str, b: str, x: NDArray[np.float64], y: NDArray[np.float64]
     low = high = None
     if np.ptp(differences) > 0.0:
         limits = stats.bootstrap(
-            (differences,), _hodges_lehmann, confidence_level=1.0 - alpha, n_resamples=999, method="percentile",
-            vectorized=False, rng=np.random.default_rng(1),
-        ).confidence_interval  # fmt: skip
+            (differences,),
+            _hodges_lehmann,
+            confidence_level=1.0 - alpha,
+            n_resamples=999,
+            method="percentile",
+            vectorized=False,
+            rng=np.random.default_rng(1),
+        ).confidence_interval
         low, high = float(limits.low), float(limits.high)
     return Pair(a, b, _hodges_lehmann(differences), p, low, high, effect)
 

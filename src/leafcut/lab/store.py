@@ -205,10 +205,37 @@ def _is_sqlite(path: Path) -> bool:
 
 
 def _row(values: tuple[Any, ...]) -> Row:
-    (key, experiment, instance, levels, seed, options, sha, failed, responses, curve, began, leafcut, versions, machine,
-     load) = values  # fmt: skip
+    (
+        key,
+        experiment,
+        instance,
+        levels,
+        seed,
+        options,
+        sha,
+        failed,
+        responses,
+        curve,
+        began,
+        leafcut,
+        versions,
+        machine,
+        load,
+    ) = values
     return Row(
-        key, experiment, instance, json.loads(levels), seed, json.loads(options), sha, failed, json.loads(responses),
-        tuple((int(k), float(s), float(cost)) for k, s, cost in json.loads(curve)), began, leafcut,
-        json.loads(versions), machine, load,
-    )  # fmt: skip
+        key,
+        experiment,
+        instance,
+        json.loads(levels),
+        seed,
+        json.loads(options),
+        sha,
+        failed,
+        json.loads(responses),
+        tuple((int(k), float(s), float(cost)) for k, s, cost in json.loads(curve)),
+        began,
+        leafcut,
+        json.loads(versions),
+        machine,
+        load,
+    )

@@ -98,9 +98,14 @@ class Observer:
         """Called before each search."""
 
     def note(
-        self, number: int, seconds: float, shortest: float, costs: NDArray[np.float64] | None = None,
-        branching: Callable[[], float | None] = lambda: None, working: float = 0.0,
-    ) -> None:  # fmt: skip
+        self,
+        number: int,
+        seconds: float,
+        shortest: float,
+        costs: NDArray[np.float64] | None = None,
+        branching: Callable[[], float | None] = lambda: None,
+        working: float = 0.0,
+    ) -> None:
         """Called after each iteration with its number, the time since the start, and the cost of the best path;
         `costs` are the costs of its paths, inf for unfinished paths; `branching` returns the mean λ-branching factor;
         `working` is the time that all workers together have worked so far, s.

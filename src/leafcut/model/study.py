@@ -60,9 +60,14 @@ class Study(Observer):
             self.searches.append(_ThinnedIterations())
 
     def note(
-        self, number: int, seconds: float, shortest: float, costs: NDArray[np.float64] | None = None,
-        branching: Callable[[], float | None] = lambda: None, working: float = 0.0,
-    ) -> None:  # fmt: skip
+        self,
+        number: int,
+        seconds: float,
+        shortest: float,
+        costs: NDArray[np.float64] | None = None,
+        branching: Callable[[], float | None] = lambda: None,
+        working: float = 0.0,
+    ) -> None:
         """Record an iteration."""
         done = np.zeros(0) if costs is None else costs[np.isfinite(costs)]
         row = Iteration(number, seconds, shortest, branching=branching())

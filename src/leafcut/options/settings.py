@@ -108,17 +108,21 @@ class Settings:
         """Return every option that can change the program and differs from its default: flag → value as typed."""
         process = {"--process": self.process} if self.process else {}
         return process | dict(
-            _as_typed(group, name) for group in self.groups.values() for name in group.changed()
+            _as_typed(group, name)
+            for group in self.groups.values()
+            for name in group.changed()
             if group.specs()[name].changes_program
-        )  # fmt: skip
+        )
 
     def from_defaults(self) -> tuple[str, ...]:
         """Return the used options that come from the user's own defaults, as typed."""
         names = self.defaults & self.given
         return tuple(
             " ".join(filter(None, _as_typed(group, name)))
-            for group in self.groups.values() for name in group.specs() if name in names
-        )  # fmt: skip
+            for group in self.groups.values()
+            for name in group.specs()
+            if name in names
+        )
 
 
 def _as_typed(group: OptionGroup, name: str) -> tuple[str, str]:
@@ -131,6 +135,7 @@ def without(settings: Settings, names: Iterable[str]) -> Settings:
     removed = frozenset(names)
     groups = [
         replace(group, **{name: type(group).defaults()[name] for name in present})  # type: ignore[type-var]
-        for group in settings.groups.values() if (present := removed & group.specs().keys())
-    ]  # fmt: skip
+        for group in settings.groups.values()
+        if (present := removed & group.specs().keys())
+    ]
     return replace(settings.but(*groups), given=settings.given - removed)

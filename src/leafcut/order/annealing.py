@@ -51,10 +51,17 @@ def build_clusters(instance: DirectedInstance) -> Clusters:
     pairs = np.argwhere(transitive_closure(instance.pairs, n)).astype(np.int32)
     near = np.argsort(np.minimum(least, least.T), axis=1, kind="stable")[:, : min(n - 1, NEAR)]
     return Clusters(
-        begin, owner, table, np.ascontiguousarray(table.T), least, np.ascontiguousarray(least.T),
-        np.ascontiguousarray(near, dtype=np.int32), *compressed_rows(pairs, n), *compressed_rows(pairs[:, ::-1], n),
+        begin,
+        owner,
+        table,
+        np.ascontiguousarray(table.T),
+        least,
+        np.ascontiguousarray(least.T),
+        np.ascontiguousarray(near, dtype=np.int32),
+        *compressed_rows(pairs, n),
+        *compressed_rows(pairs[:, ::-1], n),
         np.array([instance.anchored], dtype=np.int64),
-    )  # fmt: skip
+    )
 
 
 class PathAnnealing:
@@ -67,9 +74,16 @@ class PathAnnealing:
         m, widest = instance.n, int(np.diff(self.layers.begin).max())
         path, trial, best, place, out = (np.zeros(m, dtype=np.int32) for _ in range(5))
         self.walk = AntPath(
-            path, trial, best, place, out, np.zeros(m, dtype=np.uint8), np.zeros(2), np.zeros((2, widest)),
+            path,
+            trial,
+            best,
+            place,
+            out,
+            np.zeros(m, dtype=np.uint8),
+            np.zeros(2),
+            np.zeros((2, widest)),
             np.zeros((m, widest), dtype=np.int32),
-        )  # fmt: skip
+        )
         self.number = np.zeros(int(instance.rules.way.max()) + 1, dtype=np.int32)
         self.number[instance.rules.way] = np.arange(len(instance.rules.way), dtype=np.int32)
 

@@ -254,9 +254,20 @@ class _Ascent:
         while self.step < goal and not self.stop():
             last = min(goal, self.step + at_once)
             value = climb(
-                graph, self.sets, hub.spokes, hub.node, hub.tied, self.upper, self.step, last, self.steps,
-                self.penalty, best, value, self.work,
-            )  # fmt: skip
+                graph,
+                self.sets,
+                hub.spokes,
+                hub.node,
+                hub.tied,
+                self.upper,
+                self.step,
+                last,
+                self.steps,
+                self.penalty,
+                best,
+                value,
+                self.work,
+            )
             self.step = last
         return best
 

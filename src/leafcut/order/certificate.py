@@ -38,9 +38,12 @@ def compute_shown_bound(instance: AnyInstance, best: Best) -> None:
 
 
 def _prove_bound(
-    problem: RoutingProblem, instance: AnyInstance | None, cost: float | None, cancelled: threading.Event,
+    problem: RoutingProblem,
+    instance: AnyInstance | None,
+    cost: float | None,
+    cancelled: threading.Event,
     late: Callable[[], bool],
-) -> float | None:  # fmt: skip
+) -> float | None:
     """Return a lower bound on the cost of any path of the problem, or None. `cost` is the cost of a known path, if
     there is one; `instance` is used again if the relaxed problem is the same.
     """
@@ -89,9 +92,13 @@ def _minimum_service(problem: RoutingProblem) -> Floats:
 
 
 def certify(
-    problem: RoutingProblem, solution: Solution, bound: float | None, cancelled: threading.Event,
-    instance: AnyInstance | None = None, deadline: Deadline | None = None,
-) -> Solution:  # fmt: skip
+    problem: RoutingProblem,
+    solution: Solution,
+    bound: float | None,
+    cancelled: threading.Event,
+    instance: AnyInstance | None = None,
+    deadline: Deadline | None = None,
+) -> Solution:
     """Return `solution` with its lower bound, computed unless given, but not for a cancelled search. It ignores
     precedence, which can only raise the cost (`symmetric_relaxation`). A bound above the cost is dropped.
     """

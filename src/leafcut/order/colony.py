@@ -148,9 +148,13 @@ def assembly_for(n: int) -> Assembly:
 
 
 def recombine_tours(
-    instance: Instance, mine: NDArray[np.int32], other: NDArray[np.int32], costs: NDArray[np.float64],
-    words: NDArray[np.uint64], stop: Stop,
-) -> Share:  # fmt: skip
+    instance: Instance,
+    mine: NDArray[np.int32],
+    other: NDArray[np.int32],
+    costs: NDArray[np.float64],
+    words: NDArray[np.uint64],
+    stop: Stop,
+) -> Share:
     """Recombine each tour in `mine` int32[m, n], of cost float64[m], with its partner in `other`, keeping improvements;
     return the tours and costs. `words` are random states uint64[m].
     """
@@ -163,9 +167,18 @@ def recombine_tours(
         if stop.now():
             break
         assemble(
-            instance.cost, tour, assembly, *instance.exchange_lists, breadth,
-            tours, other, words, gains, first, min(pairs, first + step),
-        )  # fmt: skip
+            instance.cost,
+            tour,
+            assembly,
+            *instance.exchange_lists,
+            breadth,
+            tours,
+            other,
+            words,
+            gains,
+            first,
+            min(pairs, first + step),
+        )
     # Costs are summed again: subtracting gains would accumulate rounding errors over the generations.
     for k in np.flatnonzero(gains > 0.0):
         costs[k] = tour_cost(instance.cost, tours[k])

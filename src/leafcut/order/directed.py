@@ -160,9 +160,15 @@ def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
     service = np.zeros(len(cost.xy))
     service[: problem.n_nodes] = problem.service
     rules = Rules(
-        *compressed_rows(pairs, n), *compressed_rows(pairs[:, ::-1], n), begin, way, np.array([beyond]), service,
-        Lists(*here, *there), Lists(*there, *here),
-    )  # fmt: skip
+        *compressed_rows(pairs, n),
+        *compressed_rows(pairs[:, ::-1], n),
+        begin,
+        way,
+        np.array([beyond]),
+        service,
+        Lists(*here, *there),
+        Lists(*there, *here),
+    )
     return DirectedInstance(problem, pairs, cost, rules, enter, leave, twisted, ends is not None)
 
 

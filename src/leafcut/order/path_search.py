@@ -74,9 +74,14 @@ class PathSearch:
     """Local search for a path with choices; `iteration` counts runs of up to `kicks_per_iteration` kicks."""
 
     def __init__(
-        self, instance: DirectedInstance, seed: int, best: Best, number: int = 0, layers: Clusters | None = None,
+        self,
+        instance: DirectedInstance,
+        seed: int,
+        best: Best,
+        number: int = 0,
+        layers: Clusters | None = None,
         log: WorkerLog | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Create a search; searches that share `best`, `layers` and `log` have different numbers."""
         self.instance, self.stop, self.best, self.layers = instance, best.stop, best, layers
         self.log = log or WorkerLog.of(1)
@@ -172,9 +177,16 @@ class PathSearch:
 
     def _kick(self, heat: float, kicks: int) -> None:
         self.cost -= kick_route(
-            self.instance.cost, self.route, self.instance.rules, self.breadth, self.least, heat * self.mean,
-            self.words, 0, kicks,
-        )  # fmt: skip
+            self.instance.cost,
+            self.route,
+            self.instance.rules,
+            self.breadth,
+            self.least,
+            heat * self.mean,
+            self.words,
+            0,
+            kicks,
+        )
         self.iteration, self.kicks = self.iteration + 1, self.kicks + kicks
         if self.cost < self.best.cost - self.least:
             self._offer()
@@ -244,9 +256,12 @@ def offer_path_of_ants(
     stop = best.stop
     best.offer(instance.nodes(greedy.node, greedy.enter), instance.length(greedy.node, greedy.enter, greedy.leave), 0)
     own_stop = Stop(
-        iterations=generations, patience=PATIENCE, seconds=ANTS_SHARE * stop.seconds,
-        cancelled=stop.cancelled, began=stop.began,
-    )  # fmt: skip
+        iterations=generations,
+        patience=PATIENCE,
+        seconds=ANTS_SHARE * stop.seconds,
+        cancelled=stop.cancelled,
+        began=stop.began,
+    )
     own = Best(own_stop)
     moves = Choices(instance, True, layers, greedy)
     parameters = AntParameters.of("acs", AcoOptions(), instance.n, True)

@@ -39,9 +39,11 @@ class SearchView:
     """View of a search for observers; by default the best path and the figures of the workers."""
 
     def __init__(
-        self, shown: AnyInstance | None = None, log: WorkerLog | None = None,
+        self,
+        shown: AnyInstance | None = None,
+        log: WorkerLog | None = None,
         pheromone: Callable[[], Pheromone] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Create a view; without the instance `shown`, snapshots have no path."""
         self.shown, self.log, self.pheromone = shown, WorkerLog.of(0) if log is None else log, pheromone
 
@@ -157,9 +159,11 @@ class Population(SearchView):
 
 
 def iterate(
-    steps: Iterator[NDArray[np.float64] | None], best: Best, iteration: int = 0,
+    steps: Iterator[NDArray[np.float64] | None],
+    best: Best,
+    iteration: int = 0,
     report: Callable[[int, NDArray[np.float64] | None], None] | None = None,
-) -> int:  # fmt: skip
+) -> int:
     """Run an algorithm step by step until a stopping criterion holds; return the number of finished iterations.
 
     A step constructs paths, improves them, offers the best, learns from them, and yields their costs, or None.

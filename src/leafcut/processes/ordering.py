@@ -78,10 +78,15 @@ def find_order(
         stage_options = replace(options, time_limit=deadline.part(problem.n_clusters / remaining).seconds)
         progress = progress_of_search(job.progress, stages[number].name, remaining / total, tasks / total)
         solution = solve(
-            problem, stage_options, _ant_options(settings.aco, stages[number]), firefly=settings.firefly,
-            progress=progress, observe=job.observe,
-            cancelled=job.cancelled, bounds=job.bounds.part(tasks / remaining),
-        )  # fmt: skip
+            problem,
+            stage_options,
+            _ant_options(settings.aco, stages[number]),
+            firefly=settings.firefly,
+            progress=progress,
+            observe=job.observe,
+            cancelled=job.cancelled,
+            bounds=job.bounds.part(tasks / remaining),
+        )
         deadline.subtract(solution.seconds)
         remaining = max(remaining - tasks, 1)
         return solution
@@ -198,9 +203,13 @@ def _order_after_first(job: Job, stages: Sequence[Stage], search: SearchOne, opt
 
 
 def solve_together(
-    stages: Sequence[Stage], search: SearchOne, options: SolveOptions, quick: SearchOne, cancelled: threading.Event,
+    stages: Sequence[Stage],
+    search: SearchOne,
+    options: SolveOptions,
+    quick: SearchOne,
+    cancelled: threading.Event,
     bounds: Callable[[RoutingProblem], Deadline] = lambda _: Deadline(),
-) -> list[Solution]:  # fmt: skip
+) -> list[Solution]:
     """Return a solution for every stage; a stage that follows another stage starts at its end.
 
     `quick` searches without progress reports. `bounds` returns the deadline for the lower bound of a problem.
@@ -345,9 +354,15 @@ def _remove_ends(problem: RoutingProblem, first: Ints, last: Ints) -> tuple[Rout
 
 
 def _with_cost(
-    number: int, problem: RoutingProblem, nodes: Ints, searched: Solution, options: SolveOptions, quick: SearchOne,
-    cancelled: threading.Event, bounds: Callable[[RoutingProblem], Deadline],
-) -> Solution:  # fmt: skip
+    number: int,
+    problem: RoutingProblem,
+    nodes: Ints,
+    searched: Solution,
+    options: SolveOptions,
+    quick: SearchOne,
+    cancelled: threading.Event,
+    bounds: Callable[[RoutingProblem], Deadline],
+) -> Solution:
     from leafcut.order.instance import path_cost
 
     cost = path_cost(problem, nodes)

@@ -123,9 +123,13 @@ def _motion_text(path: Toolpath, row: int) -> Message:
 
 
 def _rows_meeting(
-    path: Toolpath, rows: NDArray[np.int64], triangles: NDArray[np.float64],
-    above: float, radius: NDArray[np.float64], dogleg: bool,
-) -> list[int]:  # fmt: skip
+    path: Toolpath,
+    rows: NDArray[np.int64],
+    triangles: NDArray[np.float64],
+    above: float,
+    radius: NDArray[np.float64],
+    dogleg: bool,
+) -> list[int]:
     """Return the moves for which a part of the surface within the radius is higher than `above`, measured from the
     tip.
     """
@@ -141,17 +145,27 @@ def _rows_meeting(
     for first in range(0, len(rows), _BATCH):
         batch = slice(first, first + _BATCH)
         meeting = _moves_meeting(
-            tree, high, path.before[rows[batch]], path.end[rows[batch]], lowest[batch] + _TOLERANCE,
-            np.maximum(radius[batch] - _TOLERANCE, 0.0), dogleg,
-        )  # fmt: skip
+            tree,
+            high,
+            path.before[rows[batch]],
+            path.end[rows[batch]],
+            lowest[batch] + _TOLERANCE,
+            np.maximum(radius[batch] - _TOLERANCE, 0.0),
+            dogleg,
+        )
         result += rows[batch][meeting].tolist()
     return result
 
 
 def _moves_meeting(
-    tree: shapely.STRtree, triangles: NDArray[np.float64], start: NDArray[np.float64], end: NDArray[np.float64],
-    height: NDArray[np.float64], radius: NDArray[np.float64], dogleg: bool,
-) -> NDArray[np.int64]:  # fmt: skip
+    tree: shapely.STRtree,
+    triangles: NDArray[np.float64],
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    height: NDArray[np.float64],
+    radius: NDArray[np.float64],
+    dogleg: bool,
+) -> NDArray[np.int64]:
     """Return the moves for which part of a triangle within the radius is above their height."""
     shapes: Any
     if dogleg:

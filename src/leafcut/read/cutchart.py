@@ -313,9 +313,19 @@ def _row_from_options(
         return None
     values = {key: given.get(key) for key in GIVEN}
     return ChartRow(
-        process.lower(), material_name(material), thickness, given["feed"] or 0.0, amps, values["pierce_height"],
-        values["pierce_delay"], values["cut_height"], values["kerf"], None, "the user's own", "the user's own figures",
-    )  # fmt: skip
+        process.lower(),
+        material_name(material),
+        thickness,
+        given["feed"] or 0.0,
+        amps,
+        values["pierce_height"],
+        values["pierce_delay"],
+        values["cut_height"],
+        values["kerf"],
+        None,
+        "the user's own",
+        "the user's own figures",
+    )
 
 
 def is_kind_of_process(name: str, asked: str) -> bool:

@@ -139,9 +139,7 @@ def _runs(path: str, section: DataSection) -> list[tuple[int, list[int]]]:
     values = tsplib.numbers(path, section)
     if not len(values):
         return []
-    lines = np.repeat(
-        np.arange(section[0], section[0] + len(section[1])), [len(line.split()) for line in section[1]]
-    )  # fmt: skip
+    lines = np.repeat(np.arange(section[0], section[0] + len(section[1])), [len(line.split()) for line in section[1]])
     wrong = np.flatnonzero((values != np.floor(values)) | (np.abs(values) > 2**31))
     if len(wrong):
         raise ReadError(

@@ -69,9 +69,13 @@ def read_sirius_contours(source: Source, options: ReadOptions) -> Part:
     if _is_sheet(contours, entries[0][0]):
         contours = [replace(c, kind="sheet", part=0) if c.part == 1 else replace(c, part=c.part - 1) for c in contours]
     return Part(
-        source.name, source=source.file_name, format="sirius", units=options.units or "mm", contours=tuple(contours),
+        source.name,
+        source=source.file_name,
+        format="sirius",
+        units=options.units or "mm",
+        contours=tuple(contours),
         issues=tuple(issues),
-    )  # fmt: skip
+    )
 
 
 def _entries(source: Source) -> list[tuple[str, list[Any]]]:

@@ -83,12 +83,17 @@ def read_step(source: Source, options: ReadOptions) -> Part:
     data = _read_solid(source, options, "holes")
     holes = tuple(
         Hole(
-            round(hole["x"], 6), round(hole["y"], 6), round(hole["diameter"], 6), z=round(hole["top"], 6) + 0.0,
-            depth=round(hole["depth"], 6), through=hole["through"], flat=not (hole["through"] or hole["pointed"]),
+            round(hole["x"], 6),
+            round(hole["y"], 6),
+            round(hole["diameter"], 6),
+            z=round(hole["top"], 6) + 0.0,
+            depth=round(hole["depth"], 6),
+            through=hole["through"],
+            flat=not (hole["through"] or hole["pointed"]),
             steps=tuple(HoleStep(**step) for step in hole["steps"]),
         )
         for hole in data["holes"]
-    )  # fmt: skip
+    )
     kept, selection_issues = select_holes(holes, options)
     issues = (*_issues(data, options.up or "z"), *selection_issues)
     return _with_zero(Part(source.name, kept, issues=issues, source=source.path, format="step"), data, options)
@@ -129,11 +134,12 @@ def read_pockets_of_step(
         Pocket(
             _oriented_path(pocket["outline"], clockwise=False),
             tuple(_oriented_path(row, clockwise=True) for row in pocket["islands"]),
-            source.name if len(pocket_data) == 1 else str(number), depth=round(data["highest"] - pocket["z"], 6),
+            source.name if len(pocket_data) == 1 else str(number),
+            depth=round(data["highest"] - pocket["z"], 6),
             top=round(data["highest"], 6) + 0.0,
         )
         for number, pocket in enumerate(pocket_data, 1)
-    )  # fmt: skip
+    )
     part = Part(
         source.name, issues=tuple(issues), source=source.path, format="step", pockets=pockets, openings=openings
     )
@@ -365,9 +371,14 @@ def _run_step_reader(
         ]
         try:
             process = subprocess.run(
-                command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                timeout=SECONDS, check=False, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
-            )  # fmt: skip
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                timeout=SECONDS,
+                check=False,
+                env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+            )
         except subprocess.TimeoutExpired:
             raise ReadError(
                 path, Message("takes more than {} s to read; export the part with fewer faces", SECONDS)

@@ -103,9 +103,12 @@ def join_walls(walls: list[RoundWall]) -> list[RoundWall]:
     """
     level = [wall.low_radius - wall.taper * wall.low for wall in walls]
     keys = zip(
-        labels([wall.x for wall in walls]), labels([wall.y for wall in walls]), labels([w.taper for w in walls]),
-        labels(level), strict=True,
-    )  # fmt: skip
+        labels([wall.x for wall in walls]),
+        labels([wall.y for wall in walls]),
+        labels([w.taper for w in walls]),
+        labels(level),
+        strict=True,
+    )
     by_surface: dict[tuple[int, ...], list[RoundWall]] = {}
     for key, wall in zip(keys, walls, strict=True):
         by_surface.setdefault(key, []).append(wall)

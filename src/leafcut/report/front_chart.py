@@ -101,8 +101,10 @@ def front_svg(data: CuttingData) -> str:
     lives = [point.life for tool in data.tools for point in tool.points]
     shade = _colour_index(min(lives), max(lives))
     width, row_height = 2 * _WIDE, _HEAD + _HIGH
-    rows = [element("g", _tool_panels(tool, data, shade), transform=f"translate(0 {svg_number(k * row_height)})")
-            for k, tool in enumerate(data.tools)]  # fmt: skip
+    rows = [
+        element("g", _tool_panels(tool, data, shade), transform=f"translate(0 {svg_number(k * row_height)})")
+        for k, tool in enumerate(data.tools)
+    ]
     bottom = len(rows) * row_height
     height = bottom + _FOOT
     words = f"Speeds and feeds for {data.material.name} on {data.machine.name}"
@@ -140,13 +142,23 @@ def _tool_panels(front: ToolFront, data: CuttingData, shade: Callable[[float], i
     beside = text(description, 2 * _WIDE - 16, 30, text_anchor="end")
     points = _thinned(front.points, front.chosen)
     left = _panel(
-        front, points, shade, 0.0, lambda p: p.time / _time_unit(points)[0], lambda p: p.cost,
+        front,
+        points,
+        shade,
+        0.0,
+        lambda p: p.time / _time_unit(points)[0],
+        lambda p: p.cost,
         (f"time, {_time_unit(points)[1]}", "cost"),
-    )  # fmt: skip
+    )
     right = _panel(
-        front, points, shade, _WIDE, lambda p: p.rpm, lambda p: p.feed * SECONDS_PER_MINUTE,
+        front,
+        points,
+        shade,
+        _WIDE,
+        lambda p: p.rpm,
+        lambda p: p.feed * SECONDS_PER_MINUTE,
         ("spindle speed, rpm", "feed rate, mm/min"),
-    )  # fmt: skip
+    )
     return head + beside + left + right
 
 
@@ -166,9 +178,14 @@ def _thinned(points: tuple[CuttingPoint, ...], chosen: int) -> list[CuttingPoint
 
 
 def _panel(
-    front: ToolFront, points: list[CuttingPoint], shade: Callable[[float], int], left: float,
-    x_of: Callable[[CuttingPoint], float], y_of: Callable[[CuttingPoint], float], names: tuple[str, str],
-) -> str:  # fmt: skip
+    front: ToolFront,
+    points: list[CuttingPoint],
+    shade: Callable[[float], int],
+    left: float,
+    x_of: Callable[[CuttingPoint], float],
+    y_of: Callable[[CuttingPoint], float],
+    names: tuple[str, str],
+) -> str:
     start, end = left + _LEFT, left + _WIDE - _RIGHT
     bottom, top = _HEAD + _HIGH - _BOTTOM, _HEAD + _TOP
     given = _given_point(front)

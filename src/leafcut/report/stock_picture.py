@@ -205,9 +205,12 @@ def _draw_scale(
     for height in (top, *_scale_heights(top, bottom, length), bottom):
         share = (top - height) / (top - bottom)
         draw.text(
-            (x + 38, y + share * length), to_fixed(height, decimals), fill=_INK, font=font,
+            (x + 38, y + share * length),
+            to_fixed(height, decimals),
+            fill=_INK,
+            font=font,
             anchor="lt" if share == 0.0 else "lm",
-        )  # fmt: skip
+        )
         draw.line((x + 27, y + share * length, x + 32, y + share * length), fill=_INK)
     if through:
         draw.rectangle((x - 1, y + length + 22, x + 27, y + length + 44), fill=THROUGH, outline=_EDGE)

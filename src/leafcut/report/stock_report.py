@@ -104,8 +104,10 @@ def print_stock(stock_cut: StockCut, output: str | None, console: Console) -> No
         f"{stock_cut.program}: {stock_cut.removed_mm3 / _MM3_PER_CM3:.2f} cm³ off {origin} of {sides} mm, in cells of "
         f"{stock_cut.field.cell:g} mm ({stock_cut.field.heights.size:,} of them, "
         f"{max(stock_cut.field.heights.nbytes / _BYTES_PER_MB, 0.1):.1f} MB)",
-        markup=False, highlight=False, soft_wrap=True,
-    )  # fmt: skip
+        markup=False,
+        highlight=False,
+        soft_wrap=True,
+    )
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("tool")
     for name in ("removed", "in the stock", "in the air", "deepest", "widest"):

@@ -30,9 +30,15 @@ def problem_of(lines: Lines, metric: Metric, job: JobOptions) -> RoutingProblem:
     ends = np.array([[line[0], line[-1]] for line in lines])
     cluster = np.repeat(np.arange(len(lines), dtype=np.int32), 2)
     return RoutingProblem(
-        ends.reshape(-1, 2), ends[:, ::-1].reshape(-1, 2), cluster, np.zeros(len(cluster)), metric,
-        start=plane_point(job.start_point), end=plane_point(job.end_point), name="lines",
-    )  # fmt: skip
+        ends.reshape(-1, 2),
+        ends[:, ::-1].reshape(-1, 2),
+        cluster,
+        np.zeros(len(cluster)),
+        metric,
+        start=plane_point(job.start_point),
+        end=plane_point(job.end_point),
+        name="lines",
+    )
 
 
 def tool_of(options: EngraveOptions) -> Tool:

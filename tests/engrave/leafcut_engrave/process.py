@@ -76,10 +76,15 @@ class Engraving(Process):
         problem = problem_of(lines, travel_metric(job.machine, settings.solve.objective), settings.job)
         given = np.arange(0, 2 * len(lines), 2, dtype=np.int32)
         return Plan(
-            job=job, part=part, dialect=post_dialect, work=lines,
+            job=job,
+            part=part,
+            dialect=post_dialect,
+            work=lines,
             stages=(Stage(problem, False, given, Message("ordering lines")),),
-            tools=[tool_of(settings.of(EngraveOptions))], start=problem.start, issues=part.issues,
-        )  # fmt: skip
+            tools=[tool_of(settings.of(EngraveOptions))],
+            start=problem.start,
+            issues=part.issues,
+        )
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
         """Generate and time the motion of an order."""

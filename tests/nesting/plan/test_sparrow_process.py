@@ -39,8 +39,11 @@ def test_a_search_ends_after_its_steps_but_never_without_an_answer() -> None:
 
 def test_it_ends_after_giving_up_so_often_and_as_soon_as_the_strip_is_narrow_enough() -> None:
     assert told((FOUND, 90.0), (GIVEN_UP, 80.0), (OVERLAPPING, 80.0), (GIVEN_UP, 80.0), failures=2)[1] == [
-        False, False, False, True
-    ]  # fmt: skip
+        False,
+        False,
+        False,
+        True,
+    ]
     search, ended = told((FOUND, 90.0), (FOUND, 75.0), enough=75.0)
     assert (ended, search.reason) == ([False, True], "enough")
 

@@ -179,8 +179,12 @@ def test_a_program_with_a_spot_drill_near_a_low_clamp_is_proved(tmp_path: Path) 
     (tmp_path / "tools.toml").write_text(spot + "[[tool]]\nnumber = 2\n" + tool.format("drill", 3.3))
     (tmp_path / "holes.csv").write_text("x,y,diameter\n50,30,3.3\n20,30,3.3\n")
     outcome = leafcut.drill(
-        tmp_path / "holes.csv", tools=tmp_path / "tools.toml", centre_drill=True, depth=4, keep_out=["54 25 60 35 0"],
-    )  # fmt: skip
+        tmp_path / "holes.csv",
+        tools=tmp_path / "tools.toml",
+        centre_drill=True,
+        depth=4,
+        keep_out=["54 25 60 35 0"],
+    )
     assert outcome.verified
 
 
@@ -215,7 +219,9 @@ def test_holes_on_a_layer_that_is_named_for_pockets_are_reported(tmp_path: Path)
     drawing.saveas(tmp_path / "plate.dxf")
     issues = leafcut.drill(tmp_path / "plate.dxf", depth=2).issues
     assert sorted(issue.message.partition(",")[0] for issue in issues if issue.code == "L418") == [
-        "1 hole on layer 'Islands'", "1 hole on layer 'pocket_1'", "2 holes on layer 'ISLAND'",
-    ]  # fmt: skip
+        "1 hole on layer 'Islands'",
+        "1 hole on layer 'pocket_1'",
+        "2 holes on layer 'ISLAND'",
+    ]
     chosen = leafcut.drill(tmp_path / "plate.dxf", depth=2, layers=["HOLES", "ISLAND"])
     assert "L418" not in {issue.code for issue in chosen.issues}

@@ -33,9 +33,16 @@ from meshes import box_triangles
 from option_groups import drilling
 
 MILL = Machine(
-    "mill", "", "linuxcnc", (100.0, 100.0, 50.0), (500.0, 500.0, 250.0), 40.0, (-400.0, -400.0, -300.0),
-    (400.0, 400.0, 100.0), spindle_max_rpm=9000.0,
-)  # fmt: skip
+    "mill",
+    "",
+    "linuxcnc",
+    (100.0, 100.0, 50.0),
+    (500.0, 500.0, 250.0),
+    40.0,
+    (-400.0, -400.0, -300.0),
+    (400.0, 400.0, 100.0),
+    spindle_max_rpm=9000.0,
+)
 #: Point of a 118° drill of 1 mm diameter, mm: 0.5 / tan 59°.
 POINT = 0.5 / math.tan(math.radians(59))
 LIBRARY = ToolLibrary(

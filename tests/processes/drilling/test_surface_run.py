@@ -468,9 +468,12 @@ def spotted(folder: Path, tmp_path: Path, xy: str, depth: float) -> Any:
     )
     (tmp_path / "holes.csv").write_text(f"x,y,diameter\n{xy},3.3\n60,70,3.3\n")
     return drilled(
-        folder, str(tmp_path / "holes.csv"), depth=6, tools=str(tmp_path / "tools.toml"),
+        folder,
+        str(tmp_path / "holes.csv"),
+        depth=6,
+        tools=str(tmp_path / "tools.toml"),
         centre_drill=True,
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize(("depth", "refused"), [(2.0, False), (2.8, False), (3.1, True), (5.0, True)])

@@ -40,9 +40,16 @@ def program(folder: Path, dialect: str, units: str) -> str:
     (folder / "part.svg").write_text(SVG)
     (folder / "tools.toml").write_text(TOOLS)
     text = leafcut.part(
-        folder / "part.svg", thickness=3, tools=folder / "tools.toml", tabs=2, dialect=dialect, output_units=units,
-        origin="lower-left", threads=1, preset="fast",
-    ).text  # fmt: skip
+        folder / "part.svg",
+        thickness=3,
+        tools=folder / "tools.toml",
+        tabs=2,
+        dialect=dialect,
+        output_units=units,
+        origin="lower-left",
+        threads=1,
+        preset="fast",
+    ).text
     return without_comments(text)
 
 
@@ -54,10 +61,16 @@ def nameplate() -> str:
     """Return the program of the name plate in the examples without its comments."""
     return without_comments(
         leafcut.part(
-            EXAMPLES / "nameplate.dxf", operations=EXAMPLES / "nameplate.toml", thickness=6, tool_diameter=3,
-            feed="600mm/min", spindle_speed=5000, threads=1, preset="fast",
+            EXAMPLES / "nameplate.dxf",
+            operations=EXAMPLES / "nameplate.toml",
+            thickness=6,
+            tool_diameter=3,
+            feed="600mm/min",
+            spindle_speed=5000,
+            threads=1,
+            preset="fast",
         ).text
-    )  # fmt: skip
+    )
 
 
 def is_golden(file: Path, text: str) -> bool:

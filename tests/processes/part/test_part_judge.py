@@ -42,9 +42,15 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> str:
     rings = "".join(f'<path d="M{" L".join(f"{x},{100 - y}" for x, y in one)} Z"/>' for one in SQUARES)
     source.write_text(SVG.format(rings))
     return leafcut.part(
-        source, thickness=THICKNESS, tool_diameter=2 * RADIUS, tabs=2, tab_width=5.0, tab_height=1.0, preset="fast",
+        source,
+        thickness=THICKNESS,
+        tool_diameter=2 * RADIUS,
+        tabs=2,
+        tab_width=5.0,
+        tab_height=1.0,
+        preset="fast",
         threads=1,
-    ).text  # fmt: skip
+    ).text
 
 
 def judged(text: str) -> list[Difference]:

@@ -134,9 +134,12 @@ def test_each_path_is_engraved_once_before_the_outline(tmp_path: Path) -> None:
     through = cut & (path.end[:, 2] < -THICKNESS)
     assert np.flatnonzero(engraved).max() < np.flatnonzero(through).min()
     assert outcome.after.cut_mm > letters().length
-    ends = {tuple(sorted([tuple(start), tuple(end)])) for start, end in zip(
-        path.before[engraved][:, :2].round(3).tolist(), path.end[engraved][:, :2].round(3).tolist(), strict=True
-    )}  # fmt: skip
+    ends = {
+        tuple(sorted([tuple(start), tuple(end)]))
+        for start, end in zip(
+            path.before[engraved][:, :2].round(3).tolist(), path.end[engraved][:, :2].round(3).tolist(), strict=True
+        )
+    }
     assert len(ends) == engraved.sum()
 
 

@@ -34,10 +34,19 @@ def test_height_field_and_polygons_remove_the_same_of_a_pocket(strategy: str, tm
     """They differ by at most a cell along the edges; neither cuts beyond the walls, and both leave the same uncut."""
     (tmp_path / "pocket.wkt").write_text(POCKET.wkt)
     outcome = leafcut.optimize(
-        tmp_path / "pocket.wkt", process="pocket", units="mm", strategy=strategy, tool_diameter=TOOL, depth=DEPTH,
-        step_down=STEP_DOWN, feed="800mm/min", preset="fast", iterations=3, threads=1,
+        tmp_path / "pocket.wkt",
+        process="pocket",
+        units="mm",
+        strategy=strategy,
+        tool_diameter=TOOL,
+        depth=DEPTH,
+        step_down=STEP_DOWN,
+        feed="800mm/min",
+        preset="fast",
+        iterations=3,
+        threads=1,
         max_engagement="100deg" if strategy == "adaptive" else None,
-    )  # fmt: skip
+    )
     (tmp_path / "pocket.ngc").write_text(outcome.text)
     field = leafcut.stock(
         tmp_path / "pocket.ngc", workpiece=f"-10,-10,{-DEPTH - 1},58,46,0", cell=CELL, tool_diameter=TOOL

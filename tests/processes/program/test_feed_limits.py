@@ -61,9 +61,15 @@ def slot_feed(text: str) -> float:
 @pytest.mark.parametrize("limit", [200.0, 80.0])
 def test_a_cut_takes_no_more_power_than_the_spindle_gives(tmp_path: Path, limit: float) -> None:
     found = reordered(
-        tmp_path, SLOT, feeds=True, workpiece=BLOCK, tools=library(tmp_path), material="aluminium-6061",
-        machine=machine_of_power(tmp_path, f"{limit} W"), cell=0.1,
-    )  # fmt: skip
+        tmp_path,
+        SLOT,
+        feeds=True,
+        workpiece=BLOCK,
+        tools=library(tmp_path),
+        material="aluminium-6061",
+        machine=machine_of_power(tmp_path, f"{limit} W"),
+        cell=0.1,
+    )
     power = power_of(slot_feed(found.text)) / DRIVE_EFFICIENCY
     assert 0.95 * limit < power <= 1.01 * limit
     (tool,) = found.detail.pace.tools
@@ -74,9 +80,15 @@ def test_a_cut_takes_no_more_power_than_the_spindle_gives(tmp_path: Path, limit:
 
 def test_a_cut_takes_no_more_torque_than_the_spindle_gives(tmp_path: Path) -> None:
     found = reordered(
-        tmp_path, SLOT, feeds=True, workpiece=BLOCK, tools=library(tmp_path), material="aluminium-6061",
-        machine=machine(tmp_path), cell=0.1,
-    )  # fmt: skip
+        tmp_path,
+        SLOT,
+        feeds=True,
+        workpiece=BLOCK,
+        tools=library(tmp_path),
+        material="aluminium-6061",
+        machine=machine(tmp_path),
+        cell=0.1,
+    )
     torque = 1000 * power_of(slot_feed(found.text)) / (2 * math.pi * 6000 / 60)
     assert 0.95 * 200 < torque <= 1.01 * 200
     assert [one.name for one in found.detail.pace.tools[0].limits] == ["torque"]
@@ -168,9 +180,15 @@ def test_a_ramp_takes_no_more_power_than_the_spindle_gives(tmp_path: Path, text:
     """Its last piece of 3 mm is cut 1.85 deep in the middle; before it, less. At its own feed it takes 294 W."""
     assert ramp_power_of(600, 1.85) == pytest.approx(294, abs=1)
     found = reordered(
-        tmp_path, text.replace("F300", "F600"), feeds=True, workpiece=BLOCK, tools=library(tmp_path), cell=0.1,
-        material="aluminium-6061", machine=machine_of_power(tmp_path, f"{limit / DRIVE_EFFICIENCY} W"),
-    )  # fmt: skip
+        tmp_path,
+        text.replace("F300", "F600"),
+        feeds=True,
+        workpiece=BLOCK,
+        tools=library(tmp_path),
+        cell=0.1,
+        material="aluminium-6061",
+        machine=machine_of_power(tmp_path, f"{limit / DRIVE_EFFICIENCY} W"),
+    )
     feeds = [float(word) for word in re.findall(r"Z-[0-9.]+ F([0-9.]+)", found.text)]
     power = ramp_power_of(feeds[-1], 1.85)
     assert 0.93 * limit < power <= 1.01 * limit, body(found)
@@ -195,9 +213,15 @@ def test_straight_down_a_mill_takes_no_more_power_than_the_spindle_gives(
     """At 300 mm/min the end takes 284 W by hand: 28.27 mm² × 5 mm/s × 800 N/mm² × 0.025^-0.25."""
     assert plunge_power_of(300) == pytest.approx(284.5, abs=1)
     found = reordered(
-        tmp_path, text, feeds=True, workpiece=BLOCK, tools=library(tmp_path), cell=0.1, material="aluminium-6061",
+        tmp_path,
+        text,
+        feeds=True,
+        workpiece=BLOCK,
+        tools=library(tmp_path),
+        cell=0.1,
+        material="aluminium-6061",
         machine=machine_of_power(tmp_path, f"{limit / DRIVE_EFFICIENCY} W"),
-    )  # fmt: skip
+    )
     feed = [float(word) for word in re.findall(r"Z-4(?:\.0*)? F([0-9.]+)", found.text)][-1]
     assert 0.95 * limit < plunge_power_of(feed) <= 1.01 * limit, body(found)
     (told,) = [one for one in found.detail.pace.tools[0].limits if one.name == "power"]
@@ -207,9 +231,15 @@ def test_straight_down_a_mill_takes_no_more_power_than_the_spindle_gives(
 
 def test_straight_down_a_mill_takes_no_more_torque_than_the_spindle_gives(tmp_path: Path) -> None:
     found = reordered(
-        tmp_path, PLUNGE, feeds=True, workpiece=BLOCK, tools=library(tmp_path), material="aluminium-6061",
-        machine=machine(tmp_path), cell=0.1,
-    )  # fmt: skip
+        tmp_path,
+        PLUNGE,
+        feeds=True,
+        workpiece=BLOCK,
+        tools=library(tmp_path),
+        material="aluminium-6061",
+        machine=machine(tmp_path),
+        cell=0.1,
+    )
     feed = [float(word) for word in re.findall(r"Z-4(?:\.0*)? F([0-9.]+)", found.text)][-1]
     torque = 1000 * plunge_power_of(feed) / (2 * math.pi * 6000 / 60)
     assert 0.95 * 200 < torque <= 1.01 * 200

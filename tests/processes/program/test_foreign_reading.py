@@ -20,7 +20,7 @@ G00 Z5.0000
 """ + "".join(
     f"G00 X{x}.0000 Y{y}.0000\nG01 Z-1.0000 F100\nG01 X{x + 5}.0000 F600\nG00 Z5.0000\n"
     for x, y in [(0, 0), (90, 0), (10, 0), (80, 0), (20, 0)]
-)  # fmt: skip
+)
 
 
 def test_a_program_without_units_is_read_in_those_of_the_option_or_of_the_machine(tmp_path: Path) -> None:

@@ -31,9 +31,7 @@ def told(outcome: Outcome) -> list[str]:
 
 
 def test_a_way_over_a_named_clamp_keeps_its_height_and_the_others_do_not(tmp_path: Path) -> None:
-    text = HEAD + (
-        "G0 X10 Y10 Z15\nG1 Z-2 F60\nG0 Z15\nG0 X60\nG0 Z2\nG1 Z-2 F60\nG0 Z15\nG0 Y40\nG0 Z2\nG1 Z-2 F60\n"
-    )  # fmt: skip
+    text = HEAD + ("G0 X10 Y10 Z15\nG1 Z-2 F60\nG0 Z15\nG0 X60\nG0 Z2\nG1 Z-2 F60\nG0 Z15\nG0 Y40\nG0 Z2\nG1 Z-2 F60\n")
     found = reordered(tmp_path, text + TAIL, low_retracts=True, workpiece=BLOCK, **CLAMP)
     changed = [
         (k, b) for k, (a, b) in enumerate(zip(text.splitlines(), found.text.splitlines(), strict=False)) if a != b
@@ -79,8 +77,16 @@ def test_the_holes_of_a_series_are_reached_at_the_r_plane_where_nothing_stands_b
     """The last hole rises to the initial height as before; LinuxCNC makes the same moves."""
     found = reordered(tmp_path, HOLES, low_retracts=True, workpiece=BLOCK)
     assert body(found) == [
-        "G0 X10 Y10", "G0 Z15", "G99 G81 X10 Y10 R1.0 Z-3 F100", "X20", "X60", "Y40", "X40", "G98 X20", "G80",
-    ]  # fmt: skip
+        "G0 X10 Y10",
+        "G0 Z15",
+        "G99 G81 X10 Y10 R1.0 Z-3 F100",
+        "X20",
+        "X60",
+        "Y40",
+        "X40",
+        "G98 X20",
+        "G80",
+    ]
     assert found.detail.pace.lowered == 6
     assert found.detail.pace.retracts_s == pytest.approx(found.before.time_s - found.after.time_s, rel=1e-4)
     path = interpret_program(found.text, dialect("linuxcnc")).path

@@ -36,8 +36,14 @@ def test_words_that_the_next_lines_take_from_a_changed_one_are_said_again(tmp_pa
     text = HEAD + "G0 X-10 Y25 Z5\nG1 Z-2 F300\nX-5\nX40\nY40\nG2 X50 Y30 I0 J-10\nG1 X60\n" + TAIL
     lines = body(reordered(tmp_path, text, air=True, workpiece=BLOCK))
     assert lines == [
-        "G0 X-10 Y25 Z5", "G0 Z-2 F300", "X-5", "G1 X40", "Y40", "G2 X50 Y30 I0 J-10", "G1 X60",
-    ]  # fmt: skip
+        "G0 X-10 Y25 Z5",
+        "G0 Z-2 F300",
+        "X-5",
+        "G1 X40",
+        "Y40",
+        "G2 X50 Y30 I0 J-10",
+        "G1 X60",
+    ]
 
 
 def test_a_cut_is_divided_where_it_leaves_the_material(tmp_path: Path) -> None:
@@ -77,12 +83,14 @@ def test_retracts_and_r_planes_are_as_low_as_the_ways_between_allow(tmp_path: Pa
     text = HEAD + (
         "G0 X10 Y10\nG0 Z2\nG1 Z-2 F60\nG1 X40 F600\nG0 Z15\nG0 X10 Y30\nG0 Z2\nG1 Z-2 F60\nG1 X40 F600\n"
         "G0 Z15\nG0 X10 Y40\nG1 Z-2 F60\nG0 Z15\nG99 G81 X50 Y10 R5 Z-3 F100\nX50 Y20\nG80\n"
-    )  # fmt: skip
+    )
     found = reordered(tmp_path, text + TAIL, low_retracts=True, workpiece=BLOCK)
     changed = [(a, b) for a, b in zip(text.splitlines()[4:], body(found), strict=True) if a != b]
     assert changed == [
-        ("G0 Z15", "G0 Z2.0"), ("G0 Z15", "G0 Z1.0"), ("G99 G81 X50 Y10 R5 Z-3 F100", "G99 G81 X50 Y10 R1.0 Z-3 F100"),
-    ]  # fmt: skip
+        ("G0 Z15", "G0 Z2.0"),
+        ("G0 Z15", "G0 Z1.0"),
+        ("G99 G81 X50 Y10 R5 Z-3 F100", "G99 G81 X50 Y10 R1.0 Z-3 F100"),
+    ]
     assert found.detail.pace.lowered == 3
     assert found.detail.pace.retracts_s == pytest.approx(found.before.time_s - found.after.time_s)
 
@@ -97,9 +105,7 @@ def test_an_r_plane_from_which_the_machine_goes_across_in_its_own_coordinates_st
 
 def test_a_retract_stays_above_what_stands_between_two_cuts(tmp_path: Path) -> None:
     """The top of the block, 0, stands between two slots that are 8 deep: the way across is over it."""
-    text = HEAD + (
-        "G0 X10 Y10\nG0 Z2\nG1 Z-8 F60\nG1 X20 F600\nG1 Z-7.5\nG0 Z15\nG0 X40 Y10\nG1 Z-8 F60\nG0 Z15\n"
-    )  # fmt: skip
+    text = HEAD + ("G0 X10 Y10\nG0 Z2\nG1 Z-8 F60\nG1 X20 F600\nG1 Z-7.5\nG0 Z15\nG0 X40 Y10\nG1 Z-8 F60\nG0 Z15\n")
     assert "G0 Z1.0" in body(reordered(tmp_path, text + TAIL, low_retracts=True, workpiece=BLOCK))
     # Within one pocket, 4 mm from all its walls, the way is lower than the top.
     inside = HEAD + POCKET + "G0 X18 Y14\nG1 Z-3 F60\nG0 Z15\nG0 X14\nG1 Z-3 F60\n"
@@ -250,9 +256,7 @@ def test_programs_in_the_styles_of_cams_leave_the_same_and_linuxcnc_takes_what_i
     common = {"machine": machine, "tool_diameter": 3}
     block = leafcut.stock(file, **common).block
     stock = {**common, "workpiece": ",".join(f"{side:.6f}" for side in (*block.low, *block.high))}
-    found = leafcut.optimize(
-        file, process="reorder", air=True, feeds=True, low_retracts=True, iterations=20, **stock
-    )  # fmt: skip
+    found = leafcut.optimize(file, process="reorder", air=True, feeds=True, low_retracts=True, iterations=20, **stock)
     assert found.after.time_s <= found.before.time_s * (1 + 1e-9)
     assert not [issue for issue in found.issues if issue.code == "L513"]
     new = tmp_path / f"new{file.suffix}"

@@ -81,8 +81,9 @@ def test_two_set_ups_one_after_the_other_leave_what_one_program_of_both_does(tmp
     assert second.field.heights.shape == at_once.field.heights.shape
     assert np.abs(second.field.heights - at_once.field.heights).max() < 1e-3
     # Of the 6 mm of the second slot 2 were 2 deep already.
-    assert second.removed_mm3 == pytest.approx(at_once.removed_mm3 - leafcut.stock(
-        program(tmp_path), workpiece=BLOCK, cell=cell).removed_mm3, rel=1e-4)  # fmt: skip
+    assert second.removed_mm3 == pytest.approx(
+        at_once.removed_mm3 - leafcut.stock(program(tmp_path), workpiece=BLOCK, cell=cell).removed_mm3, rel=1e-4
+    )
 
 
 def test_a_solid_is_as_high_as_it_is_over_every_cell(tmp_path: Path) -> None:

@@ -93,9 +93,14 @@ def test_reordering_takes_a_step_file_as_its_stock(slot: str, tmp_path: Path) ->
     ],
 )
 def test_what_is_no_solid_is_refused_in_one_line(
-    name: str, more: tuple[str, ...], status: int, words: str, slot: str, tmp_path: Path,
+    name: str,
+    more: tuple[str, ...],
+    status: int,
+    words: str,
+    slot: str,
+    tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     whole = saved(tmp_path / "whole.step", box(0, 0, -10, 40, 40, 0)).read_bytes()
     (tmp_path / "torn.step").write_bytes(whole[: len(whole) // 2])
     head, _, _ = whole.partition(b"DATA;")

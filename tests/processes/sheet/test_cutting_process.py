@@ -117,10 +117,14 @@ def test_every_shipped_table_uses_the_rows_of_its_own_source_only() -> None:
         if (machine := load_machine(name)).head.method
     }
     assert found == {
-        "plasma-table": "plasma", "flame-table": "oxyfuel", "water-table": "waterjet",
-        "laser-table": "laser_fiber_3kw", "grbl-laser-co2": "laser_co2_60w",
-        "grbl-laser-5w": "laser_diode_5w", "grbl-laser-20w": "laser_diode_20w",
-    }  # fmt: skip
+        "plasma-table": "plasma",
+        "flame-table": "oxyfuel",
+        "water-table": "waterjet",
+        "laser-table": "laser_fiber_3kw",
+        "grbl-laser-co2": "laser_co2_60w",
+        "grbl-laser-5w": "laser_diode_5w",
+        "grbl-laser-20w": "laser_diode_20w",
+    }
     assert {name for name, process in found.items() if process not in named} == {"grbl-laser-5w", "grbl-laser-20w"}
 
 

@@ -495,8 +495,14 @@ def test_a_mill_cuts_a_sheet_with_its_spindle_and_without_further_waits() -> Non
     b.spindle(0.0)
     b.end()
     assert written("haas", b.build()).splitlines()[-7:] == [
-        "G0 Z10.", "S900 M3", "X0. Y0.", "G1 Z-1. F1200.", "M5", "M30", "%",
-    ]  # fmt: skip
+        "G0 Z10.",
+        "S900 M3",
+        "X0. Y0.",
+        "G1 Z-1. F1200.",
+        "M5",
+        "M30",
+        "%",
+    ]
 
 
 def test_moves_at_a_feed_with_the_torch_off_state_their_own_feed() -> None:

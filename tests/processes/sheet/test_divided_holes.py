@@ -60,8 +60,11 @@ def test_both_windows_beside_a_neck_narrower_than_the_kerf_are_cut_out_as_drawn(
     assert len(shapely.get_parts(reached)) == 2
     assert reached.boundary.difference(followed.buffer(0.03)).length < (1.0 if "micro_joints" in more else 1e-9)
     assert cut.intersection(shapely.Polygon(PLATE).difference(hole).buffer(-0.03)).is_empty
-    first = [cut.kind == "cut" and outcome.detail.plan.sheet.contours[i].is_hole
-             for cut in outcome.detail.plan.cuts for i in cut.contours]  # fmt: skip
+    first = [
+        cut.kind == "cut" and outcome.detail.plan.sheet.contours[i].is_hole
+        for cut in outcome.detail.plan.cuts
+        for i in cut.contours
+    ]
     assert first == [True, True, False]
 
 
@@ -145,8 +148,7 @@ def test_a_fault_of_the_pieces_is_found_from_the_drawn_hole_alone(fault: str) ->
     sheet = sheet_of(bell(1.0))
     divided, _ = with_divided_holes(sheet, RULES)
     plate, one, other = divided.contours
-    wider = replace(other, path=Polyline.of_points(
-        [(119.8, 20), (180, 20), (180, 100), (119.8, 100)], closed=True))  # fmt: skip
+    wider = replace(other, path=Polyline.of_points([(119.8, 20), (180, 20), (180, 100), (119.8, 100)], closed=True))
     contours = {
         "dropped": (plate, one),
         "wider": (plate, one, wider),

@@ -159,9 +159,12 @@ def _nest_on_several_kinds(
     if search.time_limit is None:
         plan = plan_of_nest(min(nests, key=lambda nest: nest.rank))
         yield from _shape_variants(
-            remaining_search, range(1, task.options.n_offered),
-            lambda seed, clock: _nest_on_plan(task, plan, clock, seed, cancelled), on_progress, cancelled,
-        )  # fmt: skip
+            remaining_search,
+            range(1, task.options.n_offered),
+            lambda seed, clock: _nest_on_plan(task, plan, clock, seed, cancelled),
+            on_progress,
+            cancelled,
+        )
 
 
 def _rectangle_variants(
@@ -198,9 +201,12 @@ def _with_remnants(task: NestTask, search: SolveOptions) -> NestTask:
 
 
 def _shape_variants(
-    search: SolveOptions, numbers: range, nest_by_shapes: Callable[[int, _Clock], Nest], on_progress: OnProgress,
+    search: SolveOptions,
+    numbers: range,
+    nest_by_shapes: Callable[[int, _Clock], Nest],
+    on_progress: OnProgress,
     cancelled: threading.Event,
-) -> Iterator[Nest | str]:  # fmt: skip
+) -> Iterator[Nest | str]:
     """Yield a nest by shapes, or a message, for each seed `search.seed + number`. Several searches run in parallel.
 
     With a time limit, the first variant gets all the time and at least two thirds of the threads, so that additional
@@ -259,10 +265,14 @@ def _nest_on_cheapest(task: NestTask, reference: Nest, clock: _Clock, seed: int,
         return fill_sheets(task, packers, plan, "shapes", seed)
 
     best = cheapest_by_density(
-        task, packers, cheaper_plans(task, packers, reference, DENSEST),
-        0.5 * (reference.utilisation_of_used + DENSEST), TIMED_TRIES if clock.limited else SHAPE_TRIES, attempt,
+        task,
+        packers,
+        cheaper_plans(task, packers, reference, DENSEST),
+        0.5 * (reference.utilisation_of_used + DENSEST),
+        TIMED_TRIES if clock.limited else SHAPE_TRIES,
+        attempt,
         lambda: cancelled.is_set() or clock.share_left < LAST_SEARCH,
-    )  # fmt: skip
+    )
     final_nest = _nest_on_plan(task, plan_of_nest(best or reference), clock, seed, cancelled)
     return min([final_nest] if best is None else [final_nest, best], key=lambda nest: nest.rank)
 

@@ -38,9 +38,15 @@ class RemnantPacker:
     offered = 1.3
 
     def __init__(
-        self, pieces: Sequence[NestPiece], stock: Stock, margin: float, spacing: float, *, seconds: float = math.inf,
+        self,
+        pieces: Sequence[NestPiece],
+        stock: Stock,
+        margin: float,
+        spacing: float,
+        *,
+        seconds: float = math.inf,
         end: float = math.inf,
-    ) -> None:  # fmt: skip
+    ) -> None:
 
         self.pieces, self.seconds, self.end = pieces, seconds, end
         self.repeatable = True

@@ -72,9 +72,14 @@ def cheapest_of_plans(
 
 
 def cheapest_by_density(
-    task: NestTask, packers: Sequence[Packer], plans: Sequence[FillPlan], density: float, tries: int,
-    attempt: Callable[[FillPlan], Nest], late: Callable[[], bool],
-) -> Nest | None:  # fmt: skip
+    task: NestTask,
+    packers: Sequence[Packer],
+    plans: Sequence[FillPlan],
+    density: float,
+    tries: int,
+    attempt: Callable[[FillPlan], Nest],
+    late: Callable[[], bool],
+) -> Nest | None:
     """Return the nest for the cheapest plan that holds all parts, or None. `plans` are sorted by cost.
 
     The first attempts choose plans with a utilisation of at most `density`. Each attempt updates this value.

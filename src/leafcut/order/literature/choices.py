@@ -27,9 +27,12 @@ class Choices:
     """Orders of clusters, with the buffers of a worker."""
 
     def __init__(
-        self, instance: DirectedInstance, local_search: bool, layers: Clusters | None = None,
+        self,
+        instance: DirectedInstance,
+        local_search: bool,
+        layers: Clusters | None = None,
         greedy: Route | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Create the buffers; `layers` and `greedy` are the clusters and the greedy path if they already exist."""
         self.instance, self.local_search = instance, local_search
         self.layers, self.greedy = layers or build_clusters(instance), greedy
@@ -61,9 +64,19 @@ class Choices:
         """Construct the order of an ant. Changes: order, words[ant]; pheromone and weights in Ant Colony System."""
         p = trails.parameters
         construct_order(
-            self.layers, trails.pheromone, trails.nearness, trails.weights, p.alpha, p.greedy_probability, p.local_rate,
-            trails.initial, words, ant, self.missing, order,
-        )  # fmt: skip
+            self.layers,
+            trails.pheromone,
+            trails.nearness,
+            trails.weights,
+            p.alpha,
+            p.greedy_probability,
+            p.local_rate,
+            trails.initial,
+            words,
+            ant,
+            self.missing,
+            order,
+        )
 
     def construct_at_random(self, words: NDArray[np.uint64], number: int, order: Ints) -> None:
         """Construct a random order. Changes: order, words[number]."""

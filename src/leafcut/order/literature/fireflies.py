@@ -67,9 +67,14 @@ class PlaceFireflies(Swarm):
     """Closed tours of points; the number of threads does not change a flight."""
 
     def __init__(
-        self, instance: Instance, flight: Flight, options: SolveOptions, stop: Stop, executor: Executor | None,
+        self,
+        instance: Instance,
+        flight: Flight,
+        options: SolveOptions,
+        stop: Stop,
+        executor: Executor | None,
         workers: int,
-    ) -> None:  # fmt: skip
+    ) -> None:
         super().__init__(instance, flight, options, workers)
         self.instance, self.stop, self.executor, self.workers = instance, stop, executor, workers
         self.swarm = [self._begin(f) for f in range(flight.fireflies)]

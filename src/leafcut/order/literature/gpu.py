@@ -93,23 +93,48 @@ class _Builder:
             states = there.to_device(mine)
             blocks = -(-len(mine) // _BLOCK)
             _kernel()[blocks, _BLOCK](
-                self.cost, self.tree, self.edges, q0, instance.first, instance.second, states, self.made,
+                self.cost,
+                self.tree,
+                self.edges,
+                q0,
+                instance.first,
+                instance.second,
+                states,
+                self.made,
                 *self.unvisited,
-            )  # fmt: skip
+            )
             self.tours[begin : begin + len(mine)] = self.made.copy_to_host()[: len(mine)]
             mine[:] = states.copy_to_host()
 
 
 def _build_tours(
-    cost: Any, tree: Any, edges: Any, greedy_probability: float, first: int, second: int, words: Any, tours: Any,
-    visited: Any, alive: Any, stack: Any,
-) -> None:  # fmt: skip
+    cost: Any,
+    tree: Any,
+    edges: Any,
+    greedy_probability: float,
+    first: int,
+    second: int,
+    words: Any,
+    tours: Any,
+    visited: Any,
+    alive: Any,
+    stack: Any,
+) -> None:
     ant = cuda.grid(1)
     if ant < len(words):
         construct_tour(
-            cost, tree, edges, Decay(1.0, 0.0, 0.0), greedy_probability, first, second, words, ant, tours[ant],
+            cost,
+            tree,
+            edges,
+            Decay(1.0, 0.0, 0.0),
+            greedy_probability,
+            first,
+            second,
+            words,
+            ant,
+            tours[ant],
             Unvisited(visited[ant], alive[ant], stack[ant]),
-        )  # fmt: skip
+        )
 
 
 @cache

@@ -69,9 +69,18 @@ class Places:
         edges = WeightedEdges(i.candidates, trails.pheromone, trails.nearness, trails.weights)
         decay = Decay(p.alpha, p.local_rate, trails.initial)
         construct_tour(
-            i.cost, i.tree, edges, decay, p.greedy_probability, i.first, i.second, words, ant, tour,
+            i.cost,
+            i.tree,
+            edges,
+            decay,
+            p.greedy_probability,
+            i.first,
+            i.second,
+            words,
+            ant,
+            tour,
             self._unvisited[worker],
-        )  # fmt: skip
+        )
 
     def finish(self, tour: Ints, stop: Stop) -> float:
         """Improve a tour if requested, and return its cost. Changes: tour."""

@@ -99,9 +99,13 @@ def cutting_data(
 
 
 def _tool_fronts(
-    works: list[tuple[ToolWork, ToolMaterial]], settings: Settings, machine: Machine, material: WorkMaterial,
-    objective: str, issues: list[Issue],
-) -> list[ToolFront]:  # fmt: skip
+    works: list[tuple[ToolWork, ToolMaterial]],
+    settings: Settings,
+    machine: Machine,
+    material: WorkMaterial,
+    objective: str,
+    issues: list[Issue],
+) -> list[ToolFront]:
     """Return the Pareto fronts of all tools; an issue reports each tool without a front.
 
     Raises PlanError if no tool has a front.
@@ -124,9 +128,13 @@ def _tool_fronts(
 
 
 def _tool_works(
-    drawing: Input | None, settings: Settings, machine: Machine, material: WorkMaterial, issues: list[Issue],
+    drawing: Input | None,
+    settings: Settings,
+    machine: Machine,
+    material: WorkMaterial,
+    issues: list[Issue],
     progress: OnProgress | None,
-) -> Iterator[tuple[ToolWork, ToolMaterial]]:  # fmt: skip
+) -> Iterator[tuple[ToolWork, ToolMaterial]]:
     """Yield the work of each tool, and the material of the tool; an issue reports tools for which no speeds can be
     chosen.
     """

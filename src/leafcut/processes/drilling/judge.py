@@ -424,9 +424,14 @@ def _read_motions(
     foreign: list[Difference] = []
     plunging = False
     rows = zip(
-        path.kind.tolist(), path.before.tolist(), path.end.tolist(), path.ref.tolist(), path.line.tolist(),
-        path.tool.tolist(), strict=True,
-    )  # fmt: skip
+        path.kind.tolist(),
+        path.before.tolist(),
+        path.end.tolist(),
+        path.ref.tolist(),
+        path.line.tolist(),
+        path.tool.tolist(),
+        strict=True,
+    )
     for kind, (x0, y0, z0), (x, y, z), ref, line, number in rows:
         tool = f"T{number}" if names is None else names.get(number, f"T{number}, which no comment describes")
         upright = x == x0 and y == y0

@@ -31,10 +31,21 @@ class PartOptions(OptionGroup):
         maximum=100,
     )
     tab_width: float = option(
-        "quantity", 6.0, "width of a tab between the cuts", unit="mm", minimum=0.1, maximum=200,
+        "quantity",
+        6.0,
+        "width of a tab between the cuts",
+        unit="mm",
+        minimum=0.1,
+        maximum=200,
         needs=(when_given("tabs"),),
-    )  # fmt: skip
+    )
     tab_height: float = option(
-        "quantity", 1.5, "height of a tab over the underside of the plate", unit="mm", minimum=0.05, maximum=100,
-        default_words="1.5; half the thickness of a plate below 3", needs=(when_given("tabs"),),
-    )  # fmt: skip
+        "quantity",
+        1.5,
+        "height of a tab over the underside of the plate",
+        unit="mm",
+        minimum=0.05,
+        maximum=100,
+        default_words="1.5; half the thickness of a plate below 3",
+        needs=(when_given("tabs"),),
+    )

@@ -228,9 +228,10 @@ def _layer_works(
     works += [(area.layer, str(Operation.POCKET), area.depth, mill) for area in request.pockets]
     # The strokes of a text have the same handle.
     ignored = dict.fromkeys(
-        (contour.layer, contour.handle or str(number)) for number, contour in enumerate(part.contours)
+        (contour.layer, contour.handle or str(number))
+        for number, contour in enumerate(part.contours)
         if divided.operation(contour.layer) is Operation.IGNORE
-    )  # fmt: skip
+    )
     works += [(layer, str(Operation.IGNORE), 0.0, "") for layer, _ in ignored]
     position = {layer: k for k, layer in enumerate(dict.fromkeys(contour.layer for contour in part.contours))}
     rows = sorted(Counter(works).items(), key=lambda row: position.get(row[0][0], -1))

@@ -140,9 +140,12 @@ def _stock_before(job: Job, program: Program, cutters: Mapping[int, Cutter]) -> 
     whole = undivided_moves(program.path, cutters)
     low, high = whole.extent(~whole.rapid, cutters)
     cell = options.cell or usual_cell(
-        StockBlock((float(low[0]), float(low[1]), float(low[2]) - BELOW),
-                   (float(high[0]), float(high[1]), float(high[2]) + BELOW)), smallest
-    )  # fmt: skip
+        StockBlock(
+            (float(low[0]), float(low[1]), float(low[2]) - BELOW),
+            (float(high[0]), float(high[1]), float(high[2]) + BELOW),
+        ),
+        smallest,
+    )
     field = largest_stock(
         moves_in_cells(program.path, cutters, cell),
         cutters,
@@ -456,12 +459,19 @@ class _PaceSteps:
             ratio = after / feed
             by_tool.append(
                 ToolPace(
-                    number, self.tools[number].label, (float(feed.min()), float(feed.max())),
-                    (float(after.min()), float(after.max())), float(chip[mine].max()),
-                    float((chip[mine] * ratio).max()), limit.chip, limit.stated, float(loads.rate[mine].max()),
-                    float((loads.rate[mine] * ratio).max()), tuple(self.limits(number, loads, into, limit)),
+                    number,
+                    self.tools[number].label,
+                    (float(feed.min()), float(feed.max())),
+                    (float(after.min()), float(after.max())),
+                    float(chip[mine].max()),
+                    float((chip[mine] * ratio).max()),
+                    limit.chip,
+                    limit.stated,
+                    float(loads.rate[mine].max()),
+                    float((loads.rate[mine] * ratio).max()),
+                    tuple(self.limits(number, loads, into, limit)),
                 )
-            )  # fmt: skip
+            )
         return replace(
             found.change,
             air_s=0.0 if self.rules.air else None,

@@ -108,9 +108,15 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
         )
     text, encoding = decode_text(data)
     read = read_foreign(
-        text, source, job.settings, job.machine, post_dialect, job.start_step(Message("reading")), process=process,
+        text,
+        source,
+        job.settings,
+        job.machine,
+        post_dialect,
+        job.start_step(Message("reading")),
+        process=process,
         router=not pace_flags(job.settings),
-    )  # fmt: skip
+    )
     original, job = read.program, replace(job, machine=read.machine)
     others = _check_library(job, original, source, read.process)
     judging = stock_judge(job, original, source, read.process)

@@ -143,8 +143,6 @@ def stock_of_file(program: Input, settings: Settings, *, by_options: bool = True
 
     try:
         read = read_file(program, settings, None, ignore_heartbeat)
-        return shown_stock(
-            read.program, str(program), settings, read.machine, read.process, by_options=by_options
-        )  # fmt: skip
+        return shown_stock(read.program, str(program), settings, read.machine, read.process, by_options=by_options)
     except LeafcutError as problem:
         return ShownStock(refused=str(problem))

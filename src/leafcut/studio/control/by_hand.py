@@ -66,11 +66,14 @@ class ByHandPanel:
             with box("div", "steps", role="group", aria_label=w("machine.step")):
                 self.steps = {
                     step: button(
-                        step, lambda step=step: self._choose(step), "tab small",
-                        aria_pressed="true" if step == self.step else "false", aria_label=f"{step} mm",
+                        step,
+                        lambda step=step: self._choose(step),
+                        "tab small",
+                        aria_pressed="true" if step == self.step else "false",
+                        aria_label=f"{step} mm",
                     )
                     for step in STEPS
-                }  # fmt: skip
+                }
                 text("span", "mm", "quiet small")
             self.pad = JogPad(w("machine.jog"), w("machine.jog_hint"), self._move, self._let_go)
             self.feed = Field("jog-feed", w("machine.feed"), "1000", "mm/min")

@@ -579,9 +579,13 @@ class MachineLink:
         run.prompt, run.observe = self._prompt, lambda view: self._observe(run, view)
         feed_s, other_s = job.seconds
         progress = ProgramProgress(
-            job.file, job.steps[-1].number, len(job.holes), left_s=float(feed_s.sum() + other_s.sum()),
-            by_hole=wishes.by_hole, alone=wishes.alone,
-        )  # fmt: skip
+            job.file,
+            job.steps[-1].number,
+            len(job.holes),
+            left_s=float(feed_s.sum() + other_s.sum()),
+            by_hole=wishes.by_hole,
+            alone=wishes.alone,
+        )
         self._run = run
         self._publish(progress=progress, ended=None)
         self._show_message("")
@@ -611,10 +615,16 @@ class MachineLink:
             return
         self._publish(
             progress=replace(
-                now, line=view.line, hole=view.hole, feed=view.feed, override=view.override, done_s=view.done_s,
-                left_s=view.left_s, by_hole=run.by_hole,
+                now,
+                line=view.line,
+                hole=view.hole,
+                feed=view.feed,
+                override=view.override,
+                done_s=view.done_s,
+                left_s=view.left_s,
+                by_hole=run.by_hole,
             )
-        )  # fmt: skip
+        )
         if self._is_abandoned() and not (self._wishes.alone or self._left_alone):
             self._left_alone = True
             run.ask(Request.HOLD)

@@ -206,9 +206,13 @@ class StopBar:
         with box("div", "machine-stop", role="region", aria_label=w("machine.stop_region")) as self.place:
             self.words = text("span", "", "machine-stop-state")
             with box(
-                "button", "machine-stop-button", type="button", data_machine_stop="", data_lost=w("machine.stop_lost"),
+                "button",
+                "machine-stop-button",
+                type="button",
+                data_machine_stop="",
+                data_lost=w("machine.stop_lost"),
                 aria_keyshortcuts="Escape Pause",
-            ) as self.button:  # fmt: skip
+            ) as self.button:
                 text("b", w("machine.stop"))
                 text("kbd", "Esc", aria_hidden="true")
 

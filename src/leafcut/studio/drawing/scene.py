@@ -206,9 +206,17 @@ def outcome_part_scene(outcome: Outcome) -> bytes:
 
 
 def toolpath_scene(
-    path: Toolpath, machine: Machine, *, name: str = "", text: str = "", beam: bool = False,
-    part: Part | None = None, cleared: float = 0.0, measured: Measure | None = None, untimed: bool = False,
-) -> bytes:  # fmt: skip
+    path: Toolpath,
+    machine: Machine,
+    *,
+    name: str = "",
+    text: str = "",
+    beam: bool = False,
+    part: Part | None = None,
+    cleared: float = 0.0,
+    measured: Measure | None = None,
+    untimed: bool = False,
+) -> bytes:
     """Return the scene of a toolpath as the machine runs it.
 
     `text` is its program, `part` the part that it machines, and `cleared` the width that a mill clears, mm.

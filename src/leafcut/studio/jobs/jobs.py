@@ -288,9 +288,13 @@ class Jobs:
                 self.history.finish(live.id, state, line=line, messages=live.messages)
             else:
                 self.history.finish(
-                    live.id, state, answer=result.answer, figures=result.figures, artefacts=result.artefacts,
+                    live.id,
+                    state,
+                    answer=result.answer,
+                    figures=result.figures,
+                    artefacts=result.artefacts,
                     messages=live.messages,
-                )  # fmt: skip
+                )
         except BaseException as problem:
             live.line, state = self.folder.without_paths(line_of(problem)), JobState.FAILED
             try:

@@ -58,9 +58,14 @@ class Task:
         """Return the task that `as_json` has encoded."""
         plain = json.loads(text)
         return cls(
-            plain["command"], tuple(plain["inputs"]), plain["process"], plain["options"], plain.get("origin", ""),
-            tuple(plain.get("algorithms", ())), plain.get("runs", 0),
-        )  # fmt: skip
+            plain["command"],
+            tuple(plain["inputs"]),
+            plain["process"],
+            plain["options"],
+            plain.get("origin", ""),
+            tuple(plain.get("algorithms", ())),
+            plain.get("runs", 0),
+        )
 
 
 @dataclass(frozen=True)

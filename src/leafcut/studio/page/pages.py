@@ -209,9 +209,16 @@ class Page:
 
     def _fold(self, side: str, key: str) -> None:
         button(
-            "", None, f"plain fold fold-{side}", data_fold=side, data_key=key, title=self.words(f"top.fold_{side}"),
-            aria_label=self.words(f"top.fold_{side}"), aria_expanded="true", aria_controls=f"column-{side}",
-        )  # fmt: skip
+            "",
+            None,
+            f"plain fold fold-{side}",
+            data_fold=side,
+            data_key=key,
+            title=self.words(f"top.fold_{side}"),
+            aria_label=self.words(f"top.fold_{side}"),
+            aria_expanded="true",
+            aria_controls=f"column-{side}",
+        )
 
     def show(self, name: str) -> None:
         """Show one of the views."""

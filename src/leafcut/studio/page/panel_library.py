@@ -120,10 +120,15 @@ class LibraryPanel:
             for tab in _TABS:
                 is_current = tab == self.tab
                 button(
-                    w(f"library.{tab}"), lambda tab=tab: self._show(tab), "tab", role="tab",
-                    id=f"{self.kind}-{tab}", aria_selected="true" if is_current else "false",
-                    aria_controls=f"{self.kind}-panel", tabindex="0" if is_current else "-1",
-                )  # fmt: skip
+                    w(f"library.{tab}"),
+                    lambda tab=tab: self._show(tab),
+                    "tab",
+                    role="tab",
+                    id=f"{self.kind}-{tab}",
+                    aria_selected="true" if is_current else "false",
+                    aria_controls=f"{self.kind}-panel",
+                    tabindex="0" if is_current else "-1",
+                )
         with box("div", "", role="tabpanel", id=f"{self.kind}-panel", aria_labelledby=f"{self.kind}-{self.tab}"):
             self._body()
         self._check()

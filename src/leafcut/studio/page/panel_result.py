@@ -192,10 +192,15 @@ class ResultPanel:
                 classes = "tab warned" if tab == "issues" and _warnings(answer) else "tab"
                 chosen = "true" if tab == self.tab else "false"
                 button(
-                    words, lambda tab=tab: self.choose(tab), classes,
-                    role="tab", id=f"tab-{tab}", aria_selected=chosen, aria_controls="result-panel",
+                    words,
+                    lambda tab=tab: self.choose(tab),
+                    classes,
+                    role="tab",
+                    id=f"tab-{tab}",
+                    aria_selected=chosen,
+                    aria_controls="result-panel",
                     tabindex="0" if tab == self.tab else "-1",
-                )  # fmt: skip
+                )
 
     def _summary(self, record: JobRecord, answer: dict[str, Any]) -> None:
         command = record.task.command

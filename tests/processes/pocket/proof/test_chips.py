@@ -113,8 +113,9 @@ def test_a_horizontal_move_beside_the_heights_of_the_levels_belongs_to_a_descent
 def test_the_worst_sample_of_each_move_is_reported_in_order_of_the_levels() -> None:
     lower = found(DOWN, (30.0, None, 12.0), (None, -4.0, 2.0), (0.0, None, 13.0), levels=(-2.0, -4.0))
     assert [(line, text.split(" makes")[0]) for line, text in lower] == [
-        (5, "a move at 780 mm/min"), (3, "a move at 720 mm/min")
-    ]  # fmt: skip
+        (5, "a move at 780 mm/min"),
+        (3, "a move at 720 mm/min"),
+    ]
 
 
 def power(result: MeasuredChips) -> tuple[float, float, float]:
@@ -186,8 +187,11 @@ def test_a_plunge_needs_power_only_in_uncleared_material() -> None:
     weak = replace(STEEL, power=0.9 * power_on_plunge(STEEL, 9.0))
     (wrong,) = found((None, -2.0, 9.0), limits=weak)
     kilowatts = power_on_plunge(STEEL, 9.0) / 1000.0
-    assert wrong == (2, f"a move at 540 mm/min needs {kilowatts:.4g} kW near X0.000 Y0.000 Z-2.000; the spindle "
-                        f"provides at most {0.9 * kilowatts:.4g} kW")  # fmt: skip
+    assert wrong == (
+        2,
+        f"a move at 540 mm/min needs {kilowatts:.4g} kW near X0.000 Y0.000 Z-2.000; the spindle "
+        f"provides at most {0.9 * kilowatts:.4g} kW",
+    )
     builder = ToolpathBuilder()
     builder.spindle(6000.0)
     builder.rapid(0.0, 0.0, 0.5)

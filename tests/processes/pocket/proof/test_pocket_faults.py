@@ -68,8 +68,12 @@ def test_a_rapid_over_a_lower_pocket_goes_down_to_a_gap_above_its_material() -> 
     """The material of the second pocket starts at -3; 0.4 mm stay above it."""
     low = Pocket(Polyline.of_points([(0, 0), (40, 0), (40, 30), (0, 30)], closed=True), name="2")
     for at, height, found in (
-        ((20, 15), -2.6, 0), ((20, 15), -2.61, 1), ((5, 15), -2.6, 0), ((4.9, 15), -2.6, 1), ((60, 15), -2.6, 1)
-    ):  # fmt: skip
+        ((20, 15), -2.6, 0),
+        ((20, 15), -2.61, 1),
+        ((5, 15), -2.6, 0),
+        ((4.9, 15), -2.6, 1),
+        ((60, 15), -2.6, 1),
+    ):
         path = path_of((*at, None, 0), (None, None, height, 0))
         assert len(faults(path, (*WIDE, low), tops=[0.0, -3.0])) == found, (at, height)
         assert len(faults(path, (*WIDE, low))) == len(faults(path, (*WIDE, low), tops=[-0.0, 0.0])) == 1

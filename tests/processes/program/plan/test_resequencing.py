@@ -41,8 +41,10 @@ def test_every_hole_of_a_cycle_is_a_piece_and_its_end_is_not() -> None:
     section = sequence_of("G99 G81 X0 Y0 Z-3 R1 F100 / X10 / Y10 / G80").sections[0]
     assert [c.entry for c in section.pieces] == [(0, 0), (10, 0), (10, 10)]
     assert [(c.line, c.kind, c.bottom, c.leave_z) for c in section.pieces] == [
-        (5, "hole", -3, 1), (6, "hole", -3, 1), (7, "hole", -3, 1)
-    ]  # fmt: skip
+        (5, "hole", -3, 1),
+        (6, "hole", -3, 1),
+        (7, "hole", -3, 1),
+    ]
     assert section.clearance == 1
     assert section.tool == 1
 
@@ -52,8 +54,9 @@ def test_a_hole_written_out_is_a_piece_with_all_its_pecks() -> None:
     assert pieces(body) == [[(5, 11), (12, 14)]]
     section = sequence_of(body).sections[0]
     assert [(c.kind, c.entry, c.exit, c.bottom) for c in section.pieces] == [
-        ("hole", (0, 0), (0, 0), -2), ("hole", (10, 0), (10, 0), -2)
-    ]  # fmt: skip
+        ("hole", (0, 0), (0, 0), -2),
+        ("hole", (10, 0), (10, 0), -2),
+    ]
 
 
 def test_a_cut_is_a_piece_from_the_way_to_it_until_the_next() -> None:
@@ -234,8 +237,10 @@ def test_a_laser_is_known_by_its_beam_and_its_ways_are_the_dark_ones() -> None:
     assert sequence.process == "laser"
     section = sequence.sections[0]
     assert [(c.line, c.kind, c.entry, c.exit) for c in section.pieces] == [
-        (2, "cut", (0, 0), (5, 0)), (7, "cut", (10, 0), (15, 0)), (12, "cut", (20, 0), (25, 0))
-    ]  # fmt: skip
+        (2, "cut", (0, 0), (5, 0)),
+        (7, "cut", (10, 0), (15, 0)),
+        (12, "cut", (20, 0), (25, 0)),
+    ]
     assert section.end == (0, 0)
 
 

@@ -27,8 +27,10 @@ def test_sections_of_one_tool_are_joined_and_the_change_is_dropped() -> None:
     program = program_of(text)
     sequence = find_sequence(program, merge_tools=True)
     assert [[c.entry for c in s.pieces] for s in sequence.sections] == [
-        [(0, 0), (20, 0), (0, 10), (20, 10)], [(0, 50), (20, 50)], [(0, 80), (20, 80)]
-    ]  # fmt: skip
+        [(0, 0), (20, 0), (0, 10), (20, 10)],
+        [(0, 50), (20, 50)],
+        [(0, 80), (20, 80)],
+    ]
     dropped = [program.lines[int(program.line[b]) - 1].strip() for k in sequence.dropped for b in range(k.begin, k.end)]
     assert dropped == ["G80", "G0 Z20", "M5", "T1 M6", "S1000 M3", "G43 H1 G0 Z5"]
     assert [i.message for i in sequence.issues if i.code == "L503"] == ["1 tool change saved by joining sections"]

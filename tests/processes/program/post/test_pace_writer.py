@@ -46,8 +46,14 @@ def test_a_cut_is_divided_at_the_shares_and_its_own_line_ends_it() -> None:
     """10 mm: 2.5 mm at 5 mm/s, a rapid to 7.5 mm, the rest at its own 600 mm/min; the next line takes that feed."""
     text = f"{HEAD} / G1 Z-1 F300 / X10 F600 / Y10 / {FOOT}"
     assert paced(text, {5: [(0.25, 5.0), (0.75, RAPID), (1.0, 10.0)]}) == [
-        *HEAD.split(" / "), "G1 Z-1 F300", "G1 X2.5", "G0 X7.5", "G1 X10 F600", "Y10", *FOOT.split(" / "),
-    ]  # fmt: skip
+        *HEAD.split(" / "),
+        "G1 Z-1 F300",
+        "G1 X2.5",
+        "G0 X7.5",
+        "G1 X10 F600",
+        "Y10",
+        *FOOT.split(" / "),
+    ]
 
 
 def test_each_part_of_a_slanted_cut_has_all_axes_that_move() -> None:

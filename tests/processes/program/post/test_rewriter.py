@@ -235,9 +235,22 @@ def test_a_comment_above_a_blank_line_belongs_to_the_piece_before() -> None:
     piece = "\n(begin {0})\nG0 X{1} Y0\nG1 Z-1 F9\nG0 Z5\n(end {0})\n"
     new = rewritten(f"G21 G90\nG0 Z5\n{piece.format(1, 0)}{piece.format(2, 9)}M2\n", [1, 0]).split(" / ")
     assert new == [
-        "G21 G90", "G0 Z5", "", "(begin 2)", "G0 X9 Y0", "G1 Z-1 F9", "G0 Z5", "", "(begin 1)", "G0 X0 Y0", "G1 Z-1 F9",
-        "G0 Z5", "(end 1)", "(end 2)", "M2",
-    ]  # fmt: skip
+        "G21 G90",
+        "G0 Z5",
+        "",
+        "(begin 2)",
+        "G0 X9 Y0",
+        "G1 Z-1 F9",
+        "G0 Z5",
+        "",
+        "(begin 1)",
+        "G0 X0 Y0",
+        "G1 Z-1 F9",
+        "G0 Z5",
+        "(end 1)",
+        "(end 2)",
+        "M2",
+    ]
 
 
 def test_line_ends_stay_and_new_blocks_get_them() -> None:
@@ -316,8 +329,12 @@ def test_a_line_that_would_be_too_long_leaves_its_words_to_a_block_before_it() -
 
 def test_lengths_have_a_point_and_no_exponent() -> None:
     assert [format_length(v, 1.0) for v in (0.0, -0.0, 3.0, 0.00001, -12.3456789)] == [
-        "0.0", "0.0", "3.0", "0.00001", "-12.345679"
-    ]  # fmt: skip
+        "0.0",
+        "0.0",
+        "3.0",
+        "0.00001",
+        "-12.345679",
+    ]
     assert format_length(0.254, 25.4) == "0.01"
 
 

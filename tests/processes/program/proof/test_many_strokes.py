@@ -47,9 +47,10 @@ def test_memory_grows_by_less_than_a_kilobyte_a_line() -> None:
 
     contours = [
         f"G0 X{12 * k} Y0\nG0 Z1\nG1 Z-1 F200\n"
-        + "".join(f"G1 X{12 * k + 0.3 * j:.1f} Y{5 + j % 3} F800\n" for j in range(20)) + "G0 Z5\n"
+        + "".join(f"G1 X{12 * k + 0.3 * j:.1f} Y{5 + j % 3} F800\n" for j in range(20))
+        + "G0 Z5\n"
         for k in range(400)
-    ]  # fmt: skip
+    ]
     head = "G21 G90 G17 G40 G94\nS900 M3\nG0 Z5\n"
     texts = [head + "".join(order) + "M5\nM2\n" for order in (contours, contours[::-1])]
     certify(*(program_of(t, "linuxcnc") for t in (texts[0][:200], texts[0][:200])))  # one-time loading is not counted

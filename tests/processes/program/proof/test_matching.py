@@ -170,11 +170,13 @@ def test_pairs_are_equal_and_as_many_as_there_can_be(seed: int) -> None:
     def side(n: int) -> list[Feature]:
         return [
             feature(
-                k, int(rng.integers(2)), x=float(rng.integers(3)) + float(rng.choice([0.0, 4e-4])),
+                k,
+                int(rng.integers(2)),
+                x=float(rng.integers(3)) + float(rng.choice([0.0, 4e-4])),
                 tool=int(rng.integers(2)),
             )
             for k in range(n)
-        ]  # fmt: skip
+        ]
 
     before, after = side(40), side(35)
     pairs, missing, extra = match_one_by_one(before, after, ROOM)
@@ -242,12 +244,29 @@ def test_a_hole_has_the_values_of_its_cycle_and_state() -> None:
     made = holes(A, D)
     values = {name: made.of(name).tolist() for name in (*PLACE, *AMOUNT, *HEIGHT, "kind", "tool", "plane", "turns")}
     assert values == {
-        "x": [0.0, 30.0], "y": [0.0, 5.0], "depth": [-3.0, -3.0], "start x": [0.0, 30.0], "start y": [0.0, 5.0],
-        "start z": [0.0, 0.0], "centre x": [0.0, 0.0], "centre y": [0.0, 0.0], "centre z": [0.0, 0.0],
-        "feed": [2.0, 2.0], "speed": [1000.0, 1000.0], "peck": [1.0, 1.0], "dwell": [0.5, 0.5], "register": [0.0, 0.0],
-        "tolerance": [0.0, 0.0], "joining": [0.0, 0.0], "r_plane": [2.0, 2.0], "retract": [2.0, 2.0],
-        "kind": [G83, G83], "tool": [1, 1], "plane": [0, 0], "turns": [0, 0],
-    }  # fmt: skip
+        "x": [0.0, 30.0],
+        "y": [0.0, 5.0],
+        "depth": [-3.0, -3.0],
+        "start x": [0.0, 30.0],
+        "start y": [0.0, 5.0],
+        "start z": [0.0, 0.0],
+        "centre x": [0.0, 0.0],
+        "centre y": [0.0, 0.0],
+        "centre z": [0.0, 0.0],
+        "feed": [2.0, 2.0],
+        "speed": [1000.0, 1000.0],
+        "peck": [1.0, 1.0],
+        "dwell": [0.5, 0.5],
+        "register": [0.0, 0.0],
+        "tolerance": [0.0, 0.0],
+        "joining": [0.0, 0.0],
+        "r_plane": [2.0, 2.0],
+        "retract": [2.0, 2.0],
+        "kind": [G83, G83],
+        "tool": [1, 1],
+        "plane": [0, 0],
+        "turns": [0, 0],
+    }
     assert made.several(("x", "y")).tolist() == [[0.0, 0.0], [30.0, 5.0]] and made.line.tolist() == [1, 2]
     assert len(made.pick(np.array([1]))) == 1 and made.pick(np.array([1])).of("x").tolist() == [30.0]
     assert [name_of(kind) for kind in (G83, int(Kind.FEED))] == ["G83", "cut"]

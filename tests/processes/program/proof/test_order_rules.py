@@ -42,10 +42,16 @@ def visits_at(
     number = np.arange(n)
     flags = ((cutting, True), (level, True), (closed, False))
     return Visits(
-        number, number, ends[:, 0], depth, depth,
+        number,
+        number,
+        ends[:, 0],
+        depth,
+        depth,
         *(np.array(given or [default] * n, dtype=bool) for given, default in flags),
-        ends, np.hypot(*(ends[:, 1] - ends[:, 0]).T), np.ones(n, dtype=bool),
-    )  # fmt: skip
+        ends,
+        np.hypot(*(ends[:, 1] - ends[:, 0]).T),
+        np.ones(n, dtype=bool),
+    )
 
 
 def index_of(cuts: Sequence[Cut]) -> tuple[object, np.ndarray]:
@@ -97,8 +103,10 @@ def test_passes_are_at_two_levels_beyond_a_hundredth_of_a_millimetre(
     cuts = beside(0.5, (-1.0, second))
     assert pairs_of(passes_at_levels, visits_at(cuts), cuts, doubt, 6.0) == [[0, 1]] * apart
     assert pairs_of(passes_side_by_side, visits_at(cuts), cuts, doubt, 6.0) == [[0, 1]] * (not apart)
-    said = [(said, pairs.tolist()) for said, pairs in passes_beside(
-        visits_at(cuts), *index_of(cuts), doubt, 6.0, lambda a, b: a < b)]  # fmt: skip
+    said = [
+        (said, pairs.tolist())
+        for said, pairs in passes_beside(visits_at(cuts), *index_of(cuts), doubt, 6.0, lambda a, b: a < b)
+    ]
     word = "is at another level beside" if apart else "runs beside"
     assert said == [(word, [[0, 1]])]
 
@@ -347,8 +355,13 @@ def test_a_tab_rises_above_the_lowest_level_and_a_ramp_down_has_none(doubt: Orde
     assert lowest_level(features, summary(features, visit, doubt), visit, doubt).all()
 
 
-def freed(boxes: Sequence[tuple[float, ...]], doubt: OrderThresholds, above: Sequence[float] = (), alone: bool = True,
-          starts: Sequence[tuple[float, float]] = ()) -> tuple[list[bool], list[bool]]:  # fmt: skip
+def freed(
+    boxes: Sequence[tuple[float, ...]],
+    doubt: OrderThresholds,
+    above: Sequence[float] = (),
+    alone: bool = True,
+    starts: Sequence[tuple[float, float]] = (),
+) -> tuple[list[bool], list[bool]]:
     """Outlines of one visit each; further visits only start somewhere."""
     n = len(boxes) + len(starts)
     visits = visits_at(

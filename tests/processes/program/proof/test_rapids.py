@@ -40,8 +40,18 @@ def test_rapids_have_their_heights_by_gap() -> None:
     """Gap 3 leads from X10 to X30: down to 1 at its start, away at 6, there at 8, down to 3 at its end."""
     found = group_rapids(work_of(*STROKES))
     assert columns(
-        found, "feature", "gap_of", "rows", "across", "line",
-        "leave", "arrive", "cross", "down_here", "down_there", "top",
+        found,
+        "feature",
+        "gap_of",
+        "rows",
+        "across",
+        "line",
+        "leave",
+        "arrive",
+        "cross",
+        "down_here",
+        "down_there",
+        "top",
     ) == {
         "feature": [-1, 0, 1, 2, 3, 4, -1, 5, 6, 7, -1, -1, -1],
         "gap_of": [1, 2, 3, 4, 5, 7, 8, 9],
@@ -54,7 +64,7 @@ def test_rapids_have_their_heights_by_gap() -> None:
         "down_here": [INF, 30, INF, 1, INF, INF, INF, 3, INF, INF, INF, INF, INF, INF],
         "down_there": [INF, 2, INF, 3, INF, INF, INF, 2.5, 1, INF, INF, INF, INF, INF],
         "top": [-INF, INF, -INF, 8, -INF, -INF, 9, 9, 12, 1, 20, -INF, -INF, -INF],
-    }  # fmt: skip
+    }
     assert found.closed_by_feature.tolist() == [k >= 0 for k in (-1, 0, 1, 2, 3, 4, -1, 5, 6, 7, -1, -1, -1, -1)]
     assert found.opened_by_feature.tolist() == [k >= 0 for k in (-1, -1, 0, 1, 2, 3, 4, -1, 5, 6, 7, -1, -1, -1)]
 

@@ -57,9 +57,7 @@ def test_a_line_runs_in_the_middle_between_two_parts_from_kerf_to_kerf() -> None
     (line,) = group.lines
     assert line.parts == (0, 1)
     assert line.shared == pytest.approx(40.0, abs=1e-6)
-    assert sorted(line.ends) == [
-        pytest.approx((100.75, 40 - 0.75), abs=0.02), pytest.approx((100.75, 80.75), abs=0.02)
-    ]  # fmt: skip
+    assert sorted(line.ends) == [pytest.approx((100.75, 40 - 0.75), abs=0.02), pytest.approx((100.75, 80.75), abs=0.02)]
     assert all(lead is not None for lead in line.inlets)
 
 

@@ -31,18 +31,51 @@ def sheet(*contours: Contour) -> Sheet:
 OUTLINE = Contour(box(0, 0, 60, 40), "cut", depth=0, parent=-1, part=1)
 #: Two windows of 10 mm, with a neck of 1 mm between them, which the kerf does not pass.
 HOLE = replace(
-    OUTLINE, depth=1, parent=0,
-    path=ring((10, 10), (20, 10), (20, 14.5), (30, 14.5), (30, 10), (40, 10), (40, 20), (30, 20), (30, 15.5),
-              (20, 15.5), (20, 20), (10, 20)),
-)  # fmt: skip
+    OUTLINE,
+    depth=1,
+    parent=0,
+    path=ring(
+        (10, 10),
+        (20, 10),
+        (20, 14.5),
+        (30, 14.5),
+        (30, 10),
+        (40, 10),
+        (40, 20),
+        (30, 20),
+        (30, 15.5),
+        (20, 15.5),
+        (20, 20),
+        (10, 20),
+    ),
+)
 LEFT, RIGHT = replace(HOLE, path=box(10, 10, 20, 20)), replace(HOLE, path=box(30, 10, 40, 20))
 #: An outline with two chambers of 10 mm behind mouths of 1 mm.
 NOTCHED = replace(
     OUTLINE,
-    path=ring((0, 0), (19.5, 0), (19.5, 10), (15, 10), (15, 20), (25, 20), (25, 10), (20.5, 10), (20.5, 0), (60, 0),
-              (60, 40), (35.5, 40), (35.5, 30), (40, 30), (40, 22), (30, 22), (30, 30), (34.5, 30), (34.5, 40),
-              (0, 40)),
-)  # fmt: skip
+    path=ring(
+        (0, 0),
+        (19.5, 0),
+        (19.5, 10),
+        (15, 10),
+        (15, 20),
+        (25, 20),
+        (25, 10),
+        (20.5, 10),
+        (20.5, 0),
+        (60, 0),
+        (60, 40),
+        (35.5, 40),
+        (35.5, 30),
+        (40, 30),
+        (40, 22),
+        (30, 22),
+        (30, 30),
+        (34.5, 30),
+        (34.5, 40),
+        (0, 40),
+    ),
+)
 ONE = replace(HOLE, path=box(15, 10, 25, 20), chamber=True)
 OTHER = replace(ONE, path=box(30, 22, 40, 30))
 NOT_CUT, BEYOND = "a piece of a divided hole is not cut, at", "a divided hole is cut beyond its edge, at"

@@ -28,14 +28,17 @@ def laid(*, crossed: int | None = 0, close: int = 0, **changed: Any) -> Any:
     parts[0] |= changed
     claims = [
         SimpleNamespace(
-            run=run, detaches=part["detaches"],
+            run=run,
+            detaches=part["detaches"],
             target=SimpleNamespace(
-                edge=(FIRST, SECOND)[run].exterior, shape=part["shape"], marks=part["marks"],
+                edge=(FIRST, SECOND)[run].exterior,
+                shape=part["shape"],
+                marks=part["marks"],
                 source=SimpleNamespace(depth=part["depth"]),
             ),
         )
         for run, part in enumerate(parts)
-    ]  # fmt: skip
+    ]
     runs = [
         SimpleNamespace(
             row_line=np.array([line - 4, line]), lines=lambda k=k: (parts[k] if k < 2 else parts[1])["lines"]

@@ -194,9 +194,14 @@ def run_of(feeds: list[float], heights: list[float], waited: float = 0.5, height
     n = len(feeds)
     burning = np.arange(n) != 1
     return TorchRun(
-        3, np.column_stack([10.0 * np.arange(n + 1), np.zeros(n + 1)]), burning, np.array(feeds), np.array(heights),
-        np.arange(10, 10 + n, dtype=np.int32), (Lighting(4, height, 1.0, 0, waited),),
-    )  # fmt: skip
+        3,
+        np.column_stack([10.0 * np.arange(n + 1), np.zeros(n + 1)]),
+        burning,
+        np.array(feeds),
+        np.array(heights),
+        np.arange(10, 10 + n, dtype=np.int32),
+        (Lighting(4, height, 1.0, 0, waited),),
+    )
 
 
 def cut_of(**values: object) -> Cut:

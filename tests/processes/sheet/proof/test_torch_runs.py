@@ -187,9 +187,14 @@ def test_the_controller_offsets_by_half_the_kerf_to_its_side(
 def test_burning_pieces_are_as_many_equal_parts_as_their_length_needs() -> None:
     """Chords of 10, 3 (dark) and 4 mm in pieces of at most 4 mm: three, and one."""
     run = TorchRun(
-        1, np.array([(0.0, 0.0), (10.0, 0.0), (10.0, 3.0), (6.0, 3.0)]), np.array([True, False, True]),
-        np.zeros(3), np.zeros(3), np.zeros(3, dtype=np.int32), (),
-    )  # fmt: skip
+        1,
+        np.array([(0.0, 0.0), (10.0, 0.0), (10.0, 3.0), (6.0, 3.0)]),
+        np.array([True, False, True]),
+        np.zeros(3),
+        np.zeros(3),
+        np.zeros(3, dtype=np.int32),
+        (),
+    )
     middle, length, along = burning_pieces(run, 4.0)
     third = 10.0 / 3.0
     assert middle == pytest.approx(np.array([(0.5 * third, 0.0), (1.5 * third, 0.0), (2.5 * third, 0.0), (8.0, 3.0)]))

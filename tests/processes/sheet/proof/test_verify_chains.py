@@ -52,11 +52,16 @@ def chain(*via: tuple[float, float]) -> Cut:
     path = joined(lead, one, bridge, other)
     begin = lead.length + one.length
     return Cut(
-        (0, 1), path, lead.length, path.length, path.length, ((0.0, STEEL.feed),),
+        (0, 1),
+        path,
+        lead.length,
+        path.length,
+        path.length,
+        ((0.0, STEEL.feed),),
         CutChoice((0,), direction="clockwise"),
         bridges=((begin, begin + bridge.length),),
         chained=(CutChoice((1,), direction="clockwise", bridge=True),),
-    )  # fmt: skip
+    )
 
 
 def single(number: int, x: float, side: float, y: float = 20.0) -> Cut:

@@ -195,7 +195,7 @@ def plan_drilling(
     highest = float(tops.max(initial=0.0)) if work_surface is None else max(work_surface.highest, 0.0)
     raised_job = replace(
         job, clearance_height=job.clearance_height + highest, retract_height=job.retract_height + highest
-    )  # fmt: skip
+    )
     check_spindle_heights(machine, raised_job, "drill")
     refuse_higher_zones(job.keep_out, raised_job.clearance_height)
     # Without a surface, the space between holes of different heights is unknown: travel above the highest.
@@ -475,9 +475,13 @@ def _tap_lead_issues(operations: tuple[DrillOperation, ...], rule: DepthRule) ->
 
 
 def _exit_issues(
-    part: Part, operations: tuple[DrillOperation, ...], rule: DepthRule, tops: NDArray[np.float64],
-    deeper: NDArray[np.float64], underside: NDArray[np.float64],
-) -> list[Issue]:  # fmt: skip
+    part: Part,
+    operations: tuple[DrillOperation, ...],
+    rule: DepthRule,
+    tops: NDArray[np.float64],
+    deeper: NDArray[np.float64],
+    underside: NDArray[np.float64],
+) -> list[Issue]:
     """Return a warning if a tool tip goes far below the part, or a note for a circuit board.
 
     `underside` is the height of the underside at each hole, mm, −∞ if unknown.
@@ -514,9 +518,12 @@ def _exit_issues(
 
 
 def _stroke_issues(
-    part: Part, operations: tuple[DrillOperation, ...], tops: NDArray[np.float64], deeper: NDArray[np.float64],
+    part: Part,
+    operations: tuple[DrillOperation, ...],
+    tops: NDArray[np.float64],
+    deeper: NDArray[np.float64],
     underside: NDArray[np.float64],
-) -> list[Issue]:  # fmt: skip
+) -> list[Issue]:
     """Return a warning for each drill whose stroke is longer than `LONGEST_STROKE`; none for circuit boards."""
     issues: list[Issue] = []
     for operation in operations if part.format != "excellon" else ():

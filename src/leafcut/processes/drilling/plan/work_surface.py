@@ -123,9 +123,16 @@ class WorkSurface:
         tiles = safe_tiles(obstacles, 0.5 * tool.diameter + clearance, clearance, max_tiles, bodies)
         acceleration = machine.acceleration[2] * machine.acceleration_factor
         return Relief(
-            points, heights, crossing_height, np.minimum(tiles.heights, crossing_height), tiles.x, tiles.y, tiles.side,
-            machine.rapid_velocity[2], acceleration,
-        )  # fmt: skip
+            points,
+            heights,
+            crossing_height,
+            np.minimum(tiles.heights, crossing_height),
+            tiles.x,
+            tiles.y,
+            tiles.side,
+            machine.rapid_velocity[2],
+            acceleration,
+        )
 
 
 def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:

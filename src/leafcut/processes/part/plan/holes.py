@@ -43,10 +43,12 @@ def fitting_drill(library: ToolLibrary | None, diameter: float, tolerance: float
     """
     drills = [] if library is None else library.tools
     fitting = [
-        tool for tool in drills
-        if tool.kind is ToolKind.DRILL and abs(tool.diameter - diameter) <= tolerance + 1e-9
+        tool
+        for tool in drills
+        if tool.kind is ToolKind.DRILL
+        and abs(tool.diameter - diameter) <= tolerance + 1e-9
         and depth + tool.point_length <= tool.reach + 1e-9
-    ]  # fmt: skip
+    ]
     return min(fitting, key=lambda tool: abs(tool.diameter - diameter), default=None)
 
 

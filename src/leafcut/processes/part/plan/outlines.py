@@ -140,9 +140,10 @@ def plan_cuts(
         # A start point near a tab would leave no room for a ramp.
         margin = 0.0 if not intervals else _RAMP_ROOM * path.length / tabs.count
         starts = tuple(
-            s for s in (np.arange(STARTS) * path.length / STARTS).tolist()
+            s
+            for s in (np.arange(STARTS) * path.length / STARTS).tolist()
             if not any(low - margin <= s <= high + margin for low, high in intervals)
-        )  # fmt: skip
+        )
         cuts.append(OutlineCut(number, path, intervals, starts, edge.within))
     return cuts, [
         *_narrow_issues(narrow, radius),
@@ -239,9 +240,12 @@ def _holds(
     """Return whether all cuts leave a tab in its full width, from the edge to the material that holds it."""
     low, high = place
     area = tabs.area(
-        path.point_at(low), path.point_at(high), path.point_at(0.5 * (low + high)), radius,
+        path.point_at(low),
+        path.point_at(high),
+        path.point_at(0.5 * (low + high)),
+        radius,
         waste_left=inside == (path.area > 0.0),
-    )  # fmt: skip
+    )
     if sheet is not None and not sheet.covers(area):
         return False
     near = radius - TOLERANCE

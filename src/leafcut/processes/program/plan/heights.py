@@ -70,9 +70,14 @@ class HeightLowering:
     kept: set[int]
 
     def __init__(
-        self, program: Program, loads: Loads, clearance: float, machine: Machine, top: float,
+        self,
+        program: Program,
+        loads: Loads,
+        clearance: float,
+        machine: Machine,
+        top: float,
         obstacles: Obstacles | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.program, self.path, self.loads = program, program.path, loads
         self.obstacles, self.kept = obstacles, set()
         self.clearance, self.top = clearance, top
@@ -84,9 +89,23 @@ class HeightLowering:
         moving = np.isin(self.path.kind, [int(k) for k in MOTIONS])
         self.does = moving | np.isin(
             self.path.kind,
-            [int(k) for k in (Kind.TOOL, Kind.MACHINE, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN, Kind.PAUSE, Kind.END,
-                              Kind.OFFSET, Kind.RADIUS, Kind.DWELL, Kind.SPINDLE)],
-        )  # fmt: skip
+            [
+                int(k)
+                for k in (
+                    Kind.TOOL,
+                    Kind.MACHINE,
+                    Kind.FRAME,
+                    Kind.SHIFT,
+                    Kind.FOREIGN,
+                    Kind.PAUSE,
+                    Kind.END,
+                    Kind.OFFSET,
+                    Kind.RADIUS,
+                    Kind.DWELL,
+                    Kind.SPINDLE,
+                )
+            ],
+        )
 
     def heights(self) -> list[Lowered]:
         """Return the retracts and the R planes that can be lowered."""

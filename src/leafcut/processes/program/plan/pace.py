@@ -256,9 +256,11 @@ def why_kept(
             which &= values >= values[which].max() * (1.0 - 1e-6)
     first = int(np.flatnonzero(which)[0])
     return KeptFeed(
-        chosen, int(program.path.line[rows[first]]), by_reason[chosen] / float(seconds.sum()),
+        chosen,
+        int(program.path.line[rows[first]]),
+        by_reason[chosen] / float(seconds.sum()),
         float(loads.width[at[first]]),
-    )  # fmt: skip
+    )
 
 
 def _least_by_row(factor: Floats, source: NDArray[np.int64], which: NDArray[np.bool_]) -> Floats:

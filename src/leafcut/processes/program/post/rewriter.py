@@ -56,9 +56,15 @@ _RESTATED = frozenset({"plane", "incremental", "feed_mode", "feed", "rpm"})
 
 
 def rewrite(
-    program: Program, sequence: Sequence, orders: Many[ArrayLike], *, renumber: bool = False, longest: int = 255,
-    check_cancelled: Heartbeat = ignore_heartbeat, obstacles: Obstacles | None = None,
-) -> str:  # fmt: skip
+    program: Program,
+    sequence: Sequence,
+    orders: Many[ArrayLike],
+    *,
+    renumber: bool = False,
+    longest: int = 255,
+    check_cancelled: Heartbeat = ignore_heartbeat,
+    obstacles: Obstacles | None = None,
+) -> str:
     """Return the text of a program with the pieces of work of each section in a given order.
 
     Parameters

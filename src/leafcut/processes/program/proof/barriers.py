@@ -354,7 +354,7 @@ def _match_groups(before: list[BarrierGroup], after: list[BarrierGroup]) -> Comp
     middle = ([m for m, _ in side[head : len(side) - tail]] for side in (one, other))
     return ComparisonGroups(
         [a for a, _ in ends], [b for _, b in ends], {a[0].key: b[0] for a, b in pairs}, *_unmatched_differences(*middle)
-    )  # fmt: skip
+    )
 
 
 def _unmatched_differences(

@@ -205,9 +205,16 @@ class _Comparison:
         differences = tuple(limit_differences(self.differences, self.count))
         compared = () if differences else (*COMPARED, _EITHER_WAY) if self.allow_reverse else COMPARED
         return Certificate(
-            not differences, differences, _counts(before), _counts(after), compared, _digest(original),
-            self.allow_reverse, turned, tuple(self.notes),
-        )  # fmt: skip
+            not differences,
+            differences,
+            _counts(before),
+            _counts(after),
+            compared,
+            _digest(original),
+            self.allow_reverse,
+            turned,
+            tuple(self.notes),
+        )
 
     def _compare_work(self, before: ProgramWork, after: ProgramWork, grouping: ComparisonGroups) -> tuple[Pairing, int]:
         """Add the differences of the work between barriers; return the matched features and the number of reversed

@@ -138,9 +138,12 @@ def new_speeds(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]]) -> F
 
 
 def check_limits(
-    loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]], limits: dict[int, ToolLimits], rules: PaceRules,
+    loads: Loads,
+    stretches: dict[int, tuple[PaceStretch, ...]],
+    limits: dict[int, ToolLimits],
+    rules: PaceRules,
     cutters: Mapping[int, Cutter],
-) -> Floats:  # fmt: skip
+) -> Floats:
     """Check new speeds against the loads and return the speed of every simulated move, mm/s.
 
     Raises VerifyError if a speed exceeds its limit.

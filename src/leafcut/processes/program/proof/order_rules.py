@@ -321,9 +321,14 @@ def lowest_level(features: Features, visits: Visits, visit: Indices, doubt: Orde
 
 
 def detaching_visits(
-    features: Features, traces: Traces, visits: Visits, visit: Indices, above: Floats, doubt: OrderThresholds,
+    features: Features,
+    traces: Traces,
+    visits: Visits,
+    visit: Indices,
+    above: Floats,
+    doubt: OrderThresholds,
     check_cancelled: Heartbeat = ignore_heartbeat,
-) -> tuple[Mask, Mask]:  # fmt: skip
+) -> tuple[Mask, Mask]:
     """Return the masks of visits that may detach a part, and that certainly detach one, bool[n] each.
 
     `visit` is the visit of each feature; `above` is the distance of each visit from the deepest cut, mm.

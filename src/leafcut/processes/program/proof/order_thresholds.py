@@ -68,15 +68,45 @@ class OrderThresholds:
 
 #: Thresholds that keep the order in doubt. Few tools of desktop machines and routers exceed 12.7 mm (half an inch).
 KEEP = OrderThresholds(
-    keep=True, sagitta=0.02, gap=0.05, open_part=0.1, alone=0.005, still=1e-6,
-    width=12.7, beside=1.0, beside_part=0.45, lean=0.02, widening=1.05,
-    through=1.0, surely_through=1.0, around_through=0.6, area=1.0, sure_area=1.0, tab=0.2, smaller=0.95,
+    keep=True,
+    sagitta=0.02,
+    gap=0.05,
+    open_part=0.1,
+    alone=0.005,
+    still=1e-6,
+    width=12.7,
+    beside=1.0,
+    beside_part=0.45,
+    lean=0.02,
+    widening=1.05,
+    through=1.0,
+    surely_through=1.0,
+    around_through=0.6,
+    area=1.0,
+    sure_area=1.0,
+    tab=0.2,
+    smaller=0.95,
     same_depth=0.01,
-)  # fmt: skip
+)
 #: Thresholds that allow any order in doubt.
 FREE = OrderThresholds(
-    keep=False, sagitta=0.002, gap=0.01, open_part=0.0, alone=0.01, still=0.01,
-    width=6.0, beside=0.99, beside_part=0.55, lean=0.015, widening=1.01,
-    through=1.1, surely_through=0.9, around_through=0.4, area=0.5, sure_area=1.5, tab=0.15, smaller=0.94,
+    keep=False,
+    sagitta=0.002,
+    gap=0.01,
+    open_part=0.0,
+    alone=0.01,
+    still=0.01,
+    width=6.0,
+    beside=0.99,
+    beside_part=0.55,
+    lean=0.015,
+    widening=1.01,
+    through=1.1,
+    surely_through=0.9,
+    around_through=0.4,
+    area=0.5,
+    sure_area=1.5,
+    tab=0.15,
+    smaller=0.94,
     same_depth=0.02,
-)  # fmt: skip
+)

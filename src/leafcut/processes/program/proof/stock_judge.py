@@ -75,7 +75,7 @@ class StockJudge:
         stock: HeightField,
         given: bool,
         check_cancelled: Heartbeat = ignore_heartbeat,
-    ) -> StockJudge:  # fmt: skip
+    ) -> StockJudge:
         """Simulate the original and return its judge. Raises PlanError if the simulation has too many moves."""
         left, met, touched = _simulate(original, cutters, bodies, stock, check_cancelled)
         return cls(tools, cutters, bodies, stock, given, left, met, touched)
