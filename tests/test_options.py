@@ -54,7 +54,7 @@ def test_a_default_passes_its_own_check_and_has_a_help(group: type) -> None:
         (DrillOptions, "cycle", "G86", "unknown value"),
         (JobOptions, "tools", 5, "a path"),
         (ReadOptions, "units", "yard", "unknown value"),
-        (PostOptions, "dialect", 5, "a text"),
+        (PostOptions, "dialect", 5, "a string"),
         (JobOptions, "step_over", "60 mm", "a fraction such as 0.6 or 60%"),
         (JobOptions, "step_over", "60", "above the maximum of 0.95"),
         (ReadOptions, "rotate", "361", "361 deg is above the maximum of 360 deg"),

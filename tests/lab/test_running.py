@@ -273,7 +273,7 @@ def test_runs_in_processes_give_the_results_of_runs_in_this_process(tmp_path: Pa
 
 
 def test_threads_are_refused_as_their_processor_time_cannot_be_told_apart() -> None:
-    with open_executor("threads", 2) as executor, pytest.raises(OptionError, match="one at a time"):
+    with open_executor("threads", 2) as executor, pytest.raises(OptionError, match="only one run at a time"):
         executor_performer(executor, threading.Event())
 
 

@@ -60,7 +60,7 @@ class Certificate:
     def as_json(self) -> dict[str, Any]:
         """Return the proof as plain values, as in the answer of `optimize`."""
         differences = [{**asdict(item), "also": [list(pair) for pair in item.also]} for item in self.differences]
-        answer = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "defaults"}
+        answer = {field.name: getattr(self, field.name) for field in fields(Certificate) if field.name != "defaults"}
         return answer | {
             "differences": differences,
             "before": asdict(self.before),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +10,7 @@ from numpy.typing import NDArray
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue
-
-if TYPE_CHECKING:
-    from leafcut.model.pocket import Pocket
+from leafcut.model.pocket import Pocket
 
 
 @dataclass(frozen=True, slots=True)

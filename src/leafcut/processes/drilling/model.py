@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from leafcut.model.mesh import Mesh
-    from leafcut.model.shown_stock import FixtureBox
+from leafcut.model.mesh import Mesh
+from leafcut.model.shown_stock import FixtureBox
 
 
 @dataclass(frozen=True)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from leafcut.message import Message
 from leafcut.model.certificate import Certificate
+from leafcut.model.pace_change import PaceChange
 from leafcut.model.sequence import StayGroup
 from leafcut.model.shown_stock import ShownStock
-
-if TYPE_CHECKING:
-    from leafcut.model.pace_change import PaceChange
 
 
 @dataclass(frozen=True)
