@@ -200,6 +200,21 @@ def test_an_opening_in_a_pocket_is_milled_through_its_floor(tmp_path: Path) -> N
         leafcut.part(source, tab_height=4, **options)
 
 
+@pytest.mark.hazard
+def test_openings_in_a_pocket_are_milled_after_it(tmp_path: Path) -> None:
+    """The mill enters each opening above the floor of the pocket."""
+    source = rectangles(
+        tmp_path, OUTLINE=(0, 0, 80, 60), POCKET=(10, 10, 70, 50), A=(18, 20, 33, 40), B=(45, 20, 60, 40)
+    )
+    rules = '[layer]\n"OUTLINE" = "profile"\n"?" = "profile"\n"POCKET" = "pocket 3mm"\n'
+    (tmp_path / "rules.toml").write_text(rules)
+    outcome = leafcut.part(source, operations=tmp_path / "rules.toml", tabs=0, **FAST, **MILL)
+    path = outcome.written
+    level = (path.kind == Kind.FEED) & (path.before[:, 2] == path.end[:, 2])
+    floor, through = (np.flatnonzero(level & (path.end[:, 2] == z)) for z in (-3.0, -6.5))
+    assert outcome.detail.openings == 2 and floor.max() < through.min()
+
+
 def rectangles(folder: Path, **by_layer: tuple[float, float, float, float]) -> Path:
     """Return a drawing with a rectangle on each layer: x and y of two corners."""
     document = ezdxf.new(units=4)
@@ -208,6 +223,28 @@ def rectangles(folder: Path, **by_layer: tuple[float, float, float, float]) -> P
         document.modelspace().add_lwpolyline(corners, close=True, dxfattribs={"layer": layer})
     document.saveas(folder / "drawing.dxf")
     return folder / "drawing.dxf"
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("wall, refused", [(0.0, True), (1.4, True), (1.6, False)])
+def test_a_deep_pocket_leaves_a_wall_for_the_tabs(wall: float, refused: bool, tmp_path: Path) -> None:
+    """A tab 1.5 mm high would hang on a floor of 0.5 mm."""
+    source = rectangles(tmp_path, OUTLINE=(0, 0, 60, 50), POCKET=(wall, 10, 50, 40))
+    file = tmp_path / "rules.toml"
+    file.write_text('[layer]\n"OUTLINE" = "profile"\n"POCKET" = "pocket 5.5mm"\n')
+    if refused:
+        with pytest.raises(LeafcutError, match=r"so deep that the tabs of outline .* would be thinner than 1.5 mm"):
+            leafcut.part(source, operations=file, **FAST, **MILL)
+        return
+    assert leafcut.part(source, operations=file, **FAST, **MILL).detail.tabs == 4
+
+
+def test_a_pocket_in_the_slug_of_an_opening_is_refused(tmp_path: Path) -> None:
+    source = rectangles(tmp_path, OUTLINE=(0, 0, 80, 60), WINDOW=(10, 10, 70, 50), POCKET=(20, 20, 60, 40))
+    file = tmp_path / "rules.toml"
+    file.write_text('[layer]\n"OUTLINE" = "profile"\n"WINDOW" = "profile"\n"POCKET" = "pocket 3mm"\n')
+    with pytest.raises(LeafcutError, match=r"the pocket at \(20, 20\) on layer POCKET lies outside of the parts"):
+        leafcut.part(source, operations=file, **FAST, **MILL)
 
 
 @pytest.mark.hazard
@@ -245,6 +282,14 @@ def test_wildcards_name_the_other_layers(tmp_path: Path) -> None:
     np.testing.assert_array_equal(other.path_after.end, exact.path_after.end)
 
 
+def test_a_name_with_brackets_is_the_name_of_a_layer(tmp_path: Path) -> None:
+    source = rectangles(tmp_path, **{"OUTLINE": (0, 0, 60, 50), "P[3]": (10, 10, 30, 40), "P3": (35, 10, 50, 40)})
+    file = tmp_path / "rules.toml"
+    file.write_text('[layer]\n"OUTLINE" = "profile"\n"P[3]" = "pocket 3mm"\n"P3" = "pocket 2mm"\n')
+    outcome = leafcut.part(source, operations=file, **FAST, **MILL)
+    assert {(row.layer, row.depth) for row in outcome.detail.layers} >= {("P[3]", 3.0), ("P3", 2.0)}
+
+
 @pytest.mark.hazard
 @pytest.mark.parametrize(
     "old, new, words",
@@ -257,6 +302,7 @@ def test_wildcards_name_the_other_layers(tmp_path: Path) -> None:
         ("engrave 0.3mm", "engrave", "rules.toml:3: 'engrave' needs a depth, such as 'engrave 0.3mm'"),
         ("0.3mm", "0.3 miles", "rules.toml:3: "),
         ("0.3mm", "-0.3mm", "rules.toml:3: a depth of -0.3 mm is not below the top"),
+        ("0.3mm", "0.001mm", "rules.toml:3: a depth of 0.001 mm is less than 0.01 mm"),
         ("0.3mm", "6mm", "rules.toml:3: a depth of 6 mm goes through the plate of 6 mm"),
         ("0.3mm", "0.3mm T5", "rules.toml:3: T5 needs a tool library; give --tools"),
         ('"NOTES" = "ignore"\n', "", "rules.toml: layer 'NOTES' of nameplate.dxf has no operation; add \"NOTES\" = "),
@@ -265,6 +311,7 @@ def test_wildcards_name_the_other_layers(tmp_path: Path) -> None:
         ("engrave 0.3mm", "profile", "rules.toml:3: 'profile' needs closed shapes, but layer 'TEXT' has an open path"),
         ('"OUTLINE" = "profile"', '"OUTLINE" = "bore"', "rules.toml:2: the shape at (5, 0) is not round and no bore"),
         ("[layer]", "[layers]", "rules.toml:1: unknown key 'layers'; did you mean 'layer'?"),
+        (RULES, '[layer]\n"*" = "ignore"', "nameplate: nothing to mill: --operations ignores all layers"),
         (RULES, "[layer]\n", "rules.toml: no layer has an operation; write a table [layer]"),
         (RULES, '[layer]\n"TEXT" = "engrave 1mm"\n"TEXT" = "bore"', "rules.toml: not a TOML file"),
     ],

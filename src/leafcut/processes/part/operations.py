@@ -33,6 +33,8 @@ _DEEP, _WITH_TOOL = (Operation.ENGRAVE, Operation.POCKET), (Operation.ENGRAVE,)
 #: An operation, its depth, and its tool: ``engrave 0.3mm T5``.
 _RULE = re.compile(r"(?P<word>\S+)(?:\s+(?P<depth>[^T\s].*?))?(?:\s+T(?P<tool>\d{1,8}))?")
 _WILDCARDS = re.compile(r"[*?\[]")
+#: Smallest depth, mm; the tolerance of written heights is not much smaller.
+_SHALLOWEST = 0.01
 
 
 @dataclass(frozen=True)
@@ -126,6 +128,8 @@ def _depth(text: str, place: str) -> float:
         raise DataError("{}: {}", place, str(problem)) from None
     if depth <= 0.0:
         raise DataError("{}: a depth of {:g} mm is not below the top; give a depth above 0", place, depth)
+    if depth < _SHALLOWEST:
+        raise DataError("{}: a depth of {:g} mm is less than {:g} mm; give a larger depth", place, depth, _SHALLOWEST)
     return depth
 
 
@@ -163,8 +167,8 @@ def divide_by_layer(
 
 
 def _rule_for(layer: str, rules: Sequence[LayerRule], file: Path, part: Part) -> LayerRule:
-    """Return the rule of a layer; an exact name takes precedence over wildcards."""
-    matching = [rule for rule in rules if rule.is_exact and rule.layer.lower() == layer.lower()]
+    """Return the rule of a layer; an exact name, also one with brackets, takes precedence over wildcards."""
+    matching = [rule for rule in rules if rule.layer.lower() == layer.lower()]
     matching = matching or [rule for rule in rules if not rule.is_exact and layer_matcher((rule.layer,))(layer)]
     if not matching:
         raise PlanError(

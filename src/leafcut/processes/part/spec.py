@@ -115,6 +115,8 @@ def plan_part(job: Job, source: Source) -> Plan:
     engravings, more = engravings_of(divided, settings, data.tool.number)
     issues += more
     check_pockets(areas, edges, cuts, engravings, tabs, thickness, diameter)
+    if not (edges or drilled or engravings or areas) and not any(issue.missing for issue in issues):
+        raise PlanError("{}: nothing to mill: --operations ignores all layers", part.name)
     if not (cuts or groups or engravings or areas):
         raise OptionError("{}: no edge is wider than the mill of {:g} mm; use a smaller mill", part.name, diameter)
     issues += [*assumed_number(milling, mill, data.tool), *of_data]

@@ -92,10 +92,13 @@ def _check_places(request: PartRequest, cuts: Cuts, edges: Verdict, others: NDAr
 def _check_order(request: PartRequest, cuts: Cuts, edges: Verdict, works: Sequence[FaceWork]) -> list[Difference]:
     """Check that each work is finished before an edge that encloses or crosses it is started, and each edge before an
     edge around it.
+
+    A cut along an edge does not count for the works: the mill enters an opening in the floor of a pocket above it.
     """
     names, own_cuts, shapes = zip(*edges.works, strict=True) if edges.works else ((), (), ())
     pairs = [(edges.works[k], around) for k, edge in enumerate(request.edges) for around in edge.within]
     tree = shapely.STRtree(shapes)
+    works = [work._replace(cuts=work.cuts[~edges.explained[work.cuts]]) for work in works]
     pairs += [(work, around) for work in works for around in tree.query(work.area, predicate="intersects").tolist()]
     return [
         cuts.difference(
