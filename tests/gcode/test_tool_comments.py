@@ -19,6 +19,8 @@ from leafcut.gcode.tool_comments import tool_width
         ("( T1 | 6. DRILL | H1 )", 6.0),
         ("( T1 | 1/8 DRILL | H1 )", 0.125),
         ("( T1 : 3.0 )", 3.0),
+        ("(--min-diameter 6mm --max-diameter 9mm --tool-diameter 3mm)", 3.0),
+        ("(--min-diameter 6mm --max-diameter 9mm)", 0.0),
         ("(Drill 1)", 0.0),
         ("(Drill 4)", 0.0),
         ("(Drill 5mm deep)", 0.0),

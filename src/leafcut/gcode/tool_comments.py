@@ -19,11 +19,13 @@ _TOP = 200
 _NUMBER = r"([0-9]{1,3}\s?/\s?[0-9]{1,3}|[0-9]{0,4}\.?[0-9]{1,6})\.?"
 _UNIT = r"\s?(mm|inch|in\b|\")?"
 _MILL = r"(?:end\s?-?mill|face\s?-?mill|slot\s?-?mill|ball\s?-?nose|bull\s?-?nose|v-?bit|router\s?bit|cutter)"
+#: Limits for the holes of a drawing, in the options of leafcut: --min-diameter 6mm.
+_NO_LIMIT = r"(?<!min-)(?<!max-)"
 _NO_COUNT = r"(?!\s*(?:-\s*)?(?:flutes?|fl\b|teeth|tooth|inserts?|deg|°))"
 _DIAMETERS = (
     # D=6., diameter 6 mm.
     re.compile(
-        rf"(?:diameter|\bdia\b\.?|drill size|bit size|\bD\s?=|Ø)\s?[:=]?\s?{_NUMBER}{_UNIT}",
+        rf"(?:{_NO_LIMIT}diameter|\bdia\b\.?|drill size|bit size|\bD\s?=|Ø)\s?[:=]?\s?{_NUMBER}{_UNIT}",
         re.IGNORECASE,
     ),
     # Drill {3 mm}, Drill, 5 mm: only with a unit; otherwise it may be the number of an operation.
@@ -64,7 +66,7 @@ _ANY_NUMBER = r"([0-9]{1,3}\s?/\s?[0-9]{1,3}|[0-9]{0,4}\.[0-9]{1,6}|[0-9]{1,4})\
 _TOOL = r"[a-z-]{0,12}(?:mill|drill|nose|cutter|bit)\b"
 #: A number is a tool width if it is next to a word for the diameter or the tool; only adjectives may be in between.
 _WIDTH = re.compile(
-    rf"(?:\bD\s?=|\bdia[a-z]*\b\.?|\bsize\b|Ø)\s?[:=]?\s?{_ANY_NUMBER}\s?(mm|inch|in\b|\")?"
+    rf"(?:\bD\s?=|{_NO_LIMIT}\bdia[a-z]*\b\.?|\bsize\b|Ø)\s?[:=]?\s?{_ANY_NUMBER}\s?(mm|inch|in\b|\")?"
     rf"|(?:{_TOOL}|\btool\b|\b(?:tool\s?)?T?[0-9]{{1,3}}(?=\s*[-=:]))[^a-z0-9.]{{1,6}}{_ANY_NUMBER}\s?(mm|inch|in\b|\")"
     rf"|{_ANY_NUMBER}\s?(mm|inch|in\b|\")?[\s-]?(?=(?:[a-z]{{1,20}}[\s-]{{1,3}}){{0,3}}?{_TOOL})",
     re.IGNORECASE,
