@@ -213,3 +213,19 @@ def test_a_slug_in_a_bore_is_found() -> None:
     text = "G21 G90 G17 G94\nT1 M6\nG0 X22.5 Y20 Z2\nG1 Z-3.5 F90\nG3 I-2.5\nG0 Z5\nM2\n"
     differences = judge_part(replace(REQUEST, edges=(hole,)), read_back(text, dialect("linuxcnc")))
     assert [str(one.what) for one in differences if "has a slug" in str(one.text)] == ["not cut"]
+
+
+@pytest.mark.hazard
+def test_a_small_place_in_a_wide_pocket_that_is_not_cleared_is_found() -> None:
+    """Lines 3.5 mm apart clear an area of 200 mm × 200 mm, except for a piece of 8 mm of one of them."""
+    corners = [(0, 0), (200, 0), (200, 200), (0, 200)]
+    pocket = PocketArea(Polyline.of_points(corners, closed=True), (), 1.0)
+    request = replace(REQUEST, edges=(), pockets=(pocket,))
+    rows = [2.0, *np.arange(5.5, 198.0, 3.5), 198.0]
+    cuts = [line for y in rows for line in (f"G0 X2 Y{y} Z2", "G1 Z-1 F90", "X198", "G0 Z2")]
+    edges = ["G0 X2 Y2", "G1 Z-1", "Y198", "G0 Z2", "G0 X198 Y2", "G1 Z-1", "Y198", "G0 Z2"]
+    whole = "\n".join(["G21 G90 G17 G94", "T1 M6", "G0 Z2", *cuts, *edges, "M2"])
+    assert judge_part(request, read_back(whole, dialect("linuxcnc"))) == []
+    gap = whole.replace("Y100.0 Z2\nG1 Z-1 F90\n", "Y100.0 Z2\nG1 Z-1 F90\nX96\nG0 Z2\nX104\nG1 Z-1\n")
+    assert gap != whole
+    assert [str(one.what) for one in judge_part(request, read_back(gap, dialect("linuxcnc")))] == ["not cut"]

@@ -239,6 +239,21 @@ def test_a_deep_pocket_leaves_a_wall_for_the_tabs(wall: float, refused: bool, tm
     assert leafcut.part(source, operations=file, **FAST, **MILL).detail.tabs == 4
 
 
+@pytest.mark.parametrize("pocket, island", [((10, 10, 40, 20), (25, 14.25, 3)), ((10, 10, 40, 13), None)])
+def test_a_pocket_with_a_passage_as_wide_as_the_mill_or_narrower_is_milled(
+    pocket: tuple[float, float, float, float], island: tuple[float, float, float] | None, tmp_path: Path
+) -> None:
+    """The island leaves a gap of 2.75 mm, and the slot is 3 mm wide."""
+    source = rectangles(tmp_path, OUTLINE=(0, 0, 60, 50), POCKET=pocket)
+    if island:
+        document = ezdxf.readfile(source)
+        document.modelspace().add_circle(island[:2], island[2], dxfattribs={"layer": "POCKET"})
+        document.saveas(source)
+    (tmp_path / "rules.toml").write_text('[layer]\n"OUTLINE" = "profile"\n"POCKET" = "pocket 2mm"\n')
+    outcome = leafcut.part(source, operations=tmp_path / "rules.toml", **FAST, **MILL)
+    assert {row.operation for row in outcome.detail.layers} == {"profile", "pocket"}
+
+
 def test_a_pocket_in_the_slug_of_an_opening_is_refused(tmp_path: Path) -> None:
     source = rectangles(tmp_path, OUTLINE=(0, 0, 80, 60), WINDOW=(10, 10, 70, 50), POCKET=(20, 20, 60, 40))
     file = tmp_path / "rules.toml"

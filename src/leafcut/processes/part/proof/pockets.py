@@ -11,8 +11,11 @@ from leafcut.processes.part.model import PartRequest, PocketArea
 from leafcut.processes.part.proof.cuts import HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict
 from leafcut.proof.difference import position_text
 
-#: Share of the reachable area that may stay uncut.
-_LEFT = 0.001
+#: Share of the reachable area that may stay uncut, and largest side of an uncut square in diameters of the mill.
+_LEFT, _WIDEST_LEFT = 0.001, 0.25
+#: Largest overlap of the mill with the walls of a slot as wide as the mill, mm; more would count parts of passages that
+#: are too narrow.
+_SLACK = 0.005
 #: Chords per quarter of the circle of the tool.
 _QUARTER = 64
 
@@ -33,14 +36,16 @@ def check_pockets(request: PartRequest, cuts: Cuts) -> Verdict:
 def _check_floor(
     request: PartRequest, pocket: PocketArea, cuts: Cuts, floor: np.ndarray[tuple[int], np.dtype[np.int64]]
 ) -> list[Difference]:
-    # A slot as wide as the mill has no centres without the tolerance.
-    radius, inner = request.radius, request.radius - TOLERANCE
+    radius, inner = request.radius, request.radius - _SLACK
     reachable = pocket.region.buffer(-inner, quad_segs=_QUARTER).buffer(inner, quad_segs=_QUARTER)
     cleared = shapely.union_all(shapely.buffer(cuts.lines[floor], radius, quad_segs=_QUARTER))
     # Films along the walls come from the tolerance of the path.
     left = reachable.difference(cleared).buffer(-TOLERANCE).buffer(TOLERANCE)
-    if left.area <= _LEFT * reachable.area:
+    if left.is_empty:
         return []
-    at = max(shapely.get_parts(left), key=lambda piece: piece.area).representative_point()
+    largest = max(shapely.get_parts(left), key=lambda piece: piece.area)
+    if left.area <= _LEFT * reachable.area and largest.area <= (2.0 * _WIDEST_LEFT * radius) ** 2:
+        return []
+    at = largest.representative_point()
     words = Message("{} is not cleared {:g} mm deep at {}", pocket.name, pocket.depth, position_text(at.x, at.y))
     return [Difference(Message("not cut"), 0, 0, words)]
