@@ -207,6 +207,20 @@ def test_errors_of_a_pocket_are_found(lines: list[str], late: bool, what: str | 
 
 
 @pytest.mark.hazard
+@pytest.mark.parametrize(
+    "step, feed, what",
+    [(1.0, 1.5, None), (0.6, 1.5, "too deep"), (1.0, 1.4, "feed")],
+)
+def test_a_pocket_that_is_cut_too_deep_or_too_fast_is_found(
+    step: float, feed: float, what: str | None, program: str
+) -> None:
+    """The pocket is cleared in one level of 1 mm with 90 mm/min."""
+    request = replace(POCKETED, step=step, feed=feed)
+    differences = judge_part(request, read_back(inserted(CLEARED, program, late=False), dialect("linuxcnc")))
+    assert (what in {str(one.what) for one in differences}) if what else differences == []
+
+
+@pytest.mark.hazard
 def test_a_slug_in_a_bore_is_found() -> None:
     """The mill of 4 mm goes around a hole of 9 mm, and leaves a slug of 1 mm."""
     hole = Edge(Polyline.circle(20.0, 20.0, 4.5), inside=True, name="hole", is_bore=True)

@@ -105,7 +105,8 @@ class PartRequest:
     these paths, and clear these pockets.
 
     `bottom` is the lowest height of the mill, and `thickness` the thickness of the plate, mm. `sheet` is the area of
-    the plate, None if it is unknown.
+    the plate, None if it is unknown. `step` is the largest step-down in pockets, mm, and `feed` the largest feed in
+    material there, mm/s.
     """
 
     edges: tuple[Edge, ...]
@@ -118,6 +119,8 @@ class PartRequest:
     sheet: shapely.Polygon | None = None
     engravings: tuple[Engraving, ...] = ()
     pockets: tuple[PocketArea, ...] = ()
+    step: float = math.inf
+    feed: float = math.inf
 
 
 @dataclass(frozen=True)

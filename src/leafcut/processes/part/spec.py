@@ -145,6 +145,8 @@ def plan_part(job: Job, source: Source) -> Plan:
         area,
         tuple(engravings),
         tuple(areas),
+        main.step,
+        data.tool.feed,
     )
     tools = {one.data.tool.number: one.data.tool for one in (*mills, main)}
     layers = _layer_works(part, divided, request, drilled, tools)

@@ -25,20 +25,22 @@ STRIP = 2.0 * TOLERANCE
 
 
 class Cuts:
-    """Straight moves of the mills below the top of the plate: ends, float64[n, 6], their lines, rows and tools."""
+    """Straight moves of the mills below the top of the plate: ends, float64[n, 6], their lines, rows in
+    `path` and tools.
+    """
 
     def __init__(self, moves: StraightMoves, chosen: NDArray[np.bool_]) -> None:
         self.ends, self.rows, self.tools = moves.ends[chosen], moves.row[chosen], moves.tool[chosen]
         self.lines: NDArray[np.object_] = np.asarray(shapely.linestrings(self.ends.reshape(-1, 2, 3)[:, :, :2]))
         self.lowest, self.highest = self.ends[:, [2, 5]].min(axis=1), self.ends[:, [2, 5]].max(axis=1)
-        self._text_line = moves.path.line
+        self.path = moves.path
 
     def __len__(self) -> int:
         return len(self.rows)
 
     def difference(self, what: Message, k: int, text: Message) -> Difference:
         """Return a difference at a cut."""
-        return Difference(what, 0, int(self._text_line[self.rows[k]]), text)
+        return Difference(what, 0, int(self.path.line[self.rows[k]]), text)
 
     @cached_property
     def _tree(self) -> shapely.STRtree:

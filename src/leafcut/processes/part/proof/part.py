@@ -39,7 +39,8 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     5. With tabs, each part is connected to the plate after all cuts.
     6. Each hole is drilled once, with its tool, to its depth, before the cuts; nothing else is drilled.
     7. Each engraved path is engraved once, to its depth, before the edges that enclose or cross it.
-    8. Each pocket is cleared to its depth, before the edges in it and around it.
+    8. Each pocket is cleared to its depth, before the edges in it and around it. No level is deeper than the step-down
+       below the level before it, and moves faster than the feed go through air.
     9. Rapids below the top are vertical, and go down over cleared material only.
     """
     moves = straight_moves(written, CHORD, _WHOLE)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import shapely
 
 from leafcut.message import Message
 from leafcut.model.difference import Difference
+from leafcut.model.pocket import PocketRules
+from leafcut.model.toolpath import Kind
 from leafcut.processes.part.model import PartRequest, PocketArea
 from leafcut.processes.part.proof.cuts import HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict
+from leafcut.processes.pocket.proof.pocket import air_differences, depth_differences
 from leafcut.proof.difference import position_text
 
 #: Share of the reachable area that may stay uncut, and largest side of an uncut square in diameters of the mill.
@@ -21,7 +26,9 @@ _QUARTER = 64
 
 
 def check_pockets(request: PartRequest, cuts: Cuts) -> Verdict:
-    """Return the cuts that lie in a pocket, not below its floor, and the places that are not cleared."""
+    """Return the cuts that lie in a pocket, not below its floor, and the places that are not cleared, cut deeper than
+    the step-down, or cut faster than the feed.
+    """
     explained = np.zeros(len(cuts), dtype=np.bool_)
     differences, works = [], []
     for pocket in request.pockets:
@@ -30,7 +37,18 @@ def check_pockets(request: PartRequest, cuts: Cuts) -> Verdict:
         explained[own] = True
         differences += _check_floor(request, pocket, cuts, own[cuts.highest[own] <= -pocket.depth + HEIGHT])
         works.append(FaceWork(pocket.name, own, pocket.region))
+    if explained.any():
+        differences += _check_load(request, cuts, np.unique(cuts.rows[explained]))
     return Verdict(explained, differences, works)
+
+
+def _check_load(request: PartRequest, cuts: Cuts, rows: np.ndarray[tuple[int], np.dtype[np.int64]]) -> list[Difference]:
+    """Check the step-down of the cuts in some rows, and that moves faster than the feed go through air."""
+    other = np.isin(cuts.path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
+    other[rows] = False
+    path = replace(cuts.path, kind=np.where(other, Kind.RAPID, cuts.path.kind).astype(cuts.path.kind.dtype))
+    rules = PocketRules(2.0 * request.radius, request.radius)
+    return [*depth_differences(path, rules, request.step), *air_differences(path, rules, request.feed)]
 
 
 def _check_floor(
