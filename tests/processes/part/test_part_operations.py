@@ -254,6 +254,18 @@ def test_a_pocket_with_a_passage_as_wide_as_the_mill_or_narrower_is_milled(
     assert {row.operation for row in outcome.detail.layers} == {"profile", "pocket"}
 
 
+def test_a_text_on_a_layer_of_pockets_is_reported(tmp_path: Path) -> None:
+    source = rectangles(tmp_path, OUTLINE=(0, 0, 60, 50), POCKET=(5, 5, 30, 30))
+    document = ezdxf.readfile(source)
+    document.modelspace().add_text("ABO", height=8, dxfattribs={"layer": "POCKET"}).set_placement((35, 5))
+    document.saveas(source)
+    (tmp_path / "rules.toml").write_text('[layer]\n"OUTLINE" = "profile"\n"POCKET" = "pocket 2mm"\n')
+    outcome = leafcut.part(source, operations=tmp_path / "rules.toml", **FAST, **MILL)
+    assert [issue.message for issue in outcome.issues if issue.code == "L210"] == [
+        "texts are engraved on mark layers only; left out: 1 on layer POCKET"
+    ]
+
+
 def test_a_pocket_in_the_slug_of_an_opening_is_refused(tmp_path: Path) -> None:
     source = rectangles(tmp_path, OUTLINE=(0, 0, 80, 60), WINDOW=(10, 10, 70, 50), POCKET=(20, 20, 60, 40))
     file = tmp_path / "rules.toml"

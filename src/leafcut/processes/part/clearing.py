@@ -35,6 +35,7 @@ def pocket_areas(divided: LayeredPart, settings: Settings) -> tuple[list[PocketA
     Raises PlanError or ReadError, with the line in the file of operations, if an outline is open or crosses another.
     """
     from leafcut.processes.contours import open_contours
+    from leafcut.processes.layers import kinds_of
     from leafcut.read.pocket_outlines import as_pockets
 
     every = replace(settings.sheet, cut_layers=("*",), mark_layers=(), ignore_layers=(), sheet_layers=())
@@ -42,6 +43,7 @@ def pocket_areas(divided: LayeredPart, settings: Settings) -> tuple[list[PocketA
     issues: list[Issue] = []
     for rule, contours in divided.faces_of(Operation.POCKET):
         drawn = tuple(contour for contour in contours if contour.kind != "text")
+        kinds_of(contours, every, issues)  # reports the texts that are left out
         for contour in open_contours(drawn, every):
             raise open_shape(rule, contour)
         part = as_pockets(Part(rule.layer, contours=drawn), [EITHER] * len(drawn), every, rule.place, POCKET)
