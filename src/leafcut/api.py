@@ -342,7 +342,7 @@ def nest(
 
 
 def read_part(source: Input, options: ReadOptions | None = None) -> Part:
-    """Return the part of a file, or of a name such as ``example:plate-70`` or ``random:200:7``, in mm.
+    """Return the part, in mm, from a file, or for a name such as ``example:plate-70`` or ``random:200:7``.
 
     Raises
     ------

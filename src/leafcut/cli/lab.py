@@ -200,7 +200,7 @@ def _report_published(output: str, reduced: bool, results: str, as_json: bool) -
     return 0
 
 
-def tune_options(
+def tune_parameters(
     sources: Annotated[
         list[str],
         Parameter(name="SOURCE", help="files, folders, lists of files, examples or random maps of the same class"),

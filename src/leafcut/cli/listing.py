@@ -1,4 +1,4 @@
-"""The command `leafcut list`: lists machines, materials and others, and prints their files."""
+"""The command `leafcut list`: lists machines, materials and other profiles, and prints their files."""
 
 from __future__ import annotations
 

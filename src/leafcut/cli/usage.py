@@ -41,7 +41,7 @@ GROUPS = {
             "list": "leafcut.cli.lab:list_experiments",
             "run": "leafcut.cli.lab:run_experiment",
             "report": "leafcut.cli.lab:report_experiment",
-            "tune": "leafcut.cli.lab:tune_options",
+            "tune": "leafcut.cli.lab:tune_parameters",
         },
     ),
 }

@@ -164,7 +164,7 @@ class Interpreter:
         if without_value:
             self.reason = _OF_MACHINE
             if without_value != {"F"}:
-                self._run_without_values(words, without_value)
+                self._run_with_unknown_values(words, without_value)
                 return
             state.unknown_modes.add("feed")
         self._execute_words(words)
@@ -273,7 +273,7 @@ class Interpreter:
                 self.returns = True
                 unknown.remove(word)
 
-    def _run_without_values(self, words: SortedBlock, unknown: set[str]) -> None:
+    def _run_with_unknown_values(self, words: SortedBlock, unknown: set[str]) -> None:
         """Execute a block in which the numbers after the letters `unknown` have unknown values; it becomes a row
         FOREIGN.
         """
@@ -321,7 +321,7 @@ class Interpreter:
         self.unclear.append((reason, lost))
 
     def _execute_or_keep(self, words: SortedBlock) -> None:
-        """Execute offsets and motion; if anything is unclear, one row FOREIGN replaces them."""
+        """Execute offsets and motion. If anything is unclear, replace them by a single row FOREIGN."""
         state, path = self.state, self.state.path
         named = named_axes(words.letters)
         rows, arcs, place = len(path), len(path.arcs), tuple(path.position)
@@ -450,7 +450,7 @@ class Interpreter:
         state.path.offset(number, line=state.line)
         if number != state.length:
             state.length = number
-            self.policy.move_z_origin(state)
+            self.policy.forget_height(state)
 
     def _select_cutting_edge(self, word: Word) -> None:
         """Select the lengths of the tool's first cutting edge (D1), or none (D0)."""
@@ -572,7 +572,7 @@ class Interpreter:
         length = g.get("length")
         if length == 430:
             state.set_length(self._offset_number(letters))
-            self.policy.move_xy_origin(state)
+            self.policy.forget_xy_position(state)
         elif length == 490 or (length is not None and state.dialect.length_offset_off == f"G{length // 10}"):
             state.set_length(0)
         elif length == 431:

@@ -69,12 +69,12 @@ class Policy:
         """Return the register of the D word of G41 to G42.1, in tenths."""
         return 0.0 if word is None else word.value
 
-    def move_z_origin(self, state: InterpreterState) -> None:
+    def forget_height(self, state: InterpreterState) -> None:
         """Forget the height after a change of the length offset."""
         state.path.position[2] = UNKNOWN
         state.path.initial_plane = None
 
-    def move_xy_origin(self, state: InterpreterState) -> None:
+    def forget_xy_position(self, state: InterpreterState) -> None:
         """Forget the position in X and Y after G43 if the offsets may include X and Y."""
 
     def cancels_shift(self, state: InterpreterState) -> bool:
@@ -126,10 +126,10 @@ class OwnPolicy(Policy):
             raise BlockError("G{:g} needs D", code / 10)
         return state.mm(word) if code in (411, 421) else float(whole_number(word, 9_999))
 
-    def move_z_origin(self, state: InterpreterState) -> None:
+    def forget_height(self, state: InterpreterState) -> None:
         """Keep the height."""
 
-    def move_xy_origin(self, state: InterpreterState) -> None:
+    def forget_xy_position(self, state: InterpreterState) -> None:
         """Forget X and Y if a tool for marking has offsets in them, which only the controller's table contains."""
         if state.dialect.torch is not None and state.dialect.torch.mark_tool is not None:
             state.path.position[:2] = [UNKNOWN, UNKNOWN]

@@ -50,7 +50,7 @@ class StatePolicy(Protocol):
     def start(self, state: InterpreterState) -> None:
         """Set the state at the start of a program."""
 
-    def move_z_origin(self, state: InterpreterState) -> None:
+    def forget_height(self, state: InterpreterState) -> None:
         """Handle a change of the length offset."""
 
     def cancels_shift(self, state: InterpreterState) -> bool:
@@ -295,7 +295,7 @@ class InterpreterState(Modal):
             return
         self.path.offset(register, line=self.line)
         if register != self.length:
-            self.policy.move_z_origin(self)
+            self.policy.forget_height(self)
         self.length = register
 
     def dwell(self, word: Word) -> float:

@@ -58,7 +58,7 @@ def material_block(state: InterpreterState, line: str, number: int) -> Block:
         chosen = (
             Message("no material is selected")
             if state.material is None
-            else Message("the feed of material {} is unknown", state.material)
+            else Message("the feed for material {} is unknown", state.material)
         )
         raise BlockError(
             "'{}' is the feed of the controller's material, but {}; select the material with M190 before this line",

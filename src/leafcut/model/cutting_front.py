@@ -86,7 +86,7 @@ class CuttingData:
     """Speeds and feeds of the tools of a part.
 
     The objective is time, cost or life; the shop rate is in currency per hour. `source` is empty without a drawing.
-    `defaults` are the used options that the user's own defaults set.
+    `defaults` are the options whose values come from the user's own defaults.
     """
 
     source: str

@@ -15,7 +15,7 @@ class Simulation:
     """The motion of a program on a machine.
 
     `path` is the motion as programmed. `run` adds the moves of the controller, and `measure` is the measure of `run`
-    with a start at X0 Y0. `defaults` are the used options that the user's own defaults set, as typed.
+    with a start at X0 Y0. `defaults` are the options, as typed, whose values come from the user's own defaults.
     """
 
     program: str

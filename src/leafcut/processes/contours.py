@@ -357,7 +357,9 @@ def _without_duplicates(
         )
     touching = [c for c in met if c.kind == "touch" and not {c.first, c.second} & gone]
     if touching:
-        message = Message("{} of outlines touch each other, without room for the kerf", count_of(len(touching), "pair"))
+        message = Message(
+            "{} of outlines touch each other, which leaves no room for the kerf", count_of(len(touching), "pair")
+        )
         issues.append(Issue("L423", message, _places_text([c.place for c in touching])))
     kept = [k for k in range(len(closed)) if k not in gone]
     tiny = [e for e in (closed[k].path.extents for k in kept) if max(e[2] - e[0], e[3] - e[1]) < TINY]

@@ -17,7 +17,7 @@ __all__ = ["Format", "Input", "Match", "Source", "formats", "read", "read_contou
 
 
 def read(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = ignore_heartbeat) -> Part:
-    """Return the part in a file, or of a name such as ``example:plate-70`` or ``random:200:7``, in mm.
+    """Return the part, in mm, from a file, or for a name such as ``example:plate-70`` or ``random:200:7``.
 
     Raises
     ------

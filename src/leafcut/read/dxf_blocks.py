@@ -132,7 +132,7 @@ class BlockWalk(Generic[S]):
                 fruitful.extend(parents.get(name, ()))
 
     def _weight(self, name: str, trail: tuple[str, ...]) -> int:
-        """Return the number of visits of one insertion of a block; 0 if it is not followed."""
+        """Return the number of entities in an insertion of a block, with nested blocks; 0 if it is not expanded."""
         content = self._contents[name]
         if content is None or name not in self._with_shapes or name in trail or len(trail) >= MAX_DEPTH:
             return 0

@@ -43,7 +43,7 @@ class Drawing:
 
 @dataclass(frozen=True)
 class OrderFile:
-    """Contents of an order file: operation → holes, both counted from 0, and its drawing, if given."""
+    """Contents of an order file: the holes of each operation, both counted from 0, and the file's drawing, if given."""
 
     operations: dict[int, tuple[int, ...]]
     drawing: Drawing | None

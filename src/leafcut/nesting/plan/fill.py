@@ -104,7 +104,7 @@ class Filling:
         return packer.fill(offered, last=offered == self.left) or self._single_piece(stock)
 
     def add(self, stock: int, placed: Sequence[PlacedPiece], limit: float) -> int:
-        """Add a sheet as often as there are enough pieces, at most `limit` times.
+        """Add copies of a sheet while enough pieces remain, at most `limit` copies.
 
         Return the number of sheets added.
         """

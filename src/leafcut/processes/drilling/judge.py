@@ -524,7 +524,7 @@ def _compare_holes(
             )
             differences.append(Difference(Message("wrong depth"), 0, plunges[match].line, text))
         if last[0] == cut.hole and match < last[1]:
-            text = Message("{}: {} works before the tool that must come first", where, cut.tool)
+            text = Message("{}: {} is used before the tool that must come first", where, cut.tool)
             differences.append(Difference(Message("wrong order"), 0, plunges[match].line, text))
         last = (cut.hole, match)
     return [plunge for plunge, is_unused in zip(plunges, unused, strict=True) if is_unused], differences

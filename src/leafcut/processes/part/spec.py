@@ -58,7 +58,7 @@ _ROUND = 0.005
 
 @dataclass(frozen=True, eq=False)
 class MillStage:
-    """The tasks of a mill, ordered together; `nodes` has the task and the choice of each node of its problem."""
+    """The tasks of one mill, which one search orders. `nodes` has the task and the choice of each node."""
 
     mill: Mill
     tasks: tuple[MillTask, ...]

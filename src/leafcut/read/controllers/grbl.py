@@ -72,7 +72,7 @@ def read(text: str, file: str) -> Values:
 
 
 def is_answer(text: str) -> bool:
-    """Return whether a text contains GRBL settings, as an answer or in the file of a sender."""
+    """Return whether a text contains GRBL settings, as the controller's answer to $$ or as saved by a sender."""
     return sum(1 for _ in SETTING.finditer(text)) >= _SOME or (
         text.lstrip("\ufeff \t\r\n").startswith("{") and sum(1 for _ in _KEPT.finditer(text)) >= _SOME
     )

@@ -357,12 +357,12 @@ class _MacroRunner:
                 continue
             if line.word == "M98":
                 name = re.search(r"""P\s*["']?([^"'\s]{1,200})""", content, re.IGNORECASE)
-                lines += self._run_file(name[1] if name else "", depth)
+                lines += self._lines_of_macro(name[1] if name else "", depth)
             else:
                 lines.append(line)
         return lines
 
-    def _run_file(self, name: str, depth: int) -> list[_Line]:
+    def _lines_of_macro(self, name: str, depth: int) -> list[_Line]:
         """Return the lines of a file run by M98, which must be in the folder of the config.g (``/sys``)."""
         inner = re.sub(r"^(0:)?/sys/", "", name)
         if not self.root.is_file():  # standard input has no folder

@@ -110,8 +110,8 @@ def _zero(work: str, source: Source, part: Part, settings: Settings) -> Zero:
 class MachineTravel:
     """The travel of a machine in drawing coordinates: smallest x and y, largest x and y, mm.
 
-    If the position of program zero on the machine is not `known`, the part is assumed in the middle of the travel.
-    `fits`: whether the part is inside the travel.
+    If the position of program zero on the machine is not `known`, the part is assumed to be in the middle of the
+    travel. `fits`: whether the part is inside the travel.
     """
 
     box: tuple[float, float, float, float]

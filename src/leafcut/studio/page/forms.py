@@ -218,7 +218,7 @@ def _short(text: str, limit: int) -> str:
 
 
 def problem_with(name: str, value: Any) -> str:
-    """Return the error in a typed value, which starts with its flag, or an empty text.
+    """Return the error message for a typed value, which starts with the option's flag; empty if the value is valid.
 
     Files and machines are checked only when they are used.
     """

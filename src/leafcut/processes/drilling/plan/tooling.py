@@ -83,7 +83,7 @@ def _can_countersink(tool: Tool, part: HoleStep) -> bool:
 
 
 class ToolChooser:
-    """Chooses the tools for a drawing, and records the assumed data for later issues."""
+    """Chooses the tools for a drawing, and records assumed data, which issues report later."""
 
     def __init__(
         self,

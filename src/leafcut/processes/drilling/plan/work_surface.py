@@ -352,7 +352,7 @@ def measure_hole_tops(
     """
     xy = part.hole_xy
     heights = np.array([hole.z for hole in part.holes], dtype=np.float64)
-    rims = rims_within(surface.mesh.triangles, xy, radius, cut_radius, heights if drawn else None)
+    rims = rim_heights(surface.mesh.triangles, xy, radius, cut_radius, heights if drawn else None)
     outside = np.flatnonzero(~np.isfinite(rims.lowest))
     if len(outside):
         x, y = xy[outside[0]]
@@ -443,7 +443,7 @@ def measure_hole_tops(
     return HoleTops(tops, rims.top, rims.under, issues)
 
 
-def rims_within(
+def rim_heights(
     triangles: NDArray[np.float64],
     xy: NDArray[np.float64],
     radius: NDArray[np.float64],

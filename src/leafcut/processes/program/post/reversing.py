@@ -79,7 +79,7 @@ class ReversedCut:
         return self._lines_up_to(block) - 1
 
     def _lead(self) -> list[str]:
-        """Return the lines before the cut, which now lead to its former end."""
+        """Return the lines before the cut, changed so that they lead to its former end."""
         lines = self.lines[: self._lines_up_to(self.stroke.body - 1)]
         for block in range(self.stroke.begin, self.stroke.body):
             lines[self._line_of_block(block)] = replace_words(

@@ -93,7 +93,7 @@ def explain(pairing: Pairing, room: MatchTolerance, implied: Sequence[StateChang
 def _moved_past_barrier(
     pairing: Pairing, room: MatchTolerance
 ) -> tuple[list[Difference], list[Feature], list[Feature]]:
-    """Return the differences for features that are done before or after another barrier, and the remaining features."""
+    """Return the differences for features that moved to the other side of a barrier, and the remaining features."""
     missing, extra = pairing.missing, pairing.extra
     if not any(f.group for f in (*missing, *extra)):
         return [], missing, extra
