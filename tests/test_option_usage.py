@@ -275,6 +275,16 @@ def test_a_table_of_a_process_holds_all_that_it_uses_and_each_option_stands_once
         ),
         (
             "holes.csv",
+            {"depth": 3, "cycle": "G81", "peck": 1},
+            "--peck: no cycle of this program uses it; leave it out",
+        ),
+        (
+            "holes.csv",
+            {"depth": 3, "cycle": "G81", "dwell": 1},
+            "--dwell: no cycle of this program uses it; leave it out",
+        ),
+        (
+            "holes.csv",
             {"depth": 3, "program_number": 7},
             "--program-number: linuxcnc programs have no number; leave it out",
         ),

@@ -288,9 +288,9 @@ class _DrillOptions1(TypedDict, total=False):
     cycle: Literal["G81", "G82", "G83", "G73", "G84", "G85", None]
     """Drilling cycle for tools without one in the library (default: G83 with --peck, G82 with --dwell, else G81)."""
     peck: Quantity | None
-    """Peck depth (Q of G83 and G73) (mm; default: no pecking)."""
+    """Peck depth (Q of G83 and G73) for tools without one in the library (mm; default: no pecking)."""
     dwell: Quantity | None
-    """Dwell at the bottom (P of G82) (s; default: none)."""
+    """Dwell at the bottom (P of G82) for tools without one in the library (s; default: none)."""
     centre_drill: bool | None
     """Centre-drill every hole first, with the library's centre drill."""
 
@@ -360,7 +360,9 @@ class _CutOptions1(TypedDict, total=False):
 class _PocketOptions1(TypedDict, total=False):
     # Of optimize, pocket.
     strategy: Literal["best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive", None]
-    """Clearing strategy; best tries all and writes the fastest (default: best)."""
+    """Clearing strategy; best tries all and writes the one with the fewest retracts within 5 % of the lowest cost
+    (default: best).
+    """
     pocket_top: Literal["highest", "surface", None]
     """Top of the material over the pockets of a solid: its highest point, or the surface around each pocket if the
     rest of the solid is already milled (default: highest).
@@ -370,7 +372,9 @@ class _PocketOptions1(TypedDict, total=False):
     max_engagement: Quantity | None
     """Maximum tool engagement angle (deg; default: unlimited)."""
     entry: Literal["ramp", "helix", "plunge", "predrilled", None]
-    """Entry move to each level (default: ramp: along the start of the path)."""
+    """Entry move to each level; without room for it, a helix replaces a ramp and vice versa, or the tool plunges
+    (default: ramp: along the start of the path).
+    """
 
 
 class _PartOptions1(TypedDict, total=False):

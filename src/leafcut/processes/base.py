@@ -250,7 +250,10 @@ class Process(Work, Protocol):
         ...
 
     def fastest(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
-        """Return the fastest candidate by the detailed machine model; an order set by the user does not change."""
+        """Return the candidate with the lowest cost by the objective and the detailed machine model.
+
+        An order set by the user does not change, and neither does the result of the algorithms nn and none.
+        """
         from leafcut.processes.ordering import solutions_of_order
 
         solve = plan.job.settings.solve

@@ -40,7 +40,8 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
 def _search_order(process: Process, plan: Plan) -> Order:
     """Search for an order and apply the passes of the process, within the deadline of the job.
 
-    `find_order` divides its part of the time among the stages, and computes their lower bounds.
+    `find_order` divides its part of the time among the stages. Their lower bounds have a deadline of their own
+    (`Job.bounds`), the passes get the rest, and the proof has no limit. Pockets are also ordered in `Process.given`.
     """
     order = find_order(plan.job, plan.stages, deadline=plan.job.deadline.part(plan.search_share))
     for improve in process.passes:
@@ -59,10 +60,10 @@ def _refuse_early(plan: Plan, given: Candidate) -> None:
 
 
 def _prove_order(process: Process, plan: Plan, order: Order, given: Candidate, nearest: Candidate | None) -> Candidate:
-    """Prove the program of an order, and return it with its text.
+    """Write the program of an order, read it back and judge it (`Process.prove`); return it with its text.
 
-    If the judge refuses the program, a foreign program gets another trial, in which the tasks at fault keep their
-    original position. For all other processes the refusal is final (`Process.keep_in_place`).
+    If the judge refuses a foreign program, there is another trial, in which the tasks at fault keep their original
+    position. The VerifyError of any other process ends the job.
     """
     trial = 0
     while True:

@@ -62,14 +62,20 @@ class DrillOptions(OptionGroup):
     peck: float | None = option(
         "quantity",
         None,
-        "peck depth (Q of G83 and G73)",
+        "peck depth (Q of G83 and G73) for tools without one in the library",
         unit="mm",
         minimum=0.01,
         maximum=1000,
         default_words="no pecking",
     )
     dwell: float | None = option(
-        "quantity", None, "dwell at the bottom (P of G82)", unit="s", minimum=0, maximum=100, default_words="none"
+        "quantity",
+        None,
+        "dwell at the bottom (P of G82) for tools without one in the library",
+        unit="s",
+        minimum=0,
+        maximum=100,
+        default_words="none",
     )
     centre_drill: bool = option(
         "flag", False, "centre-drill every hole first, with the library's centre drill", needs=(when_given("tools"),)

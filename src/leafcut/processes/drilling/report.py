@@ -23,7 +23,7 @@ _LEAST_BELOW = 0.005
 
 
 class DrillingReport(PathReport[DrillingDetail]):
-    """Facts and pictures of drilled holes."""
+    """Facts and pictures of drilled holes; `PathReport` adds the gap to the lower bound."""
 
     def own_facts(self) -> list[Fact]:
         """Return tools, depth of a plate's holes, heights, and the saved time."""

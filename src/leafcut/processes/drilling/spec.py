@@ -152,6 +152,12 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
             raise OptionError(
                 "{}: the tools in {} have values of their own; leave it out", flag_name(name), options.tools
             )
+    for name in ("peck", "dwell"):
+        value = getattr(drill_options, name)
+        if name in job.settings.asked and value and all(getattr(one.cycle, name) != value for one in plan.operations):
+            raise OptionError(
+                "{}: no cycle of this program uses it; leave it out, or choose another --cycle", flag_name(name)
+            )
     return plan, request
 
 

@@ -21,7 +21,7 @@ class PocketOptions(OptionGroup):
     strategy: str = option(
         "text",
         "best",
-        "clearing strategy; best tries all and writes the fastest",
+        "clearing strategy; best tries all and writes the one with the fewest retracts within 5 % of the lowest cost",
         choices=("best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive"),
     )
     pocket_top: str = option(
@@ -52,7 +52,7 @@ class PocketOptions(OptionGroup):
     entry: str = option(
         "text",
         "ramp",
-        "entry move to each level",
+        "entry move to each level; without room for it, a helix replaces a ramp and vice versa, or the tool plunges",
         choices=("ramp", "helix", "plunge", "predrilled"),
         default_words="ramp: along the start of the path",
     )
