@@ -409,7 +409,7 @@ def test_turns_and_planes_of_arcs_are_said_where_the_controller_has_them() -> No
     b = started()
     b.arc(False, (0.0, 0.0, 10.0), Arc((5.0, 0.0, 10.0), 18, 2), feed=1.0)
     assert written(b)[-1] == "G18 G3 I5 K0 P2 F60"
-    with pytest.raises(PostError, match="no arcs of several turns"):
+    with pytest.raises(PostError, match="arcs of more than one turn"):
         written(b, "haas", end=False)
 
 

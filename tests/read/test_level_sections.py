@@ -29,7 +29,7 @@ from leafcut.read.step_sections import (
     pockets_of,
     section_at,
 )
-from leafcut.read.step_shapes import face_of, part_above, parts_of, triangles_of
+from leafcut.read.step_shapes import clip_above, face_of, parts_of, triangles_of
 from made_solids import UP, box, cone, cut, cylinder, fused, saved
 
 Triangles = NDArray[np.float64]
@@ -58,9 +58,9 @@ def everywhere(*_: float) -> bool:
 )
 def test_the_part_of_a_triangle_above_a_height_is_cut_off(height: float, points: list[tuple[float, ...]]) -> None:
     corners = np.array([(10, 0, 0), (0, 0, 10), (0, 10, 0)], dtype=float)
-    found = part_above(corners, height)
+    found = clip_above(corners, height)
     assert found.tolist() == [pytest.approx(point) for point in points]
-    assert part_above(corners[[2, 0, 1]] + (0, 0, 1), height + 1).shape == found.shape
+    assert clip_above(corners[[2, 0, 1]] + (0, 0, 1), height + 1).shape == found.shape
 
 
 @pytest.mark.parametrize(

@@ -135,7 +135,7 @@ class ProgramZero:
     z: float = 0.0
 
     def facts(self, scale: float = 1.0) -> list[tuple[str, str]]:
-        """Return pairs (name, text) about the zero in X and Y, and about Z0 if it has a level.
+        """Return pairs (name, text) about the zero in X and Y, and about Z0 if its height is known.
 
         `scale` is the number of mm per output unit.
         """

@@ -30,10 +30,10 @@ SAME_ANGLE = 1e-6
 
 
 def check_nest(nest: Nest, spacing: float, margin: float, kerf: float = 0.0) -> list[Message]:
-    """Return the errors of a nest as messages; empty if it can be cut.
+    """Return messages about the errors in a nest; empty if it can be cut.
 
     * The number of sheets of each kind does not exceed the available number.
-    * Every part is placed as often as requested, at an allowed rotation, and inside the sheet without its margin.
+    * Every part is placed as often as requested, at an allowed rotation, and inside the margin of the sheet.
     * Parts are at least `spacing` mm apart, and as far from the edge of a surrounding hole. With a `kerf` (mm), parts
       may be one kerf apart if they share common edges.
     """

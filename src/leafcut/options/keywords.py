@@ -529,7 +529,7 @@ class _SolveOptions4(TypedDict, total=False):
 class _AcoOptions1(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, solve.
     n_ants: int | str | None
-    """Ants per iteration (m); with parts, one for each part of a sheet, or for each node if the job has no parts
+    """Ants per iteration (m); `parts` means one for each part of a sheet, or for each node if the job has no parts
     (default: one per node; 25 with local search; 10 for acs).
     """
     pheromone_weight: float | None
@@ -563,8 +563,9 @@ class _FireflyOptions1(TypedDict, total=False):
     leafcut).
     """
     reading: Literal["brighter-tenth", "brighter-distance", "darker-tenth", "darker-distance", None]
-    """Reading of the paper: which firefly of a pair moves first, and the maximum length of a short inversion, a
-    tenth of the nodes or the number of places at which two tours differ (distance) (default: brighter-tenth).
+    """Interpretation of the paper: which firefly of a pair moves first, and the maximum length of a short
+    inversion: a tenth of the nodes, or the number of places at which two tours differ (distance) (default:
+    brighter-tenth).
     """
     n_fireflies: int | None
     """Number of fireflies (n) (default: 11; 10 for published-complex)."""

@@ -140,7 +140,7 @@ class AcoOptions(OptionGroup):
     n_ants: int | str | None = option(
         "whole",
         None,
-        "ants per iteration (m); with parts, one for each part of a sheet, or for each node if the job has no parts",
+        "ants per iteration (m); `parts` means one for each part of a sheet, or for each node if the job has no parts",
         words=(ANTS_AS_PARTS,),
         minimum=1,
         maximum=1_000_000,
@@ -215,8 +215,8 @@ class FireflyOptions(OptionGroup):
     reading: str = option(
         "text",
         "brighter-tenth",
-        "reading of the paper: which firefly of a pair moves first, and the maximum length of a short inversion, a "
-        "tenth of the nodes or the number of places at which two tours differ (distance)",
+        "interpretation of the paper: which firefly of a pair moves first, and the maximum length of a short "
+        "inversion: a tenth of the nodes, or the number of places at which two tours differ (distance)",
         choices=("brighter-tenth", "brighter-distance", "darker-tenth", "darker-distance"),
         needs=_PUBLISHED,
     )

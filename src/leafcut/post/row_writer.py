@@ -222,7 +222,7 @@ class Writer:
         arc = self.path.arcs[row.ref]
         axes = plane_axes(arc.plane)
         if arc.turns > 1 and not self.dialect.arc_turns:
-            raise PostError("{} has no arcs of several turns", self.dialect.name)
+            raise PostError("{} does not support arcs of more than one turn", self.dialect.name)
         start = [math.nan if text is None else float(text) * self.numbers.unit for text in self.place]
         if any(math.isnan(start[axis]) or math.isnan(row.end[axis]) for axis in axes[:2]):
             raise PostError("an arc from an unknown position")

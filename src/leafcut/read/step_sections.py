@@ -21,7 +21,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import polygons as polygons_of
 from leafcut.geometry.tidying import polygons
 from leafcut.message import Message
-from leafcut.read.step_shapes import PARALLEL, edge_of, face_of, part_above, parts_of, triangles_of
+from leafcut.read.step_shapes import PARALLEL, clip_above, edge_of, face_of, parts_of, triangles_of
 
 #: Height of a section above its floor, mm.
 OVER = 0.01
@@ -229,7 +229,7 @@ def is_overhung(triangles: NDArray[np.float64], region: Any, z: float) -> bool:
     high = triangles[triangles[:, :, 2].max(axis=1) > z]
     boxes = shapely.box(*(high[:, :, k].min(axis=1) for k in (0, 1)), *(high[:, :, k].max(axis=1) for k in (0, 1)))
     for k in np.flatnonzero(shapely.intersects(boxes, inner)).tolist():
-        piece = part_above(high[k], z)
+        piece = clip_above(high[k], z)
         if len(piece) and shapely.MultiPoint(piece[:, :2]).convex_hull.intersects(inner):
             return True
     return False

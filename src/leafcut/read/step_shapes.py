@@ -60,7 +60,7 @@ def triangles_of(face: Any) -> NDArray[np.float64]:
     return triangles
 
 
-def part_above(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
+def clip_above(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
     """Clip a flat convex polygon to the part above a height; the corners stay in order."""
     clipped = []
     for start, stop in pairwise((*corners, corners[0])):

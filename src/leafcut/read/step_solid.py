@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from leafcut.errors import count_of
 from leafcut.message import Message
 from leafcut.model.part import TURNS, HoleStep
-from leafcut.read.step_shapes import ALL, ONLY, PARALLEL, face_of, part_above, parts_of, triangles_of
+from leafcut.read.step_shapes import ALL, ONLY, PARALLEL, clip_above, face_of, parts_of, triangles_of
 
 #: Memory limit of this process, bytes.
 MEMORY = 8 * 1024**3
@@ -206,7 +206,7 @@ def meets_disc(surface: Surface, x: float, y: float, radius: float, low: float, 
         & (lower[:, 1] < y + radius)
     )
     for triangle in triangles[close]:
-        piece = part_above(part_above(triangle, low) * (1, 1, -1), -high)
+        piece = clip_above(clip_above(triangle, low) * (1, 1, -1), -high)
         if len(piece) and shapely.MultiPoint(piece[:, :2]).convex_hull.distance(shapely.Point(x, y)) < radius:
             return True
     return False

@@ -10,7 +10,7 @@ from leafcut.message import Message
 
 
 def separator_of(lines: list[str]) -> str | None:
-    """Return the separator of fields: the first of ; tab , in at least half of the lines; None for blanks."""
+    """Return the field separator: the first of ``;``, tab and ``,`` in at least half of the lines; None for blanks."""
     for sign in (";", "\t", ","):
         if lines and 2 * sum(sign in line for line in lines) >= len(lines):
             return sign

@@ -44,7 +44,7 @@ _ERRORS = {
     "Heating failed": Message("a heater does not follow its command"),
     "bad parameters": Message("an arc has invalid words"),
     "Watchdog": Message("its watchdog has stopped it"),
-    "flow fault": Message("the coolant does not flow"),
+    "flow fault": Message("the coolant has stopped flowing"),
 }
 
 

@@ -66,7 +66,7 @@ class Words:
         return self.translation(f"{work}_default", name, self.translation("default", name, english))
 
     def translation(self, kind: str, name: str, english: str) -> str:
-        """Return the translation of an English text, or the English text without a translation."""
+        """Return the translation of an English text, or the text itself if it has no translation."""
         return self.translated.get(f"{kind}.{name}", english) if english else ""
 
     def plain(self, line: str) -> str:

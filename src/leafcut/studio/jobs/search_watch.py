@@ -27,9 +27,9 @@ LOOKED = "looked"
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A snapshot of a search for pages.
+    """A snapshot of a running search, which pages display.
 
-    `can_hold`: whether the search can be held. `iterations` are some of the recorded iterations, including the last;
+    `can_hold`: whether the search can be paused. `iterations` are some of the recorded iterations, including the last;
     empty if none are recorded.
     """
 

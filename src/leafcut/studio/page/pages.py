@@ -298,7 +298,7 @@ class Page:
         return kept_state(self.view, self.result.tab, self.run.edit.kept())
 
     def show_message(self, line: str, bad: bool = False, stays: bool = False) -> None:
-        """Show a message above the page until a click. Without `bad` or `stays`, it disappears after a while."""
+        """Show a message at the top of the page until it is clicked; unless `bad` or `stays`, it disappears later."""
         self._until = math.inf if bad or stays else time.monotonic() + _SAID_SECONDS
         self.message_line.set_text(self.words.plain(line))
         self.message_line.classes(replace="said bad" if bad else "said")

@@ -406,7 +406,7 @@ class ResultPanel:
             text("p", w("open.more", number=len(issues) - _MAX_ISSUES), "quiet small")
 
     def _issues_of_code(self, code: str, issues: list[dict[str, str]]) -> None:
-        """Show the issues of one code and severity. If there are many warnings or notes, the rest is folded."""
+        """Show the issues with one code and severity. Of many warnings or notes, only the first few are expanded."""
         w = self.view.words
         text("code", code)
         with box("div"):
