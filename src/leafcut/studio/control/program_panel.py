@@ -372,7 +372,7 @@ class MachineProgramPanel:
             else:
                 text("p", w.plain(asked.words), "large")
                 text("p", w("machine.at_pause"), "quiet small")
-            for line in asked.said:
+            for line in asked.replies:
                 text("p", w.plain(line), "quiet small")
             with box("div", "ends"):
                 words = w("machine.drill", hole=asked.hole) if asked.kind == "hole" else w("machine.go_on")

@@ -31,14 +31,14 @@ class MachineTask(StrEnum):
 
 @dataclass(frozen=True)
 class MachineQuestion:
-    """A question to the user while a program runs. `said` lists the controller's replies to manual actions."""
+    """A question to the user while a program runs. `replies` lists the controller's replies to manual actions."""
 
     kind: str
     words: str
     line: int
     hole: int = 0
     tool: int | None = None
-    said: tuple[str, ...] = ()
+    replies: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
