@@ -180,7 +180,7 @@ def _rule_for(layer: str, rules: Sequence[LayerRule], file: Path, part: Part) ->
         )
     if len(matching) > 1:
         raise PlanError(
-            "{}: layer '{}' is already named by '{}' ({}); leave one of both out",
+            "{}: layer '{}' is already named by '{}' ({}); leave out one of them",
             matching[1].place,
             printable(layer),
             matching[0].layer,

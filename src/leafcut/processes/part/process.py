@@ -72,7 +72,7 @@ class PartMilling(Process):
         "concentric": ("which of several concentric circles to mill", ""),
     }
     command = "part"
-    help = "Mill the outlines and openings of a drawing through a plate, with tabs."
+    help = "Mill a part from a plate: outlines with tabs, openings, holes, pockets and engraving."
     asked_as = ("part",)
     reads = "drawing"
     asks = "part"
