@@ -108,7 +108,7 @@ BLOCKS = {
 def accepted(text: str) -> bool:
     """Return whether leafcut sees no block that LinuxCNC refuses."""
     program = interpret_program(f"{START}{text.replace(' / ', chr(10))}\nM2\n", dialect("linuxcnc"))
-    return not any("refused by LinuxCNC" in said.text for said in program.said.values())
+    return not any("refused by LinuxCNC" in said.text for said in program.descriptions.values())
 
 
 @pytest.mark.parametrize("text", BLOCKS)

@@ -160,7 +160,7 @@ def is_rejected(lines: str, name: str = "linuxcnc") -> bool:
         program = interpret_program(text_of(lines), dialect(name))
     except ReadError:
         return True
-    return any("refused by LinuxCNC" in said.text for said in program.said.values())
+    return any("refused by LinuxCNC" in said.text for said in program.descriptions.values())
 
 
 @pytest.mark.parametrize("lines", REJECTED)

@@ -56,8 +56,8 @@ def reading_of(text: str, name: str) -> str:
             lines.append(f"    then {changes(program.modal(block), program.modal(block + 1))}")
         if block in program.fixed:
             lines.append(f"    stays: {program.fixed[block]}")
-        if block in program.said:
-            text, *digests = program.said[block]
+        if block in program.descriptions:
+            text, *digests = program.descriptions[block]
             named = zip(("parameters", "calls", "again"), digests, strict=True)
             found = [f"[{name} {digest}]" for name, digest in named if digest or (name, digest) == ("parameters", "")]
             lines.append(f"    described: {' '.join([text, *found])}")

@@ -58,8 +58,8 @@ class DefaultRow:
 
 
 def shop_defaults(command: str | None, options_file: Path | None, defaults_file: Path | None) -> list[DefaultRow]:
-    """Return the options of a command with their sources, options from files first; without a command, only those from
-    files.
+    """Return the options of a command with their sources, options from files first. Without a command, return only
+    options from files.
 
     Raises OptionError if the command does not exist or has no options, or if a file cannot be read, has an unknown
     option or an invalid value; the message names the line.

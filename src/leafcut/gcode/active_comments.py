@@ -3,8 +3,9 @@
     is_active_comment("MSG, turn it over")                                           True
     controller_settings(["(o=0, kw=1.5, ph=4, pd=0.5, ch=1.5, fr=1200)"], dialect("qtplasmac"))
 
-A setting may select another material, slower holes, or no cutting at all. The dialect lists those of its controller.
-They apply in the order of the text, as in the filter of the controller's screen, which ignores loops and subprograms.
+A setting may select another material, slower holes, or no cutting at all. The dialect lists the settings that its
+controller knows. They apply in the order of the text, as in the filter of the controller's screen, which ignores loops
+and subprograms.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ def may_stop(comments: Iterable[str]) -> bool:
 
 
 def active_comments(comments: Sequence[str]) -> list[str]:
-    """Return the comments of a block from the first active one on; LinuxCNC acts only on the last one."""
+    """Return the comments of a block from the first active one on; LinuxCNC acts only on the last comment."""
     first = next((at for at, comment in enumerate(comments) if is_active_comment(comment)), len(comments))
     return list(comments[first:])
 

@@ -154,7 +154,7 @@ class Program:
     fixed
         By block: the reason to keep it unchanged in its place. It may be unsupported, belong to a loop or subprogram,
         have a computed number, or be skipped by a switch of the machine.
-    said
+    descriptions
         Descriptions of the blocks with unknown effects or an active comment.
     calls
         The blocks begin … end - 1 of every subprogram that the main program calls, including the calling block.
@@ -181,7 +181,7 @@ class Program:
     fixed: dict[int, str] = field(default_factory=dict)
     last_line: int = 0
     obeyed: tuple[ControllerSetting, ...] = ()
-    said: dict[int, BlockDescription] = field(default_factory=dict)
+    descriptions: dict[int, BlockDescription] = field(default_factory=dict)
     assumed_units: bool = False
     feed_words: dict[float, str] = field(default_factory=dict)
     calls: tuple[tuple[int, int], ...] = ()
@@ -268,7 +268,7 @@ class Program:
     def is_plain(self, row: int) -> bool:
         """Return whether a row is the only effect of its plain block: absolute, uncompensated, and run exactly once."""
         block = int(self.row_block[row])
-        if block in self.fixed or block in self.said or self.text_line[block] != self.line[block]:
+        if block in self.fixed or block in self.descriptions or self.text_line[block] != self.line[block]:
             return False
         after = self.modal(block + 1)
         alone = int(self.first[block + 1]) - int(self.first[block]) == 1

@@ -183,7 +183,7 @@ class _BlockRecord:
     before: array[int] = field(default_factory=lambda: array("i"))
     fixed: dict[int, str] = field(default_factory=dict)
     obeyed: tuple[ControllerSetting, ...] = ()
-    said: dict[int, BlockDescription] = field(default_factory=dict)
+    descriptions: dict[int, BlockDescription] = field(default_factory=dict)
     current: int = 0
     calls: list[tuple[int, int]] = field(default_factory=list)
     switched_off: dict[int, tuple[int, int]] = field(default_factory=dict)
@@ -215,7 +215,7 @@ class _BlockRecord:
         self.note_state()
 
     def describe(self, description: BlockDescription) -> None:
-        self.said[len(self.line)] = description
+        self.descriptions[len(self.line)] = description
 
     def note_depth(self, before: int, after: int) -> None:
         if before == 0 and after:
@@ -244,7 +244,7 @@ class _BlockRecord:
             self._fixed_blocks(),
             last_line,
             self.obeyed,
-            self.said,
+            self.descriptions,
             assumed,
             dark_rapids=(torch := self.state.dialect.torch) is not None and torch.dark_rapids,
             title_lines=title,
@@ -514,7 +514,7 @@ class _ProgramReader:
         elif runner.named and not (runner.returns and depth):
             self.record.describe(BlockDescription(runner.named))
         if runner.refused or self._endless:
-            known = self.record.said.get(len(self.record.line), BlockDescription())
+            known = self.record.descriptions.get(len(self.record.line), BlockDescription())
             text = f"{known.text} refused by LinuxCNC" if runner.refused else known.text
             self.record.describe(known._replace(text=text, again=self._endless))
         for key, value in settings:

@@ -347,7 +347,7 @@ class HeightLowering:
         program, block = self.program, self._block(row)
         rows = range(int(program.first[block]), int(program.first[block + 1]))
         others = {int(self.path.kind[one]) for one in rows if one != row}
-        if block in program.fixed or block in program.said or program.text_line[block] != program.line[block]:
+        if block in program.fixed or block in program.descriptions or program.text_line[block] != program.line[block]:
             return False
         after = program.modal(block + 1)
         if after.incremental or after.radius != 40 or others & {int(kind) for kind in (*MOTIONS, Kind.MACHINE)}:

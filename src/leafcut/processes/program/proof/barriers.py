@@ -99,7 +99,7 @@ def barriers_of(program_path: ProgramPath) -> list[Barrier]:
     for row in rows.tolist():
         motion = path[row]
         block, modal = int(program.row_block[source[row]]), program_path.modal_at(row)
-        description, text = program.said.get(block, BlockDescription()), ""
+        description, text = program.descriptions.get(block, BlockDescription()), ""
         context: tuple[object, ...] = ()
         if motion.kind in _SAYING:
             text = _normalized_line(program, motion.line)
@@ -156,7 +156,7 @@ def _skipped_blocks_and_messages(program: Program, source: Indices) -> Iterator[
     """Yield the blocks with block delete (/), and the messages in blocks that are no other barrier."""
     nowhere = (np.nan, np.nan, np.nan)
     kinds = program.path.kind
-    for block, description in program.said.items():
+    for block, description in program.descriptions.items():
         begin, end = int(program.first[block]), int(program.first[block + 1])
         skipped = description.text.startswith("/")
         if not skipped and np.isin(kinds[begin:end], _HARD).any():
