@@ -235,10 +235,14 @@ def _started(path: Toolpath, spindle: Indices) -> Indices:
 
 def same_state(rows: ProgramPath) -> Mask:
     """Return a mask of the rows after the first whose state equals that of the previous row."""
-    program, source = rows.program, rows.source
-    columns = [column[program.row_modal[source]] for column in _columns(program.modals).values()]
-    columns += [column[source] for column in _history(program)]
-    equal: Mask = np.all([column[1:] == column[:-1] for column in columns], axis=0)
+    number = rows.program.row_modal[rows.source]
+    changed = np.flatnonzero(number[1:] != number[:-1])
+    equal = np.ones(max(len(number) - 1, 0), dtype=bool)
+    for column in _columns(rows.program.modals).values():
+        equal[changed] &= column[number[changed + 1]] == column[number[changed]]
+    for column in _history(rows.program):
+        value = column[rows.source]
+        equal &= value[1:] == value[:-1]
     return equal
 
 
