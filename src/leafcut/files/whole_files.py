@@ -181,14 +181,15 @@ def _line_of_syntax_error(text: str, content: bytes) -> int | None:
 def line_of(toml: str, section: str, name: str = "") -> int | None:
     """Return the line number of a key in a section of TOML text, or None.
 
-    If `name` is empty, return the line number of the section header.
+    If `name` is empty, return the line number of the section header. A table is also a key of the top level, where
+    `section` is empty.
     """
-    current_section = ""
+    current_section, header = "", section if not name else "" if section else name
     for number, line in enumerate(toml.splitlines(), 1):
         words = line.partition("#")[0].strip()
         if words.startswith("["):
             current_section = words.strip("[] \t").strip("\"'")
-            if not name and current_section == section:
+            if header and current_section == header:
                 return number
         key = ".".join(part.strip().strip("\"'") for part in words.partition("=")[0].split("."))
         if (
@@ -200,6 +201,12 @@ def line_of(toml: str, section: str, name: str = "") -> int | None:
         ):
             return number
     return None
+
+
+def place_in(source: str | Path, toml: str, section: str, name: str = "") -> str:
+    """Return ``source:line`` for a key or a section of TOML text (`line_of`); only the source if it is not found."""
+    line = line_of(toml, section, name)
+    return Message("{}:{}", source, line) if line else Message("{}", source)
 
 
 def _check_wholes(value: Any) -> None:

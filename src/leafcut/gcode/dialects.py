@@ -16,7 +16,7 @@ from leafcut.errors import DataError, OptionError, name_suggestion, printable
 from leafcut.files.plugins import PluginKind, file_of
 from leafcut.files.schemas import DIALECT
 from leafcut.files.toml_table import TomlTable
-from leafcut.files.whole_files import line_of, parse_toml, toml_bytes
+from leafcut.files.whole_files import parse_toml, place_in, toml_bytes
 from leafcut.gcode.word_groups import GROUP_OF, M_GROUP_OF
 from leafcut.message import Message
 from leafcut.model.kinds import CutMethod
@@ -388,8 +388,8 @@ def parse_dialect(content: bytes, name: str, place: str = "") -> Dialect:
     try:
         return _dialect_of(given, name)
     except DataError as problem:
-        line = line_of(content.decode("utf-8", errors="replace"), problem.table, problem.key)
-        raise DataError("{}{}: {}", place, f":{line}" if line else "", problem) from None
+        place = place_in(place, content.decode("utf-8"), problem.table, problem.key)
+        raise DataError("{}: {}", place, problem) from None
 
 
 def _dialect_of(given: dict[str, Any], name: str) -> Dialect:
@@ -451,12 +451,6 @@ def _faults_of_words(dialect: Dialect) -> Iterator[tuple[str, Message]]:
         for word in words:
             if word not in known:
                 yield key, Message("has '{}', which is not a {} word that leafcut understands", printable(word), letter)
-    for key, value in _REQUIRED.get(dialect.language, {}).items():
-        if getattr(dialect, key) != value:
-            yield (
-                key,
-                Message("is '{}', but must be {} in the language {}", getattr(dialect, key), value, dialect.language),
-            )
     known_words = {*g_words, *m_words}
     for key in ("units_mm", "units_inch", "end_word"):
         word = getattr(dialect, key)

@@ -12,7 +12,7 @@ from typing import Any
 
 from leafcut.errors import DataError, OptionError, name_suggestion
 from leafcut.files.schemas import OPTIONS
-from leafcut.files.whole_files import check_is_there, line_of, parse_toml, toml_bytes
+from leafcut.files.whole_files import check_is_there, line_of, parse_toml, place_in, toml_bytes
 from leafcut.message import Message
 from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name
 from leafcut.options.removed import why_removed
@@ -222,8 +222,7 @@ def placed_options(file: Path) -> list[PlacedOption]:
     text = content.decode("utf-8")
 
     def refused(message: str, section: str, name: str = "") -> OptionError:
-        line = line_of(text, section, name)
-        return OptionError("{}{}: {}", file, f":{line}" if line else "", message)
+        return OptionError("{}: {}", place_in(file, text, section, name), message)
 
     sections = _sections()
     # Options may also be outside of tables: `machine = "haas-vf2"`.

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from leafcut.errors import DataError, OptionError, PlanError, name_suggestion, printable
 from leafcut.files.schemas import OPERATIONS
-from leafcut.files.whole_files import line_of, parse_toml, toml_bytes
+from leafcut.files.toml_table import TomlTable
+from leafcut.files.whole_files import parse_toml, place_in, toml_bytes
 from leafcut.geometry.arrays import Point
 from leafcut.model.contour import Contour, layer_matcher
 from leafcut.model.part import Part
@@ -83,21 +84,15 @@ def read_operations(path: Path) -> tuple[LayerRule, ...]:
     content = toml_bytes(path)
     tables = parse_toml(content, str(path), OPERATIONS)
     text = content.decode("utf-8")
-
-    def place(section: str, name: str = "") -> str:
-        line = line_of(text, section, name)
-        return f"{path}:{line}" if line else str(path)
-
-    for key in tables:
-        if key != "layer":
-            at = place(key) if isinstance(tables[key], dict) else place("", key)
-            raise DataError("{}: unknown key '{}'{}", at, printable(key), name_suggestion(key[:80], ["layer"]))
-    table = tables.get("layer", {})
+    try:
+        table = TomlTable(tables, "", ["layer"]).values.get("layer")
+    except DataError as problem:
+        raise DataError("{}: {}", place_in(path, text, problem.table, problem.key), problem) from None
     if not isinstance(table, dict) or not table:
         raise DataError(
             '{}: no layer has an operation; write a table [layer] with lines such as "CUT" = "profile"', path
         )
-    return tuple(_rule(name, value, place("layer", name)) for name, value in table.items())
+    return tuple(_rule(name, value, place_in(path, text, "layer", name)) for name, value in table.items())
 
 
 def _rule(layer: str, value: object, place: str) -> LayerRule:
