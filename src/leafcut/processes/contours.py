@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -26,6 +26,10 @@ from leafcut.model.part import Part
 from leafcut.model.sheet import Sheet
 from leafcut.options import ReadOptions, SheetOptions
 from leafcut.processes.layers import kinds_of
+
+if TYPE_CHECKING:
+    from leafcut.processes.job import Job
+    from leafcut.read.format import Source
 
 #: Size in both directions below which a closed outline is probably a drawing error, mm.
 TINY = 0.5
@@ -50,6 +54,16 @@ _HEIGHT_TOLERANCE = 0.1
 _SUBSTITUTE, _SUBSTITUTE_SHARE = 0.5, 0.1
 #: Tolerance for diameter limits, mm, because inches are rounded: a limit of 6.35 includes a 1/4 in hole.
 _SLACK = 1e-6
+
+
+def read_placed_contours(job: Job, source: Source) -> Part:
+    """Return the contours of a drawing, moved to the program zero, with the issues about its thickness."""
+    from leafcut.processes.placing import place_part
+    from leafcut.read import read_contours
+
+    part = read_contours(source, job.settings.read, job.start_step(Message("reading")))
+    part = replace(part, issues=(*part.issues, *check_thickness(part, job.settings.job.thickness)))
+    return place_part(part, job.settings.read)
 
 
 def prepare_sheet(

@@ -83,6 +83,13 @@ def library_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
     return load_tools(job.tools, machine.units, job.material if "material" in settings.given else "")
 
 
+def dialect_of(job: Job) -> Dialect:
+    """Return the dialect of the program: the one that the user chose, or the one of the machine."""
+    from leafcut.gcode.dialects import dialect
+
+    return dialect(job.settings.post.dialect or job.machine.controller)
+
+
 def check_dialect_options(settings: Settings, dialect: Dialect) -> None:
     """Raise OptionError for an option that the controller cannot use."""
     torch = dialect.torch

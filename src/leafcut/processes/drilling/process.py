@@ -104,14 +104,13 @@ class Drilling(Process):
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
         """Return a plan with one stage for each tool. A hole has one choice; a slot has two, one per direction."""
-        from leafcut.gcode.dialects import dialect
         from leafcut.processes.drilling.plan.drill_toolpath import stages_of
         from leafcut.processes.drilling.spec import nodes_to_visit_first, prepare_drilling
-        from leafcut.processes.job import check_dialect_options, check_tool_changes
+        from leafcut.processes.job import check_dialect_options, check_tool_changes, dialect_of
         from leafcut.processes.plan import Plan
 
         drill_plan, request = prepare_drilling(job, sources, everything=asked == "auto")
-        post_dialect = dialect(job.settings.post.dialect or job.machine.controller)
+        post_dialect = dialect_of(job)
         job = job.for_dialect(post_dialect)
         check_dialect_options(job.settings, post_dialect)
         check_tool_changes(job.machine, post_dialect)

@@ -71,21 +71,22 @@ def check_pockets(
     """Raise PlanError for a pocket that is narrower than the mill, crosses an edge, lies outside of the parts, makes
     tabs thinner or their walls thinner than their height, or has engraved paths in it.
     """
-    parts = [shapely.Polygon(edge.path.flattened(_TOUCH)) for edge in edges if not edge.inside]
-    openings = [shapely.Polygon(edge.path.flattened(_TOUCH)) for edge in edges if edge.inside]
+    shapes = [shapely.Polygon(edge.path.flattened(_TOUCH)) for edge in edges]
+    with_tabs = {cut.edge for cut in cuts if cut.tabs}
+    has_parts = not all(edge.inside for edge in edges)
     for area in areas:
         if area.region.buffer(_TOUCH - 0.5 * diameter).is_empty:
             raise PlanError("{} is narrower than the mill of {:g} mm; use a smaller mill", area.name, diameter)
         inner = area.region.buffer(-_TOUCH)
-        for number, edge in enumerate(edges):
-            line = shapely.LinearRing(edge.path.flattened(_TOUCH))
+        for number, (edge, shape) in enumerate(zip(edges, shapes, strict=True)):
+            line = shape.exterior
             if inner.intersects(line) and not inner.covers(line):
                 raise PlanError("{} crosses {}; a pocket must lie within the part", area.name, edge.name)
             # A wall lower than a tab would break before the tab.
             if (
-                area.depth > thickness - tabs.height
+                number in with_tabs
+                and area.depth > thickness - tabs.height
                 and area.region.distance(line) < tabs.height
-                and any(cut.tabs for cut in cuts if cut.edge == number)
             ):
                 raise PlanError(
                     "{} is so deep that the tabs of {} would be thinner than {:g} mm; give a smaller --tab-height",
@@ -93,11 +94,8 @@ def check_pockets(
                     edge.name,
                     tabs.height,
                 )
-        own = [part for part in parts if part.covers(inner)]
-        if parts and (
-            not own
-            or any(opening.covers(inner) and not any(opening.covers(part) for part in own) for opening in openings)
-        ):
+        around = [(shape.area, edge.inside) for edge, shape in zip(edges, shapes, strict=True) if shape.covers(inner)]
+        if has_parts and (not around or min(around)[1]):  # the innermost edge around it is an opening
             raise PlanError("{} lies outside of the parts; move it, or choose 'ignore' for its layer", area.name)
         for engraving in engravings:
             if inner.intersects(shapely.LineString(engraving.path.flattened(_TOUCH))):

@@ -73,9 +73,7 @@ class PartMilling(Process):
     }
     command = "part"
     help = "Mill a part from a plate: outlines with tabs, openings, holes, pockets and engraving."
-    asked_as = ("part",)
     reads = "drawing"
-    asks = "part"
     heads = (Head.SPINDLE,)
     form = (
         ("main", _MAIN),

@@ -12,7 +12,6 @@ import numpy as np
 import shapely
 
 from leafcut.errors import OptionError, PlanError, count_of
-from leafcut.gcode.dialects import dialect
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
@@ -23,7 +22,14 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
 from leafcut.model.tool import Tool, ToolLibrary
 from leafcut.options import MillingOptions, Settings
-from leafcut.processes.job import Job, check_dialect_options, check_tool_changes, library_of, plane_point
+from leafcut.processes.contours import (
+    open_contours,
+    prepare_sheet,
+    read_placed_contours,
+    round_diameter,
+    without_excluded_holes,
+)
+from leafcut.processes.job import Job, check_dialect_options, check_tool_changes, dialect_of, library_of, plane_point
 from leafcut.processes.milling.mill import assumed_number, library_mill_for, milling_data
 from leafcut.processes.part.clearing import check_pockets, pocket_areas, pocket_tasks
 from leafcut.processes.part.engraving import engraving_mills, engravings_of
@@ -87,7 +93,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     """
     settings, milling, asked = job.settings, job.settings.of(MillingOptions), job.settings.job
     thickness = _thickness(settings)
-    part = _read_part(job, source, thickness)
+    part = read_placed_contours(job, source)
     divided = _divide(part, settings, thickness)
     sheet = _prepare_sheet(divided, settings)
     bottom = -thickness - asked.break_through
@@ -122,31 +128,31 @@ def plan_part(job: Job, source: Source) -> Plan:
     issues += [*assumed_number(milling, mill, data.tool), *of_data]
     mills, more = engraving_mills(divided, job, main, library)
     issues += more
-    words_of = dialect(settings.post.dialect or job.machine.controller)
-    job = job.for_dialect(words_of)
-    check_dialect_options(settings, words_of)
-    check_tool_changes(job.machine, words_of)
-    pockets, more = pocket_tasks(job, words_of, part, areas, edges, main)
+    post_dialect = dialect_of(job)
+    job = job.for_dialect(post_dialect)
+    check_dialect_options(settings, post_dialect)
+    check_tool_changes(job.machine, post_dialect)
+    pockets, more = pocket_tasks(job, post_dialect, part, areas, edges, main)
     issues += more
+    through: list[MillTask] = [*pockets, *cuts]
     stages = []
     for one in (*mills, main):
         own = [engraving for engraving in engravings if engraving.tool == one.data.tool.number]
-        through: tuple[MillTask, ...] = (*pockets, *cuts) if one is main else ()
-        tasks = (*engraving_tasks(own, edges, one.step), *through)
+        tasks = (*engraving_tasks(own, edges, one.step), *(through if one is main else ()))
         stages += [MillStage(one, tasks)] if tasks else []
     request = PartRequest(
-        tuple(edges),
-        tuple(PartHole(hole.x, hole.y, hole.drill.number, bottom - hole.drill.point_length) for hole in drilled),
-        data.tool.number,
-        0.5 * diameter,
-        thickness,
-        bottom,
-        tabs,
-        area,
-        tuple(engravings),
-        tuple(areas),
-        main.step,
-        data.tool.feed,
+        edges=tuple(edges),
+        holes=tuple(PartHole(hole.x, hole.y, hole.drill.number, bottom - hole.drill.point_length) for hole in drilled),
+        tool=data.tool.number,
+        radius=0.5 * diameter,
+        thickness=thickness,
+        bottom=bottom,
+        tabs=tabs,
+        sheet=area,
+        engravings=tuple(engravings),
+        pockets=tuple(areas),
+        step=main.step,
+        feed=data.tool.feed,
     )
     tools = {one.data.tool.number: one.data.tool for one in (*mills, main)}
     layers = _layer_works(part, divided, request, drilled, tools)
@@ -155,7 +161,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     return Plan(
         job=job,
         part=replace(part, holes=holes),
-        dialect=words_of,
+        dialect=post_dialect,
         work=work,
         spec=request,
         stages=_stages(job, part.name, work),
@@ -164,18 +170,6 @@ def plan_part(job: Job, source: Source) -> Plan:
         start=plane_point(asked.start_point),
         issues=[*sheet.issues, *issues],
     )
-
-
-def _read_part(job: Job, source: Source, thickness: float) -> Part:
-    """Return the drawing, moved to the program zero."""
-    from leafcut.processes.contours import check_thickness
-    from leafcut.processes.placing import place_part
-    from leafcut.read import read_contours
-
-    read = job.settings.read
-    part = read_contours(source, read, job.start_step(Message("reading")))
-    part = replace(part, issues=(*part.issues, *check_thickness(part, thickness)))
-    return place_part(part, read)
 
 
 def _divide(part: Part, settings: Settings, thickness: float) -> LayeredPart:
@@ -206,8 +200,6 @@ def _thickness(settings: Settings) -> float:
 
 def _prepare_sheet(divided: LayeredPart, settings: Settings) -> Sheet:
     """Return the sheet of the edges. Raises PlanError if an edge is open or does not suit its operation."""
-    from leafcut.processes.contours import open_contours, prepare_sheet, without_excluded_holes
-
     part, options = divided.edges, settings.sheet
     if divided.rules:
         if not part.contours:
@@ -338,8 +330,6 @@ def _split_holes(
     inside is milled, and so is a hole on a layer of profiles. Other round holes are bores if they are not wider than
     two diameters of the `mill`, mm. Raises PlanError for a shape on a layer of bores that is not a round hole.
     """
-    from leafcut.processes.contours import round_diameter
-
     around = {number for edge in edges for number in edge.within}
     drilled: dict[int, PlannedHole] = {}
     other: list[Edge] = []

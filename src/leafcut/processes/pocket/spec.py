@@ -20,7 +20,15 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import FeedOptions, JobOptions, MillingOptions, Settings
-from leafcut.processes.job import Job, check_dialect_options, library_of, plane_point, refuse_missing, refuse_too_large
+from leafcut.processes.job import (
+    Job,
+    check_dialect_options,
+    dialect_of,
+    library_of,
+    plane_point,
+    refuse_missing,
+    refuse_too_large,
+)
 from leafcut.processes.pocket.job import PocketJob, PocketSolid, raise_path
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
@@ -35,7 +43,6 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
 
     Raises ReadError, OptionError, PlanError or VerifyError.
     """
-    from leafcut.gcode.dialects import dialect
     from leafcut.processes.milling.mill import assumed_number, library_mill_for, milling_data
     from leafcut.processes.placing import place_part, placement_text
     from leafcut.processes.pocket.plan.feed_limits import feed_limits
@@ -101,7 +108,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
     )
     floors, clearance = [one.floor + surface for one in levels], settings.job.clearance_height + surface
     refuse_clamps(part.pockets, floors, rules, data.tool, keep_out, clearance)
-    post_dialect = dialect(settings.post.dialect or run.machine.controller)
+    post_dialect = dialect_of(run)
     run = run.for_dialect(post_dialect)
     check_dialect_options(settings, post_dialect)
     job = PocketJob(

@@ -98,9 +98,9 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
     VerifyError
         ``--strict`` refuses the dangers of the program.
     """
-    from leafcut.gcode.dialects import dialect
+    from leafcut.processes.job import dialect_of
 
-    post_dialect = dialect(job.settings.post.dialect or job.machine.controller)
+    post_dialect = dialect_of(job)
     if post_dialect.one_command or post_dialect.language != "g-code":
         reason = Message("has one command per line") if post_dialect.language == "g-code" else Message("is not G-code")
         raise OptionError(

@@ -44,7 +44,7 @@ def stock_judge(job: Job, program: Program, source: str, process: str) -> Judgin
     PlanError
         The given stock has too many cells.
     """
-    from leafcut.gcode.dialects import dialect
+    from leafcut.processes.job import dialect_of
 
     if process in BEAMS:
         return Judging()
@@ -53,7 +53,7 @@ def stock_judge(job: Job, program: Program, source: str, process: str) -> Judgin
     if not tools and process == "drill":
         return Judging()
     if not tools:
-        beam = dialect(job.settings.post.dialect or job.machine.controller).torch is not None
+        beam = dialect_of(job).torch is not None
         why = (
             Message("it is read as a milling program; if a beam cuts, give --process laser or plasma")
             if beam

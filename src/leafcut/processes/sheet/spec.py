@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, printable
-from leafcut.gcode.dialects import dialect
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
@@ -21,9 +20,9 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod, Head, method_of
 from leafcut.model.plan import Order
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.processes.contours import SAME_THICKNESS, check_thickness, prepare_sheet, without_excluded_holes
+from leafcut.processes.contours import SAME_THICKNESS, prepare_sheet, read_placed_contours, without_excluded_holes
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
-from leafcut.processes.job import Job, check_dialect_options, plane_point, refuse_missing, refuse_too_large
+from leafcut.processes.job import Job, check_dialect_options, dialect_of, plane_point, refuse_missing, refuse_too_large
 from leafcut.processes.ordering import nearest_order
 from leafcut.processes.plan import Plan
 from leafcut.processes.sheet.options import CutOptions
@@ -79,7 +78,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     job.report(Message("reading"))
     data, issues = _cut_data(job)
     issues += _joint_issues(data, options)
-    post_dialect = dialect(settings.post.dialect or job.machine.controller)
+    post_dialect = dialect_of(job)
     _check_dialect(post_dialect, data.process)
     check_dialect_options(settings, post_dialect)
     probe = probe_for(job.machine, post_dialect)
@@ -283,12 +282,7 @@ def _bounding_box(sheet: Sheet) -> tuple[float, float, float, float]:
 
 
 def _read_sheet(job: Job, source: Source) -> tuple[Part, Sheet]:
-    from leafcut.processes.placing import place_part
-    from leafcut.read import read_contours
-
-    part = read_contours(source, job.settings.read, job.start_step(Message("reading")))
-    part = replace(part, issues=(*part.issues, *check_thickness(part, job.settings.job.thickness)))
-    part = place_part(part, job.settings.read)
+    part = read_placed_contours(job, source)
     sheet = prepare_sheet(part, job.settings.sheet, job.settings.read.concentric)
     return part, without_excluded_holes(sheet, job.settings.read)
 

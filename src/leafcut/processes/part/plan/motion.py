@@ -32,25 +32,24 @@ def part_motion(
     builder = ToolpathBuilder()
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
-    last = len(drilled) + len(milled) - 1
-    for number, group in enumerate(drilled):
-        take_tool(builder, machine, group.tool, heights.clearance, coolant=coolant, pause=pause)
-        _drill(builder, group, heights, machine)
-        if number < last:
+    works: list[HoleGroup | tuple[Mill, Sequence[tuple[MillTask, int]]]] = [*drilled, *milled]
+    for number, work in enumerate(works):
+        if number:
             leave_tool(builder, machine, heights.clearance, coolant=coolant)
-    for number, (mill, tasks) in enumerate(milled, len(drilled)):
-        take_tool(builder, machine, mill.data.tool, heights.clearance, coolant=coolant, pause=pause)
-        _mill(builder, tasks, mill, heights, machine)
-        if number < last:
-            leave_tool(builder, machine, heights.clearance, coolant=coolant)
+        tool = work.tool if isinstance(work, HoleGroup) else work[0].data.tool
+        take_tool(builder, machine, tool, heights.clearance, coolant=coolant, pause=pause)
+        if isinstance(work, HoleGroup):
+            _drill(builder, work, heights, machine)
+        else:
+            _mill(builder, *work, heights, machine)
     end_program(builder, machine, heights.clearance, heights.end, coolant=coolant)
     return builder.build()
 
 
 def _mill(
     builder: ToolpathBuilder,
-    tasks: Sequence[tuple[MillTask, int]],
     mill: Mill,
+    tasks: Sequence[tuple[MillTask, int]],
     heights: PartHeights,
     machine: Machine,
 ) -> None:

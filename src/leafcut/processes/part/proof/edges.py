@@ -25,13 +25,13 @@ _NARROWEST = 0.01
 _QUARTER = 256
 
 
-def check_edges(request: PartRequest, cuts: Cuts, others: NDArray[np.bool_]) -> Verdict:
+def check_edges(request: PartRequest, cuts: Cuts, others: NDArray[np.bool_], material: Any) -> Verdict:
     """Check that each edge is cut through all around, except at its tabs, which are as wide and high as requested.
 
-    `others` are the cuts of other operations, which do not count for the order of the edges.
+    `others` are the cuts of other operations, which do not count for the order of the edges. `material` is the area of
+    the finished part.
     """
     shapes, tabs = [shape_of(edge) for edge in request.edges], request.tabs
-    material = material_of(request.edges)
     rings = [
         _centre_rings(shape, edge, request.radius, material) for shape, edge in zip(shapes, request.edges, strict=True)
     ]

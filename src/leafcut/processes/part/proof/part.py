@@ -7,6 +7,7 @@ claims is a difference.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import shapely
@@ -50,10 +51,11 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     cuts = Cuts(moves, cutting)
     others = [check_engravings(request, cuts), check_pockets(request, cuts)]
     known = np.logical_or.reduce([other.explained for other in others])
-    edges = check_edges(request, cuts, known)
+    material = material_of(request.edges)
+    edges = check_edges(request, cuts, known, material)
     return limit_differences(
         [
-            *_check_places(request, cuts, edges, known),
+            *_check_places(request, cuts, edges, known, material),
             *(difference for other in (edges, *others) for difference in other.differences),
             *_check_order(request, cuts, edges, [work for other in others for work in other.works]),
             *check_rapids(request, moves, cuts),
@@ -62,12 +64,14 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     )
 
 
-def _check_places(request: PartRequest, cuts: Cuts, edges: Verdict, others: NDArray[np.bool_]) -> list[Difference]:
-    """Check that each cut belongs to an operation, and that none is too deep or inside the finished part.
+def _check_places(
+    request: PartRequest, cuts: Cuts, edges: Verdict, others: NDArray[np.bool_], material: Any
+) -> list[Difference]:
+    """Check that each cut belongs to an operation, and that none is too deep or inside the finished part, whose area is
+    `material`.
 
     `others` are the cuts that belong to operations on the face of the part.
     """
-    material = material_of(request.edges)
     in_part = shapely.dwithin(cuts.lines, material, request.radius - TOLERANCE) & ~others
     differences = [
         cuts.difference(
