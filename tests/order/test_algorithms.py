@@ -83,9 +83,7 @@ class Stopped(Toy):
 
     def solve(self, instance: Instance, run: AlgorithmRun) -> SearchResult:
         run.best.offer(self.tour(instance), instance.length(self.tour(instance)), 0)
-        if instance.n == len(POINTS[:30]):  # not during the warm-up
-            raise KeyboardInterrupt
-        return SearchResult(run.best.tour)
+        raise KeyboardInterrupt
 
 
 class StoppedTwice(Stopped):

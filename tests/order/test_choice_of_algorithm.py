@@ -1,4 +1,4 @@
-"""Which algorithm with which moves orders a problem, what it refuses, and what the warm-up runs."""
+"""Which algorithm with which moves orders a problem, and what it refuses."""
 
 from __future__ import annotations
 
@@ -19,9 +19,8 @@ from leafcut.order.algorithms import (
     check_options,
     fits_cost_table,
     needs_choices,
-    warm_up,
 )
-from leafcut.order.directed import DirectedInstance, build_directed, greedy_path
+from leafcut.order.directed import build_directed, greedy_path
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.search import AlgorithmRun, Best, SearchResult
 from leafcut.order.stop import Stop
@@ -180,96 +179,11 @@ def test_lists_have_the_candidates_of_the_algorithm_or_those_asked_for(monkeypat
     assert given == [7, 0, 5]
 
 
-@pytest.mark.parametrize(
-    ("name", "problem", "directed", "large"),
-    [
-        ("auto", points(9), False, False),
-        ("kicks", points(20), False, True),
-        ("kicks", points(19), False, False),
-        ("kicks", cuts(9), False, False),
-        ("auto", cuts(9), True, False),
-        ("auto", pair(9), False, False),
-        ("auto", pair(10), False, True),
-        ("auto", pair(9), False, False),
-        ("auto", ways(8, 12), False, False),
-        ("auto", ways(8, 13), False, True),
-        ("firefly", points(9), False, False),
-        ("acs", points(9), False, False),
-    ],
-)
-def test_the_warm_up_runs_the_kernels_of_the_kind_of_problem(
-    name: str, problem: RoutingProblem, directed: bool, large: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Large are 20 places, and 10 clusters or more than 12 nodes with choices."""
-    given: list[tuple[object, ...]] = []
-    monkeypatch.setattr(algorithms, "_warm_up", lambda *a: given.append(a))
-    monkeypatch.setattr(algorithms, "MANY", 20)
-    monkeypatch.setattr(algorithms, "FEW_CLUSTERS", 10)
-    monkeypatch.setattr(algorithms, "FEW_NODES", 12)
-    for local in (True, False):
-        warm_up(problem, SolveOptions(algorithm=name, seed=7, time_limit=5.0, local_search=local))
-    warm_up(problem, SolveOptions(algorithm=name), FireflyOptions(n_fireflies=9, variant="published"))
-    algorithm = algorithm_for(problem, SolveOptions(algorithm=name))
-    short = SolveOptions(algorithm=algorithm.name, threads=1, iterations=2 if name == "firefly" else 1)
-    two = FireflyOptions(n_fireflies=2)
-    assert given == [
-        (algorithm, directed, large, short, two),
-        (algorithm, directed, large, replace(short, local_search=False), two),
-        (algorithm, directed, large, short, replace(two, variant="published")),
-    ]
-
-
-class Watched:
-    """An algorithm that keeps what it is given, and visits the nodes in turn."""
-
-    def __init__(self, build: object) -> None:
-        self.problem: RoutingProblem | None = None
-        self.given: list[tuple[object, ...]] = []
-
-        def kept(problem: RoutingProblem, k: int) -> Instance | DirectedInstance:
-            self.problem, self.k = problem, k
-            return build(problem, k)  # type: ignore[operator]
-
-        self.build = kept
-
-    def search(self, instance: Instance, run: AlgorithmRun) -> SearchResult:
-        """Return the nodes in turn."""
-        return SearchResult(self.warm(instance, run, None))
-
-    def warm(self, instance: Instance, run: AlgorithmRun, large: bool | None) -> np.ndarray:
-        """Return the nodes in turn."""
-        self.given.append((run.options, run.aco, run.firefly, large))
-        return np.arange(instance.n if isinstance(instance, Instance) else 40, dtype=np.int32)
-
-
-@pytest.mark.parametrize("directed", [False, True])
-@pytest.mark.parametrize("warm", [False, True])
-def test_the_warm_up_solves_forty_scattered_places(warm: bool, directed: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With choices, the first comes before the second."""
-    watched = Watched(build_directed if directed else build_instance)
-    builder = "leafcut.order.directed.build_directed" if directed else "leafcut.order.algorithms.build_instance"
-    monkeypatch.setattr(builder, watched.build)
-    algorithm = Algorithm("toy", watched.search, directed, warm=watched.warm if warm else None)
-    options, firefly = SolveOptions(iterations=1), FireflyOptions(n_fireflies=2)
-    algorithms._warm_up(algorithm, directed, True, options, firefly)
-    assert watched.given == [(options, AcoOptions(n_ants=1), firefly, True if warm else None)]
-    small = watched.problem
-    assert small is not None
-    assert (watched.k, small.n_nodes, small.n_clusters, small.closed) == (8, 40, 40, False)
-    places = np.concatenate([small.entry, small.exit]) if directed else small.entry
-    assert len(np.unique(places, axis=0)) == len(places)
-    assert places.min() >= 0.0
-    assert 80.0 < places.max() < 100.0
-    assert np.array_equal(small.entry, small.exit) is not directed
-    assert small.precedence.tolist() == ([[0, 1]] if directed else [])
-    assert small.service.tolist() == [0.0] * 40
-
-
 def test_nearest_neighbours_are_offered_with_their_cost() -> None:
     for problem, build, name in ((points(9), build_instance, PLACES), (cuts(9), build_directed, CHOICES)):
         instance, best = build(problem, 5), Best(Stop())
         run = AlgorithmRun(SolveOptions(algorithm="nn"), AcoOptions(), FireflyOptions(), best)
-        found = name["nn"].search(instance, run)
+        found = name["nn"].load()(instance, run)
         assert np.array_equal(found.tour, best.tour)
         if isinstance(instance, Instance):
             assert best.cost == instance.length(best.tour)

@@ -27,7 +27,6 @@ from leafcut.order.colony import (
     next_generation,
     recombine_tours,
     run_colony,
-    warm_colony,
 )
 from leafcut.order.construction import greedy, random_words
 from leafcut.order.instance import Instance, build_instance
@@ -230,24 +229,6 @@ def test_a_run_has_the_work_budget_of_its_preset_unless_it_is_limited(
     assert (found.iterations, found.tour.tolist(), found.workers) == (9, list(range(20)), crew.log.figures())
     assert len(found.workers) == threads
     assert (found.workers[0].ants, found.workers[0].best) == (6, 70.0)
-
-
-@pytest.mark.parametrize("large", [False, True])
-def test_the_warm_up_runs_a_colony_and_then_kicks_of_their_own(large: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    instance, best, seen = instance_of(20), Best(Stop(iterations=1)), []
-    given = AlgorithmRun(SolveOptions(iterations=1), AcoOptions(), FireflyOptions(), best)
-    monkeypatch.setattr(colony_module, "run_colony", lambda *a: seen.append(a))
-
-    def kicks(one: Instance, run: AlgorithmRun, is_large: bool) -> str:
-        assert (one, run.options, is_large) == (instance, given.options, large)
-        assert run.best is not best
-        assert run.stop.cancelled is best.stop.cancelled
-        assert run.stop.iterations == 1
-        return "tour"
-
-    monkeypatch.setattr(colony_module, "warm_kicks", kicks)
-    assert warm_colony(instance, given, large) == "tour"
-    assert seen == [(instance, given)]
 
 
 def test_tours_that_differ_by_rounding_alone_are_equal() -> None:

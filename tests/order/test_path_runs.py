@@ -16,7 +16,7 @@ from leafcut.order import path_search
 from leafcut.order.annealing import build_clusters
 from leafcut.order.directed import DirectedInstance, build_directed, greedy_path
 from leafcut.order.literature.ants import Ants
-from leafcut.order.path_search import PathSearch, budget, offer_path_of_ants, run_paths, warm_paths
+from leafcut.order.path_search import PathSearch, budget, offer_path_of_ants, run_paths
 from leafcut.order.search import AlgorithmRun, Best
 from leafcut.order.stop import PayoffLimit, Stop
 
@@ -121,10 +121,7 @@ def test_ctrl_c_in_one_of_several_searches_ends_the_others(monkeypatch: pytest.M
     assert best.stop.cancelled.is_set()
 
 
-@pytest.mark.parametrize("generations", [None, 3])
-def test_ants_with_local_search_order_a_path_in_a_share_of_the_time(
-    generations: int | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_ants_with_local_search_order_a_path_in_a_share_of_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """Twenty generations of Ant Colony System, ten without a gain; at most 15 % of the time limit."""
     instance, seen = cuts(), []
     layers, greedy, cancelled = build_clusters(instance), greedy_path(instance), threading.Event()
@@ -138,11 +135,10 @@ def test_ants_with_local_search_order_a_path_in_a_share_of_the_time(
         return 1
 
     monkeypatch.setattr(path_search, "search", searched)
-    given = () if generations is None else (generations,)
-    offer_path_of_ants(instance, layers, greedy, 9, best, *given)
+    offer_path_of_ants(instance, layers, greedy, 9, best)
     ((ants, own),) = seen
     stop = own.stop
-    assert (stop.iterations, stop.patience) == (generations or 20, 10)
+    assert (stop.iterations, stop.patience) == (20, 10)
     assert stop.seconds == pytest.approx(30.0)
     assert (stop.began, stop.cancelled) == (17.0, cancelled)
     assert stop.payoff_limit == PayoffLimit()
@@ -167,24 +163,6 @@ def test_no_ant_starts_where_a_table_has_no_costs_to_save(monkeypatch: pytest.Mo
     best, greedy = Best(Stop()), greedy_path(instance)
     offer_path_of_ants(instance, build_clusters(instance), greedy, 1, best)
     assert best.cost == pytest.approx(instance.length(greedy.node, greedy.enter, greedy.leave))
-
-
-@pytest.mark.parametrize("large", [False, True])
-def test_the_warm_up_runs_ants_and_short_phases_of_kicks(large: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    instance, calls = cuts(), []
-
-    def run(self: PathSearch, most: float, start: Route, phase: float = 50.0) -> int:
-        calls.append((most, phase, path_of(start), self.best.stop.iterations))
-        self.best.offer(np.arange(N, dtype=np.int32), 5.0, 0)
-        return 0
-
-    monkeypatch.setattr(PathSearch, "run", run)
-    monkeypatch.setattr(path_search, "offer_path_of_ants", lambda *given, generations: calls.append(generations))
-    stop = Stop()
-    run_given = AlgorithmRun(SolveOptions(seed=4), AcoOptions(), FireflyOptions(), Best(stop))
-    assert warm_paths(instance, run_given, large).tolist() == list(range(N))
-    kicked = (math.inf, 1, path_of(greedy_path(instance)), 3)
-    assert calls == ([kicked] if large else [1, kicked])
 
 
 def test_the_budget_of_a_preset_lies_between_its_fewest_and_most() -> None:

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-import subprocess
-import sys
 import threading
-from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,8 +14,6 @@ from hypothesis import strategies as st
 from leafcut.errors import SolveError
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import ALGORITHMS, AcoOptions, SolveOptions
-from leafcut.order import algorithms
-from leafcut.order.literature.ants import Ants
 from leafcut.order.solve import keep_better, solve
 from packages import Installer, shop
 from travel_reference import travel_cost
@@ -223,40 +217,6 @@ def test_every_search_tells_what_its_workers_did(algorithm: str) -> None:
     assert min(w.best for w in found.workers) >= found.cost - 1e-9
 
 
-@pytest.mark.parametrize("n", [60, 1600])
-def test_what_auto_stands_for_is_what_is_compiled_before_the_clock_and_what_is_told(
-    n: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from leafcut.order import solve as room
-
-    warmed: list[str] = []
-    monkeypatch.setattr(room, "warm_up", lambda _, options, *__: warmed.append(options.algorithm))
-    problem = problem_of(np.random.default_rng(3).uniform(0, 90, (n, 2)), Metric(), "closed")
-    assert solve(problem, SolveOptions(iterations=1)).algorithm == "colony"
-    assert warmed == ["colony"]
-
-
-@pytest.mark.parametrize(
-    ("name", "n"),
-    [
-        ("colony", 30),
-        *(
-            pytest.param(*case, marks=pytest.mark.slow)
-            for case in [
-                *[("colony", 200), ("colony", 20_000), ("kicks", 200), ("mmas", 200), ("2opt", 200)],
-                *[("cuts", 200), ("slots", 60), ("before", 200), ("table", 40)],
-            ]
-        ),
-    ],
-)
-def test_the_warm_up_compiles_every_kernel_that_a_search_uses(name: str, n: int) -> None:
-    """In a fresh process, no kernel has more signatures after a search than after the warm-up."""
-    script = Path(__file__).parent / "warmed_up.py"
-    done = subprocess.run([sys.executable, str(script), name, str(n)], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.strip() == "nothing compiled"
-
-
 @pytest.mark.parametrize("algorithm", ["kicks", "2opt", PACKAGED])
 def test_a_table_that_differs_by_direction_is_refused_by_algorithms_for_equal_costs(algorithm: str) -> None:
     """Their exchanges reverse runs at no cost, so they would not end."""
@@ -273,19 +233,3 @@ def test_no_iterations_give_a_start_tour(algorithm: str) -> None:
     for progress in (None, lambda *_: None):
         found = solve(problem, SolveOptions(algorithm=algorithm, iterations=0), progress=progress)
         assert sorted(found.nodes.tolist()) == list(range(30))
-
-
-def test_ctrl_c_during_the_warm_up_ends_it_and_the_next_search_warms_up_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    problem = RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 100, (30, 2)))
-    problem = replace(problem, precedence=np.array([[0, 1]], dtype=np.int32))
-    algorithms._warm_up.cache_clear()
-    with monkeypatch.context() as patch:
-        patch.setattr(Ants, "construct", interrupted)
-        with pytest.raises(KeyboardInterrupt):
-            algorithms.warm_up(problem, SolveOptions())
-    assert algorithms._warm_up.cache_info().currsize == 0
-    algorithms.warm_up(problem, SolveOptions())
-    assert algorithms._warm_up.cache_info().currsize == 1

@@ -150,8 +150,8 @@ def test_the_clock_of_a_search_runs_while_its_instance_is_built(monkeypatch: pyt
         monkeypatch.setattr(place, name, later)
 
     slow(algorithms.Algorithm, "instance", 2.0)
-    for name, seconds in (("checked_pairs", 1.0), ("warm_up", 100.0)):
-        slow(solving, name, seconds)
+    slow(solving, "checked_pairs", 1.0)
+    slow(solving, "check_options", 100.0)
     slow(certificate, "certify", 1000.0)
     monkeypatch.setattr(stop, "clock", lambda: now[0])
     problem = RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 100, (9, 2)))

@@ -77,5 +77,7 @@ def test_the_time_of_the_search_is_told_apart_from_that_of_the_run(examples: Pat
 def test_reports_name_compile_time_only_where_something_was_compiled(empty_outcome: Outcome) -> None:
     some = replace(empty_outcome, seconds=2.0, compile_seconds=40.0)
     none = replace(empty_outcome, seconds=2.0)
-    assert "2.00 s and 40.0 s of compiling" in method_words(some) and "compiling" not in method_words(none)
-    assert "40.0 s of compiling" in write_page(report_of(some)) and "compiling" not in write_page(report_of(none))
+    assert "2.00 s and 40.0 s to load and compile kernels" in method_words(some) and "kernels" not in method_words(none)
+    assert "40.0 s to load and compile kernels" in write_page(report_of(some)) and "kernels" not in write_page(
+        report_of(none)
+    )

@@ -19,15 +19,14 @@ from leafcut.material.surface import hole_rims, safe_tiles
 from leafcut.message import Message
 from leafcut.model.mesh import Mesh
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
-from leafcut.model.problem import Relief, RoutingProblem
+from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.model.study import Study
 from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
-from leafcut.order.algorithms import warm_up
 from leafcut.order.bound import ALL_PAIRS
 from leafcut.order.construction import FEW
 from leafcut.order.instance import MANY
 from leafcut.order.solve import solve
-from leafcut.timing.travel import travel_heights
+from leafcut.timing.travel import travel_cost, travel_heights
 
 #: A program with moves that a controller merges into one.
 _PROGRAM = b"""G21 G90 G17 G64 P0.1
@@ -57,16 +56,11 @@ def warm_all(on_compile: Callable[[Message], None] = lambda _: None) -> Compilat
 def _warm_order() -> None:
     for n in (40, ALL_PAIRS + 10):
         solve(RoutingProblem.of_points(_places(n)), SolveOptions(iterations=1))
-    warm_up(RoutingProblem.of_points(np.zeros((MANY, 2))), SolveOptions())
+    solve(RoutingProblem.of_points(_places(40)), SolveOptions(algorithm="kicks", iterations=1, bound=False))
+    solve(RoutingProblem.of_points(_places(MANY)), SolveOptions(iterations=1, bound=False))
     solve(RoutingProblem.of_points(_places(FEW + 1)), SolveOptions(algorithm="nn", bound=False))
-    free = RoutingProblem.of_points(_places(12))
-    directed = RoutingProblem(
-        entry=_places(12),
-        exit=_places(24)[12:],
-        cluster=np.arange(12, dtype=np.int32),
-        service=np.zeros(12),
-        precedence=np.array([[0, 1]], dtype=np.int32),
-    )
+    free, directed = RoutingProblem.of_points(_places(12)), _directed(12)
+    solve(_directed(40), SolveOptions(iterations=50, bound=False))
     ants = AcoOptions(n_ants=2)
     for problem in (free, directed):
         for algorithm in ("colony", *LITERATURE):
@@ -77,6 +71,17 @@ def _warm_order() -> None:
                 solve(problem, options, ants, firefly=FireflyOptions(n_fireflies=3), observe=Study())
     published = FireflyOptions(n_fireflies=3, variant="published")
     solve(free, SolveOptions(algorithm="firefly", iterations=2, threads=1, bound=False), firefly=published)
+
+
+def _directed(n: int) -> RoutingProblem:
+    places = _places(2 * n)
+    return RoutingProblem(
+        entry=places[:n],
+        exit=places[n:],
+        cluster=np.arange(n, dtype=np.int32),
+        service=np.zeros(n),
+        precedence=np.array([[0, 1]], dtype=np.int32),
+    )
 
 
 def _places(n: int) -> np.ndarray:
@@ -100,6 +105,7 @@ def _warm_surfaces() -> None:
 
 
 def _warm_timing() -> None:
+    travel_cost(Metric(), (0.0, 0.0), (9.0, 2.0))
     rules = PocketRules(tool_diameter=4.0, step_over=2.0)
     path = PocketPath("warm", (PocketPiece(Polyline.of_points([(0.0, 0.0), (9.0, 0.0), (9.0, 2.0), (0.0, 2.0)])),))
     path_cut, _ = engaged_tool_path(path, rules)

@@ -24,8 +24,11 @@ import numpy as np
 Function = TypeVar("Function", bound=Callable[..., object])
 ConstantT = TypeVar("ConstantT", bool, int)
 
-#: Functions that are called with True when Numba starts to compile a function, and with False when it ends.
-listeners: list[Callable[[bool], None]] = []
+#: Events of Numba: it loads or compiles a function, alone of all threads; it compiles a function.
+PREPARE, COMPILE = "numba:compiler_lock", "numba:compile"
+
+#: Functions that are called with the kind of an event, and True at its start or False at its end.
+listeners: list[Callable[[str, bool], None]] = []
 
 #: Gain below which it counts as a rounding error (costs are in mm, in s, or TSPLIB integers).
 EPSILON = 1e-9
@@ -69,19 +72,22 @@ def _compiled(function: Function, **flags: Any) -> Function:
 
 @functools.cache
 def listen() -> None:
-    """Report the compilations by Numba to `listeners`."""
+    """Report to `listeners` when Numba loads and compiles functions."""
     from numba.core import event
 
     class Listener(event.Listener):  # type: ignore[misc]  # numba has no types
         def on_start(self, event: event.Event) -> None:
-            for listener in tuple(listeners):
-                listener(True)
+            self._report(event, True)
 
         def on_end(self, event: event.Event) -> None:
-            for listener in tuple(listeners):
-                listener(False)
+            self._report(event, False)
 
-    event.register("numba:compile", Listener())
+        def _report(self, event: event.Event, starts: bool) -> None:
+            for listener in tuple(listeners):
+                listener(event.kind, starts)
+
+    for kind in (PREPARE, COMPILE):
+        event.register(kind, Listener())
 
 
 @functools.cache

@@ -1,4 +1,4 @@
-"""Number and duration of kernel compilations, and the message on the first run.
+"""Time to load and compile kernels, number of compilations, and the message on the first run.
 
 This module does not load Numba, so that a file or an option is refused without that delay.
 """
@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from leafcut.kernels import cache_folder, listeners
+from leafcut.kernels import COMPILE, PREPARE, cache_folder, listeners
 from leafcut.message import Message
 
 FIRST_RUN = Message("compiling (first run on this machine)")
@@ -18,9 +18,8 @@ EVERY_RUN = Message("compiling (again in every run: no writable folder for compi
 
 
 class Compilations:
-    """Counts compilations of kernels, including those called only by other kernels, and measures their total time.
-
-    Overlapping compilations count only once in the time. Kernels loaded from disk do not count.
+    """Counts compilations of kernels, including those called only by other kernels, and measures the total time to load
+    and compile kernels. Times that overlap count once.
     """
 
     def __init__(self, on_start: Callable[[Message], None] = lambda _: None) -> None:
@@ -35,36 +34,41 @@ class Compilations:
         """Whether the next run will find compiled code on disk."""
         return cache_folder() is not None
 
-    def note(self, starts: bool) -> None:
-        """Count a compilation when it starts, and add its time when it ends, unless it started before this counter."""
+    def note(self, kind: str, starts: bool) -> None:
+        """Note the start or the end of an event; the end of an event that started before this counter has no effect."""
         with self._lock:
-            if starts:
+            if kind == PREPARE:
+                self._measure(starts)
+            elif starts:
                 self.count += 1
-                self._depth += 1
-                if self._depth == 1:
-                    self._began = time.perf_counter()
-            elif self._depth:
-                self._depth -= 1
-                if not self._depth:
-                    self._spent += time.perf_counter() - self._began
-            first = starts and self.count == 1
+            first = kind == COMPILE and starts and self.count == 1
         if first:
             self._on_start(FIRST_RUN if self.kept else EVERY_RUN)
 
+    def _measure(self, starts: bool) -> None:
+        if starts:
+            self._depth += 1
+            if self._depth == 1:
+                self._began = time.perf_counter()
+        elif self._depth:
+            self._depth -= 1
+            if not self._depth:
+                self._spent += time.perf_counter() - self._began
+
     @property
     def seconds(self) -> float:
-        """Total compile time, s, including the time of a compilation that is still running."""
+        """Total time to load and compile kernels until now, s."""
         with self._lock:
             return self._spent + (time.perf_counter() - self._began if self._depth else 0.0)
 
 
-#: All compilations in this process; search times exclude them.
+#: All compilations in this process; search times exclude the time to load and compile kernels.
 _of_process = Compilations()
 listeners.append(_of_process.note)
 
 
 def compile_seconds() -> float:
-    """Return the total time that this process has spent compiling kernels, s."""
+    """Return the total time that this process has spent on loading and compiling kernels, s."""
     return _of_process.seconds
 
 

@@ -6,31 +6,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from leafcut.errors import SolveError
 from leafcut.files.plugins import lazy_function
-from leafcut.geometry.arrays import Ints
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import ALGORITHM_TITLES, ANT_ALGORITHMS, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.construction import nearest_neighbour
-from leafcut.order.exact import choose_nodes
 from leafcut.order.instance import (
     CANDIDATES,
-    FEW_CLUSTERS,
-    FEW_NODES,
     FULL_LISTS_LIMIT,
-    MANY,
     Instance,
     build_instance,
     is_directed,
-    path_cost,
 )
-from leafcut.order.search import AlgorithmRun, Best, SearchResult
-from leafcut.order.stop import Stop
+from leafcut.order.search import AlgorithmRun, SearchResult
 
 if TYPE_CHECKING:
     from leafcut.order.directed import AnyInstance, DirectedInstance
@@ -42,15 +34,10 @@ ANTS_CANDIDATES = 16
 #: positions of their nodes. Measured on 6000 contours of 8 nodes: choices 2 % shorter after 3 s and 3 % after 15 s.
 MOST_CHOICES = 20_000
 
-#: Nodes of the problem for which kernels are compiled.
-WARM_NODES = 40
-
 #: Maximum size of a problem with choices for algorithms that store the costs of all moves (n² memory).
 MOST_CLUSTERS, MOST_NODES = 1000, 6000
 
 Search = Callable[[Any, AlgorithmRun], SearchResult]
-#: A short search that calls all kernels; the flag marks a large problem.
-Warm = Callable[[Any, AlgorithmRun, bool], Ints]
 
 
 @dataclass(frozen=True)
@@ -59,10 +46,10 @@ class Algorithm:
 
     Attributes
     ----------
+    load
+        Imports the search and returns it.
     has_choices
         Whether its move set is that of choices.
-    warm
-        Calls all kernels of `search`; None if `search` itself does.
     few
         Limited to few clusters (`MOST_CLUSTERS`, `MOST_NODES`).
     check
@@ -70,9 +57,8 @@ class Algorithm:
     """
 
     name: str
-    search: Search
+    load: Callable[[], Search]
     has_choices: bool = False
-    warm: Warm | None = None
     few: bool = False
     candidates: int = ANTS_CANDIDATES
     check: Callable[[str, AcoOptions, FireflyOptions, bool], None] = lambda *_: None
@@ -111,12 +97,11 @@ def algorithm_for(problem: RoutingProblem, options: SolveOptions) -> Algorithm:
     return PLACES[name] if name in PLACES else _packaged(name)
 
 
-@cache
 def _packaged(name: str) -> Algorithm:
-    """Return the algorithm of another package; it is always the same object, so that its warm-up runs once."""
+    """Return the algorithm of another package."""
     from leafcut.order.packaged import run_packaged
 
-    return Algorithm(name, partial(run_packaged, name))
+    return Algorithm(name, lambda: partial(run_packaged, name))
 
 
 def fits_cost_table(problem: RoutingProblem) -> bool:
@@ -167,39 +152,6 @@ def check_options(
         )
 
 
-def warm_up(problem: RoutingProblem, options: SolveOptions, firefly: FireflyOptions | None = None) -> None:
-    """Compile every kernel that the search needs, or load it from disk, before the clock starts, by running an
-    iteration or two on a small problem of the same kind. After Ctrl-C, the next call runs it again.
-    """
-    algorithm, firefly = algorithm_for(problem, options), firefly or FireflyOptions()
-    iterations = 2 if algorithm.name == "firefly" else 1  # fireflies move from the second one
-    options = SolveOptions(
-        algorithm=algorithm.name, threads=1, iterations=iterations, local_search=options.local_search
-    )
-    directed = algorithm.has_choices and is_directed(problem) and problem.n_nodes == problem.n_clusters
-    many = problem.n_clusters >= FEW_CLUSTERS or problem.n_nodes > FEW_NODES
-    large = many if algorithm.has_choices else problem.n_clusters >= MANY
-    _warm_up(algorithm, directed, large, options, FireflyOptions(n_fireflies=2, variant=firefly.variant))
-
-
-@cache
-def _warm_up(algorithm: Algorithm, directed: bool, large: bool, options: SolveOptions, firefly: FireflyOptions) -> None:
-    # Pseudo-random points; importing NumPy's generator would take longer than the rest.
-    places = np.arange(2.0 * WARM_NODES)[:, None] * (75.4878, 56.9840) % 100.0
-    entry, pairs = places[:WARM_NODES], [(0, 1)] if algorithm.has_choices else []
-    small = RoutingProblem(
-        entry=entry,
-        exit=places[WARM_NODES:] if directed else entry,
-        cluster=np.arange(WARM_NODES, dtype=np.int32),
-        service=np.zeros(WARM_NODES),
-        precedence=np.array(pairs, dtype=np.int32).reshape(-1, 2),
-    )
-    instance = algorithm.instance(small, CANDIDATES)
-    run = AlgorithmRun(options, AcoOptions(n_ants=1), firefly, Best(Stop(iterations=options.iterations or 1)))
-    tour = algorithm.search(instance, run).tour if algorithm.warm is None else algorithm.warm(instance, run, large)
-    path_cost(small, choose_nodes(small, instance.path(tour)))
-
-
 def _nearest_tour(instance: Instance, run: AlgorithmRun) -> SearchResult:
     tour = nearest_neighbour(instance)
     run.best.offer(tour, instance.length(tour), 0)
@@ -215,28 +167,24 @@ def _nearest_path(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult
     return SearchResult(nodes)
 
 
-def _lazy_call(place: str) -> Callable[..., Any]:
-    return lazy_function(f"leafcut.order.{place}")
+def _from(place: str) -> Callable[[], Search]:
+    return partial(resolve_name, f"leafcut.order.{place}")
 
 
-run_colony, warm_colony = (_lazy_call(f"colony:{name}") for name in ("run_colony", "warm_colony"))
-run_kicks, warm_kicks = (_lazy_call(f"kicks:{name}") for name in ("run_kicks", "warm_kicks"))
-run_ants, check_ants = (_lazy_call(f"literature.ant_algorithms:{name}") for name in ("run_ants", "check_ants"))
-run_fireflies, check_fireflies = (
-    _lazy_call(f"literature.fireflies:{name}") for name in ("run_fireflies", "check_fireflies")
-)
-run_paths, warm_paths = (_lazy_call(f"path_search:{name}") for name in ("run_paths", "warm_paths"))
+_ants, _fireflies = _from("literature.ant_algorithms:run_ants"), _from("literature.fireflies:run_fireflies")
+_check_ants = lazy_function("leafcut.order.literature.ant_algorithms:check_ants")
+_check_fireflies = lazy_function("leafcut.order.literature.fireflies:check_fireflies")
 
 #: Built-in algorithms for places, by name; `auto` selects `colony`, and `none` needs no search.
 PLACES = {
     one.name: one
     for one in (
-        Algorithm("colony", run_colony, warm=warm_colony, candidates=CANDIDATES),
-        *(Algorithm(name, run_ants, check=check_ants) for name in ANT_ALGORITHMS),
-        Algorithm("firefly", run_fireflies, check=check_fireflies),
-        Algorithm("kicks", run_kicks, warm=warm_kicks, candidates=CANDIDATES),
-        Algorithm("2opt", _lazy_call("literature.places:run_local_search")),
-        Algorithm("nn", _nearest_tour),
+        Algorithm("colony", _from("colony:run_colony"), candidates=CANDIDATES),
+        *(Algorithm(name, _ants, check=_check_ants) for name in ANT_ALGORITHMS),
+        Algorithm("firefly", _fireflies, check=_check_fireflies),
+        Algorithm("kicks", _from("kicks:run_kicks"), candidates=CANDIDATES),
+        Algorithm("2opt", _from("literature.places:run_local_search")),
+        Algorithm("nn", lambda: _nearest_tour),
     )
 }
 
@@ -244,9 +192,9 @@ PLACES = {
 CHOICES = {
     one.name: one
     for one in (
-        Algorithm("colony", run_paths, has_choices=True, warm=warm_paths, candidates=CANDIDATES),
-        *(Algorithm(name, run_ants, has_choices=True, few=True, check=check_ants) for name in ANT_ALGORITHMS),
-        Algorithm("firefly", run_fireflies, has_choices=True, few=True, check=check_fireflies),
-        Algorithm("nn", _nearest_path, has_choices=True),
+        Algorithm("colony", _from("path_search:run_paths"), has_choices=True, candidates=CANDIDATES),
+        *(Algorithm(name, _ants, has_choices=True, few=True, check=_check_ants) for name in ANT_ALGORITHMS),
+        Algorithm("firefly", _fireflies, has_choices=True, few=True, check=_check_fireflies),
+        Algorithm("nn", lambda: _nearest_path, has_choices=True),
     )
 }

@@ -33,7 +33,6 @@ from leafcut.order.kicks import (
     kick_until,
     search_breadth,
     tour_with_buffers,
-    warm_kicks,
 )
 from leafcut.order.pheromone_view import pheromone_of_tours
 from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, iterate
@@ -344,9 +343,3 @@ def run_colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
             improve_by_colony(instance, options.seed, best, workers, seconds, visits - instance.n), best
         )
     return SearchResult(best.tour, iterations, workers.log.figures())
-
-
-def warm_colony(instance: Instance, run: AlgorithmRun, large: bool) -> NDArray[np.int32]:
-    """Call every kernel of `run_colony`; one iteration does not reach the final kicks, so they run separately."""
-    run_colony(instance, run)
-    return warm_kicks(instance, replace(run, best=Best(replace(run.stop))), large)

@@ -276,11 +276,3 @@ def run_kicks(instance: Instance, run: AlgorithmRun) -> SearchResult:
     iterations = iterate(kick_repeatedly(instance, first_tour(instance, BREADTH, best), options.seed, best), best)
     kicks = iterations * kicks_per_iteration(instance.n)
     return SearchResult(best.tour, iterations, (WorkerFigures(0, kicks, run.stop.elapsed(), best.cost),))
-
-
-def warm_kicks(instance: Instance, run: AlgorithmRun, large: bool) -> Ints:
-    """Call every kernel of `run_kicks`; a `large` problem has long edges."""
-    tour = run_kicks(instance, run).tour
-    if large:
-        shorten_long_edges(instance, tour_with_buffers(tour))
-    return tour

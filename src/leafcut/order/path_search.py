@@ -249,14 +249,12 @@ def _run_in_threads(executor: Executor, searches: list[PathSearch], kicks: float
         raise
 
 
-def offer_path_of_ants(
-    instance: DirectedInstance, layers: Clusters, greedy: Route, seed: int, best: Best, generations: int = GENERATIONS
-) -> None:
+def offer_path_of_ants(instance: DirectedInstance, layers: Clusters, greedy: Route, seed: int, best: Best) -> None:
     """Offer the greedy path, and the best path of a few generations of ants with local search."""
     stop = best.stop
     best.offer(instance.nodes(greedy.node, greedy.enter), instance.length(greedy.node, greedy.enter, greedy.leave), 0)
     own_stop = Stop(
-        iterations=generations,
+        iterations=GENERATIONS,
         patience=PATIENCE,
         seconds=ANTS_SHARE * stop.seconds,
         cancelled=stop.cancelled,
@@ -273,13 +271,3 @@ def offer_path_of_ants(
         nodes = moves.result(own.tour)
         path = route_of(instance, *instance.path_of(nodes))
         best.offer(nodes, instance.length(path.node, path.enter, path.leave), 0)
-
-
-def warm_paths(instance: DirectedInstance, run: AlgorithmRun, large: bool) -> Ints:
-    """Call every kernel of `run_paths`; ants search problems that are not `large`."""
-    best, seed = Best(Stop(iterations=3, cancelled=run.stop.cancelled)), run.options.seed
-    greedy = greedy_path(instance)
-    if not large:
-        offer_path_of_ants(instance, build_clusters(instance), greedy, seed, best, generations=1)
-    PathSearch(instance, seed, best).run(math.inf, greedy, phase=1)
-    return best.tour

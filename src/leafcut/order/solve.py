@@ -14,7 +14,7 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
-from leafcut.order.algorithms import algorithm_for, check_algorithm, check_options, needs_choices, warm_up
+from leafcut.order.algorithms import algorithm_for, check_algorithm, check_options, needs_choices
 from leafcut.order.exact import TRY_ALL, best_nodes, choose_nodes, is_exactly_solvable, try_all_orders
 from leafcut.order.instance import path_cost
 from leafcut.order.precedence import broken_pair, checked_pairs, satisfies_pairs
@@ -51,26 +51,27 @@ def solve(
     """
     options, aco, firefly = options or SolveOptions(), aco or AcoOptions(), firefly or FireflyOptions()
     cancelled, bounds = cancelled or threading.Event(), bounds or Deadline()
-    stop, pairs = Stop.of(options, problem, cancelled), checked_pairs(problem)
     check_algorithm(options.algorithm)
     if options.bound:
         from leafcut.order.certificate import certify, compute_shown_bound
+    stop = Stop.of(options, problem, cancelled)
+    pairs = checked_pairs(problem)
     known = _order_without_search(problem, pairs, options, stop)
     if known is not None:
         solution, bound = known
         return certify(problem, solution, bound, cancelled, deadline=bounds) if options.bound else solution
-    algorithm = algorithm_for(problem, options)
-    options = replace(options, algorithm=algorithm.name)
-    check_options(problem, algorithm, options, aco, firefly)
     with stop.paused():
-        warm_up(problem, options, firefly)
+        algorithm = algorithm_for(problem, options)
+        options = replace(options, algorithm=algorithm.name)
+        check_options(problem, algorithm, options, aco, firefly)
+        search = algorithm.load()
     instance = algorithm.instance(problem, options.candidates)
     best = Best(stop, progress, instance.service, view=SearchView(instance), observer=observe or Observer())
     best.observer.begin()
     if observe is not None and options.bound:
         compute_shown_bound(instance, best)
     try:
-        found = algorithm.search(instance, AlgorithmRun(options, aco, firefly, best))
+        found = search(instance, AlgorithmRun(options, aco, firefly, best))
     except KeyboardInterrupt:
         cancelled.set()
         if not len(best.tour):

@@ -25,7 +25,9 @@ BOUND_PART = 0.1
 
 
 def clock() -> float:
-    """Return the time in seconds for limits and histories; its origin is arbitrary, and it excludes compilation."""
+    """Return the time for limits and histories, s, without the time to load and compile kernels; its origin is
+    arbitrary.
+    """
     return time.perf_counter() - compile_seconds()
 
 
