@@ -729,12 +729,13 @@ def _compile_searches() -> None:
 
     from leafcut.model.problem import RoutingProblem
     from leafcut.options import SolveOptions
-    from leafcut.order.algorithms import warm_up
+    from leafcut.order.solve import solve
 
-    entry = np.random.default_rng(1).uniform(0.0, 100.0, (8, 2))
-    for clusters, away in ((8, 0.0), (8, 1.0), (4, 1.0)):
-        cluster = np.arange(8, dtype=np.int32) % clusters
-        warm_up(RoutingProblem(entry=entry, exit=entry + away, cluster=cluster, service=np.zeros(8)), SolveOptions())
+    options = SolveOptions(iterations=50, bound=False)
+    entry = np.random.default_rng(1).uniform(0.0, 100.0, (80, 2))
+    for clusters, away in ((80, 0.0), (80, 1.0), (40, 1.0)):
+        cluster = np.arange(80, dtype=np.int32) % clusters
+        solve(RoutingProblem(entry=entry, exit=entry + away, cluster=cluster, service=np.zeros(80)), options)
 
 
 def main(argv: Sequence[str]) -> int:

@@ -25,7 +25,6 @@ from benchmarks import boards, page
 from benchmarks.boards import Board
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import ALGORITHMS, SolveOptions
-from leafcut.order.algorithms import warm_up as compile_kernels
 from leafcut.order.solve import solve
 
 NO_TOUR = "–"
@@ -57,8 +56,7 @@ def warm_up(board: Board, options: SolveOptions) -> None:
     """Load or compile all kernels, and allocate the memory of all threads, before the measurement."""
     few = boards.uniform(min(board.n, WARM_NODES))
     problem = RoutingProblem.of_points(few.xy, Metric(board.rule), closed=True)
-    solve(problem, replace(options, iterations=1, time_limit=0.5, bound=False))
-    compile_kernels(RoutingProblem.of_points(np.zeros((board.n, 2)), closed=True), options)
+    solve(problem, replace(options, time_limit=0.5, bound=False))
 
 
 def run_leafcut(board: Board, options: SolveOptions) -> Run:

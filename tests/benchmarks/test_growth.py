@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -23,7 +22,7 @@ def test_no_growth_has_no_power() -> None:
 
 def test_nested_searches_count_once_and_a_generator_only_while_it_works(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [0.0]
-    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(limits, "clock", lambda: now[0])
     watch = limits.Watch()
 
     def takes(seconds: float) -> None:
