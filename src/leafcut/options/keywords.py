@@ -383,6 +383,12 @@ class _PartOptions1(TypedDict, total=False):
     """File of operations (TOML) with the operation of each layer, such as profile, pocket or engrave (default:
     closed outlines are milled through the plate).
     """
+    copies: str | None
+    """Columns and rows of copies on the plate, such as 3x2; the first has the place of the drawing, the others
+    follow in X and Y (default: the drawing once).
+    """
+    pitch: str | Sequence[Quantity] | None
+    """Distance from copy to copy in X and Y, such as 60,40 (mm; default: must be given with --copies)."""
     tabs: int | None
     """Number of tabs on each outline, and on each opening that is long enough; 0 for none (default: 4)."""
     tab_width: Quantity | None

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from leafcut.options.option_spec import OptionGroup, option, when_given
+from leafcut.options.option_spec import OptionGroup, option, when_given, when_input_is_not
 
 
 @dataclass(frozen=True)
@@ -21,6 +21,24 @@ class PartOptions(OptionGroup):
         None,
         "file of operations (TOML) with the operation of each layer, such as profile, pocket or engrave",
         default_words="closed outlines are milled through the plate",
+        of_file=True,
+    )
+    copies: str | None = option(
+        "text",
+        None,
+        "columns and rows of copies on the plate, such as 3x2; the first has the place of the drawing, the others "
+        "follow in X and Y",
+        default_words="the drawing once",
+        needs=(when_input_is_not("step"),),
+        of_file=True,
+    )
+    pitch: tuple[float, ...] | None = option(
+        "point",
+        None,
+        "distance from copy to copy in X and Y, such as 60,40",
+        unit="mm",
+        default_words="must be given with --copies",
+        needs=(when_given("copies"),),
         of_file=True,
     )
     tabs: int = option(

@@ -79,7 +79,7 @@ class PartMilling(Process):
         ("main", _MAIN),
         ("search", SEARCH),
         ("part", _MORE),
-        ("place", (*PLACE, "work_offset")),
+        ("place", ("copies", "pitch", *PLACE, "work_offset")),
         ("sheet", tuple(SheetOptions.specs())),
         ("read", _READ),
         ("post", (*POST, "coolant")),
@@ -172,8 +172,9 @@ class PartMilling(Process):
         return PartReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the contours of the drawing, moved to the program zero."""
+        """Return the contours of the drawing and of its copies, moved to the program zero."""
+        from leafcut.processes.part.copies import repeat_part
         from leafcut.processes.placing import place_part
         from leafcut.read import read_contours
 
-        return place_part(read_contours(source, settings.read), settings.read)
+        return repeat_part(place_part(read_contours(source, settings.read), settings.read), settings)

@@ -32,6 +32,7 @@ from leafcut.processes.contours import (
 from leafcut.processes.job import Job, check_dialect_options, check_tool_changes, dialect_of, library_of, plane_point
 from leafcut.processes.milling.mill import assumed_number, library_mill_for, milling_data
 from leafcut.processes.part.clearing import check_pockets, pocket_areas, pocket_tasks
+from leafcut.processes.part.copies import repeat_part
 from leafcut.processes.part.engraving import engraving_mills, engravings_of
 from leafcut.processes.part.model import Edge, LayerWork, PartHole, PartRequest, TabRules
 from leafcut.processes.part.operations import (
@@ -93,7 +94,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     """
     settings, milling, asked = job.settings, job.settings.of(MillingOptions), job.settings.job
     thickness = _thickness(settings)
-    part = read_placed_contours(job, source)
+    part = repeat_part(read_placed_contours(job, source), settings)
     divided = _divide(part, settings, thickness)
     sheet = _prepare_sheet(divided, settings)
     bottom = -thickness - asked.break_through
