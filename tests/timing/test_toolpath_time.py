@@ -75,6 +75,25 @@ def test_every_change_to_another_tool_costs_and_the_first_one_too() -> None:
     assert measure_toolpath(builder.build(), MILL).by_kind["tool_change"] == pytest.approx(3 * 8.0)
 
 
+def test_the_time_with_each_tool_is_that_of_its_own_path() -> None:
+    """Two tools that start and end at the same place; before the first there is a move of 10 mm."""
+    paths = []
+    for tools in ([1], [2], [1, 2]):
+        builder = ToolpathBuilder()
+        builder.rapid(0.0, 0.0, 0.0)
+        builder.rapid(10.0)
+        for number in tools:
+            builder.tool(number)
+            builder.feed(10.0 + 30.0 * number, feed=5.0)
+            builder.feed(10.0, feed=5.0)
+        paths.append(builder.build())
+    first, second, both = (measure_toolpath(path, MILL) for path in paths)
+    before = first.by_kind["rapid"]
+    assert first.by_tool == second.by_tool == {}
+    assert both.by_tool == pytest.approx({0: before, 1: first.time_s - before, 2: second.time_s - before})
+    assert sum(both.by_tool.values()) == pytest.approx(both.time_s)
+
+
 def test_the_spindle_costs_at_every_start_or_change_and_covers_the_dwell_after_it() -> None:
     """Start 2 s; the same speed again nothing; another speed 2 s; stop nothing; start with a dwell of 3 s: 3 s; after a
     tool change the same speed is a start again, with a dwell of 1 s: 2 s. A later dwell is a dwell."""

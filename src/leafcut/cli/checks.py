@@ -90,6 +90,8 @@ def _print_simulated(simulation: Simulation) -> None:
     print(f"rapid {format_length(cost.travel_mm)}, feed {format_length(cost.cut_mm)}")
     names = time_kinds(simulation.machine.head.method)
     print("  ".join(f"{names[kind]} {format_time(s)}" for kind, s in cost.by_kind.items() if s > 0.0))
+    for tool, seconds in cost.by_tool.items():
+        print(f"T{tool} {format_time(seconds)}")
     for axis, low, high in moved_axes(simulation.path):
         print(f"{axis} {to_fixed(low, 3)} to {to_fixed(high, 3)} mm")
     if not any(issue.code.startswith("L8") for issue in simulation.issues):
@@ -201,6 +203,8 @@ def verify(
         n_reversed = proof.reversed_cuts
         if proof.same:
             print("the same work" + (f", {count_of(n_reversed, 'cut')} reversed" if n_reversed else ""))
+        else:
+            print("not the same work")
         for difference in proof.differences:
             print(difference)
         for note in proof.notes:

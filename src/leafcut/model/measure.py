@@ -16,6 +16,9 @@ class Measure:
     ----------
     by_kind
         Seconds of rapid, feed, dwell, tool_change and spindle.
+    by_tool
+        Seconds with each tool, by tool number, including the change to it; empty for a path with fewer than two tools.
+        Number 0 is the time before the first tool.
     start
         Position before the first move, (x, y) in mm, if the time includes the move from there.
     lines
@@ -26,5 +29,6 @@ class Measure:
     cut_mm: float
     time_s: float
     by_kind: dict[str, float] = field(default_factory=dict)
+    by_tool: dict[int, float] = field(default_factory=dict)
     start: tuple[float, float] | None = None
     lines: tuple[NDArray[np.int64], NDArray[np.int64]] | None = field(default=None, compare=False, repr=False)

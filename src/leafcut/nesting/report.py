@@ -152,7 +152,7 @@ def _closing_lines(outcome: NestOutcome) -> Iterator[str]:
         size = f"{remnant.stock.length:.0f} × {remnant.stock.width:.0f} mm, {remnant.stock.area / 1e6:.3f} m²"
         yield f"{remnant.file}: {count(remnant.count, 'remnant')} of {size}"
     if not any(outcome.files):
-        yield "not written: name a file for the sheet, -o FILE.dxf"
+        yield "not written"
     if outcome.defaults:
         yield f"of your defaults: {', '.join(outcome.defaults)}"
     for issue in outcome.issues:

@@ -115,6 +115,7 @@ def simulation_as_json(simulation: Simulation) -> dict[str, Any]:
         "rapid_mm": simulation.measure.travel_mm,
         "feed_mm": simulation.measure.cut_mm,
         "by_kind": simulation.measure.by_kind,
+        "by_tool": {str(tool): spent for tool, spent in simulation.measure.by_tool.items()},
         "extents": {axis: known.get(axis) for axis in "xyz"},
         "issues": issues_as_json(simulation.issues),
         **_defaults(simulation.defaults),

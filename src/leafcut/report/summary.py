@@ -115,7 +115,7 @@ def _facts(report: PathReport[Any]) -> Table:
     if outcome.defaults:
         facts.append(("defaults", Text(replace_unprintable(", ".join(outcome.defaults)))))
     if not outcome.output:
-        facts.append(("program", Text("not written: name a file for it, -o FILE")))
+        facts.append(("program", Text("not written")))
     table = Table.grid(padding=(0, 2, 0, 0))
     table.add_column(style="dim", no_wrap=True)
     table.add_column(overflow="fold")

@@ -97,7 +97,8 @@ def measure_toolpath(
     PlanError
         The expanded cycles have too many moves.
     """
-    path, source, delta, turns, moves, move_times, standing_seconds = _time_path(path, machine, start, lines)
+    timed = _time_path(path, machine, start, lines)
+    path, source, delta, turns, moves, move_times, standing_seconds = timed
     dark_feed = (path.kind == Kind.FEED) & (beam_off[source] if beam_off is not None else False)
     rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE) | dark_feed
     seconds = {
@@ -112,9 +113,18 @@ def measure_toolpath(
         cut_mm=_move_lengths(delta[(path.kind == Kind.FEED) & ~dark_feed]) + float(turns.length.sum()),
         time_s=sum(seconds.values()),
         by_kind=seconds,
+        by_tool=_seconds_by_tool(timed),
         start=start,
         lines=lines,
     )
+
+
+def _seconds_by_tool(timed: _TimedPath) -> dict[int, float]:
+    if len(np.unique(timed.path.ref[timed.path.kind == Kind.TOOL])) < 2:
+        return {}
+    tools, number = np.unique(timed.path.tool, return_inverse=True)
+    seconds = np.bincount(number, weights=timed.moving + timed.standing_seconds).tolist()
+    return {tool: spent for tool, spent in zip(tools.tolist(), seconds, strict=True) if spent > 0.0}
 
 
 def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = None) -> tuple[NDArray[np.int32], Floats]:

@@ -152,6 +152,14 @@ def test_drills_of_a_drawing_have_its_holes_and_the_time_of_its_program(library:
     assert found.best.time < found.given.time
 
 
+def test_speeds_are_chosen_for_a_spindle_that_turns_faster_than_the_assumed_drill(examples: Path) -> None:
+    """Before any speed is chosen, a drill of 6.35 mm would need 1003 rpm."""
+    found = leafcut.tool_speeds(
+        examples / "plate_10.dxf", thickness=6, material="aluminium", machine="shapeoko-router", preset="fast"
+    )
+    assert all(point.rpm >= 10_000 for tool in found.tools for point in tool.points)
+
+
 def test_end_mills_are_chosen_for_beside_drills(library: Path) -> None:
     """The mill's path is 1 m: by hand 1000 mm by its feed, and its share of a worn tool."""
     found = leafcut.tool_speeds(material="c45", depth=3, tools=library)

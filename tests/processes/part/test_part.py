@@ -400,13 +400,19 @@ def test_tabs_are_at_most_half_as_high_as_the_plate_unless_their_height_is_given
     assert moves_level_at(-0.2, thickness=1.2, tab_height=1.0) and not moves_level_at(-0.2, thickness=1.2)
 
 
-def test_a_material_without_cutting_data_is_named(tmp_path: Path) -> None:
+def test_a_material_without_cutting_data_is_refused_unless_feed_and_speed_are_given(tmp_path: Path) -> None:
     source, options = drawing(tmp_path, OUTLINE), {k: v for k, v in FAST.items() if k != "feed"}
-    issues = leafcut.part(source, material="plywood", **options).issues
-    (assumed,) = (issue for issue in issues if "plywood" in issue.message)
-    assert (assumed.code, assumed.severity) == ("L401", "warning")
-    assert "in mild steel, because plywood is none of mild_steel, stainless_304" in assumed.message
-    assert not any("none of" in issue.message for issue in leafcut.part(source, material="aluminum", **options).issues)
+    for given in ({}, {"feed": "600mm/min"}, {"spindle_speed": 5000}):
+        with pytest.raises(OptionError, match="no cutting data of end mills for 'plywood', only for mild_steel"):
+            leafcut.part(source, material="plywood", **options, **given)
+    leafcut.part(source, material="plywood", feed="600mm/min", spindle_speed=5000, **options)
+
+
+@pytest.mark.parametrize(("name", "same"), [("aluminum", "aluminium"), ("Aluminium 6061", "aluminium")])
+def test_names_of_one_material_have_the_same_cutting_data(name: str, same: str, tmp_path: Path) -> None:
+    source, options = drawing(tmp_path, OUTLINE), {k: v for k, v in FAST.items() if k != "feed"}
+    tools = [leafcut.part(source, material=word, **options).to_dict()["tools"] for word in (name, same)]
+    assert tools[0] == tools[1]
 
 
 def test_thickness_and_mill_are_asked_for_together(tmp_path: Path) -> None:

@@ -47,7 +47,9 @@ def work_of_drawing(
     # The material determines the speeds; in drilling, the option only selects presets of a Fusion library.
     asked = settings.asked - {"material"}
     limits = Deadline.of(settings.solve), Deadline.of_bounds(settings.solve)
-    job = Job(replace(settings, asked=asked), machine, limits[0], progress, bounds=limits[1])
+    # The planned speeds do not matter, so the spindle may turn slower than it can.
+    slow = replace(machine, spindle_min_rpm=0.0)
+    job = Job(replace(settings, asked=asked), slow, limits[0], progress, bounds=limits[1])
     outcome = run_process(process, job, [source], "drill")
     issues += [issue for issue in outcome.issues if issue.severity is not Severity.NOTE]
     times = time_rows(outcome.path_after, machine)

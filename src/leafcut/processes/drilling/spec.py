@@ -108,7 +108,8 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
 
         if tools.suffix.lower() not in WITH_PRESETS:
             raise OptionError(
-                "--material has an effect only with a Fusion tool library, whose presets it selects; leave it out"
+                "--material selects the presets of a Fusion tool library; leave it out. To write a tool library for a "
+                "material, use leafcut tools speeds"
             )
     on_progress, reading = job.start_step(Message("reading")), job.settings.read
     options, drill_options = job.settings.job, job.settings.of(DrillOptions)

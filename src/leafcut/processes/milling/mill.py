@@ -19,15 +19,19 @@ from leafcut.processes.spindle_moves import check_spindle_heights
 #: stainless 9 … 20, aluminium and brass 60 … 150, plastics from 20), less 40 % because end and side cut simultaneously.
 #: For carbide, it is three times as high.
 SURFACE_SPEEDS = {"mild_steel": 20.0, "stainless_304": 8.0, "aluminium": 60.0, "brass": 40.0, "plastic": 40.0}
-#: Assumed material if the material is unknown.
-UNKNOWN = "mild_steel"
-#: Synonyms for the names of materials.
+#: Names of materials with the same cutting data.
 _NAMES = {
     "steel": "mild_steel",
     "stainless": "stainless_304",
     "stainless_steel": "stainless_304",
     "aluminum": "aluminium",
     "plastics": "plastic",
+    "aluminium_6061": "aluminium",
+    "aluminium_7075": "aluminium",
+    "aluminium_cast": "aluminium",
+    "brass_cuzn39pb3": "brass",
+    "stainless_316": "stainless_304",
+    "steel_s235": "mild_steel",
 }
 #: Feed per tooth, in tool diameters, and maximum feed per tooth, mm. Catalogues of end mills give 0.005 to 0.01
 #: diameters, up to 0.05 mm for a 10 mm mill (Iscar, solid end mills, recommended cutting parameters).
@@ -162,19 +166,15 @@ def add_cutting_data(
     """Return the end mill with its feed and speed, and issues about assumptions.
 
     Feed and speed come from options, or else from the library, or else from tables for high-speed steel mills in the
-    material. Raises PlanError if speed or feed is out of the range of the machine, or if no speed is given and the
-    spindle cannot run at a suitable speed.
+    material. Raises OptionError if the tables lack the material; PlanError if speed or feed is out of the range of the
+    machine, or if no speed is given and the spindle cannot run at a suitable speed.
     """
     tool = mill or Tool(number or 1, diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
     asked_rpm, asked_feed = job.spindle_speed or tool.spindle_rpm, job.feed or tool.feed
-    known = _NAMES.get(_material_key(job.material), _material_key(job.material))
-    unlisted = known not in SURFACE_SPEEDS
-    known = UNKNOWN if unlisted else known
-    name: str = known.replace("_", " ")
-    if unlisted:
-        listed = ", ".join(SURFACE_SPEEDS)
-        name = Message("{}, because {} is none of {}", name, printable(job.material), listed)
-    careful = 1000.0 * SURFACE_SPEEDS[known] / (math.pi * tool.diameter)
+    name, careful = "", asked_rpm
+    if not (asked_rpm and asked_feed):
+        known = _material_with_data(job.material)
+        name, careful = known.replace("_", " "), 1000.0 * SURFACE_SPEEDS[known] / (math.pi * tool.diameter)
     has = Message(
         "the spindle of {} turns {:g} to {:g} rpm", machine.name, machine.spindle_min_rpm, machine.spindle_max_rpm
     )
@@ -207,8 +207,8 @@ def add_cutting_data(
     too_fast = rpm > (MOST_OFF if asked_rpm else FAST) * careful
     words = Message(
         "{}: assumed {:.6g} mm/min at {:.0f} rpm (for high-speed steel in "
-        "{}, {:.3g} mm per tooth); check both values, or give --material, --feed and "
-        "--spindle-speed",
+        "{}, {:.3g} mm per tooth); check both values; --material, --feed and --spindle-speed "
+        "change them",
         tool.label,
         feed * 60,
         rpm,
@@ -220,11 +220,20 @@ def add_cutting_data(
         words = Message("{}. Recommended spindle speed: {:.0f} rpm", words, careful)
         if not asked_rpm:
             words = Message("{}; minimum speed of the spindle of {}: {:.0f} rpm", words, machine.name, rpm)
-    return tool, [Issue("L401", words, severity=Severity.WARNING if too_fast or unlisted else Severity.NOTE)]
+    return tool, [Issue("L401", words, severity=Severity.WARNING if too_fast else Severity.NOTE)]
 
 
-def _material_key(material: str) -> str:
-    return "_".join(material.lower().replace("-", " ").split())
+def _material_with_data(material: str) -> str:
+    """Return the name of a material in `SURFACE_SPEEDS`. Raises OptionError if there are no data for it."""
+    key = "_".join(material.lower().replace("-", " ").split())
+    key = _NAMES.get(key, key)
+    if key not in SURFACE_SPEEDS:
+        raise OptionError(
+            "--material: no cutting data of end mills for '{}', only for {}; give --feed and --spindle-speed",
+            printable(material),
+            ", ".join(SURFACE_SPEEDS),
+        )
+    return key
 
 
 def milling_data(
