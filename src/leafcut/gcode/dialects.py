@@ -197,8 +197,6 @@ class Dialect:
     dwell_letter, dwell_unit
         Letter and unit of a dwell. ``s``: seconds. ``ms``: integer milliseconds. ``point``: seconds with a decimal
         point, otherwise milliseconds. ``cs``: integer hundredths of a second.
-    dwell_x
-        G4 also accepts seconds in X.
     repeat_letter
         Letter for the repeats of a cycle.
     tool_change
@@ -264,7 +262,6 @@ class Dialect:
     dwell_cycles: tuple[str, ...] = ("G82",)
     dwell_letter: str = "P"
     dwell_unit: str = "s"
-    dwell_x: bool = False
     repeat_letter: str = "L"
     tool_change: str = "M6"
     stop_word: str = "M0"
