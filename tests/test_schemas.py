@@ -136,6 +136,16 @@ def test_a_file_without_a_number_has_the_current_schema(schema: Schema, tmp_path
         assert read(file) == without
 
 
+@pytest.mark.parametrize("schema", TEXTS, ids=lambda schema: schema.title)
+def test_a_byte_order_mark_changes_nothing(schema: Schema, tmp_path: Path) -> None:
+    name, text, read = TEXTS[schema]
+    file = tmp_path / name
+    file.write_text(text, encoding="utf-8")
+    without = read(file)
+    file.write_text(text, encoding="utf-8-sig")
+    assert read(file) == without
+
+
 def test_an_old_schema_is_read_with_a_warning_until_it_is_refused(recwarn: pytest.WarningsRecorder) -> None:
     thing = Schema("thing", current=3, oldest=2)
     check_schema(thing, 3, "a.toml")

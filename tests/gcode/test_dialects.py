@@ -74,7 +74,7 @@ cycles = []
 
 def toy(text: str = "", name: str = "toy") -> Dialect:
     """Return a dialect with its own words and additional text."""
-    return parse_dialect((TOY + text).encode(), name)
+    return parse_dialect(TOY + text, name)
 
 
 def test_a_controller_is_added_by_a_text_alone() -> None:
@@ -83,9 +83,9 @@ def test_a_controller_is_added_by_a_text_alone() -> None:
     with pytest.raises(OptionError, match="toy:8: unknown key 'cicles'; did you mean 'cycles'"):
         toy("cicles = []")
     with pytest.raises(OptionError, match=r"^dialect toy: the key 'preamble' is missing"):
-        parse_dialect(TOY.replace('preamble = ["G90"]', "").encode(), "toy")
+        parse_dialect(TOY.replace('preamble = ["G90"]', ""), "toy")
     with pytest.raises(OptionError, match="not a TOML file"):
-        parse_dialect(b"=", "toy")
+        parse_dialect("=", "toy")
 
 
 @pytest.mark.parametrize(
@@ -139,7 +139,7 @@ def test_what_no_dialect_can_say_is_refused_with_its_line(text: str, words: str)
 )
 def test_words_that_leafcut_does_not_understand_are_refused_with_their_line(old: str, new: str, words: str) -> None:
     with pytest.raises(OptionError) as refused:
-        parse_dialect(TOY.replace(old, new).encode(), "toy")
+        parse_dialect(TOY.replace(old, new), "toy")
     assert words in str(refused.value)
 
 
@@ -180,18 +180,18 @@ def test_a_dialect_that_is_printed_to_be_changed_is_the_same_until_it_is(name: s
 
 
 def test_a_base_brings_its_own_base_and_its_torch_with_what_the_file_says_of_it() -> None:
-    found = parse_dialect(b'base = "flame"\n[torch]\ncuts = ["plasma"]\n', "mine")
+    found = parse_dialect('base = "flame"\n[torch]\ncuts = ["plasma"]\n', "mine")
     flame = dialect("flame")
     assert flame.torch is not None
     assert found.torch == dataclasses.replace(flame.torch, cuts=("plasma",))
     assert (found.extension, found.notes, found.family) == (flame.extension, flame.notes, "flame")
-    assert parse_dialect(b'base = "fanuc"\n', "mine").torch is None
+    assert parse_dialect('base = "fanuc"\n', "mine").torch is None
 
 
 @pytest.mark.parametrize("base", ['"nothing"', '"../machines/haas-vf2"', "5", '"my.toml"'])
 def test_a_base_is_a_shipped_dialect_by_its_name(base: str) -> None:
     with pytest.raises(OptionError, match="mine:1: 'base' is"):
-        parse_dialect(f"base = {base}\n".encode(), "mine")
+        parse_dialect(f"base = {base}\n", "mine")
 
 
 def test_a_file_that_is_not_there_or_too_large_is_refused(tmp_path: Path) -> None:

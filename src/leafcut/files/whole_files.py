@@ -127,7 +127,18 @@ def read_toml(path: Path, schema: Schema) -> dict[str, Any]:
     Raise `OptionError` if the file does not exist. Raise `DataError` if it cannot be read, is too large, is not
     TOML, or has a schema that this version of leafcut cannot read.
     """
-    return parse_toml(toml_bytes(path), str(path), schema)
+    return parse_toml(toml_text(path), str(path), schema)
+
+
+def toml_text(path: Path) -> str:
+    """Return the text of a TOML file, without a byte order mark.
+
+    Raise like `toml_bytes`, and `DataError` if the text is not UTF-8.
+    """
+    try:
+        return toml_bytes(path).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise DataError("{}: not a TOML file (not UTF-8 text)", path) from None
 
 
 def toml_bytes(path: Path) -> bytes:
@@ -149,7 +160,7 @@ def toml_bytes(path: Path) -> bytes:
     return content
 
 
-def parse_toml(content: bytes, source: str, schema: Schema) -> dict[str, Any]:
+def parse_toml(text: str, source: str, schema: Schema) -> dict[str, Any]:
     """Return the tables of TOML text, without its schema number. `source` names the text in error messages.
 
     Raise `DataError` if the text is not TOML or has a schema that this version of leafcut cannot read.
@@ -157,24 +168,22 @@ def parse_toml(content: bytes, source: str, schema: Schema) -> dict[str, Any]:
     import tomllib
 
     try:
-        tables = tomllib.loads(content.decode("utf-8"))
+        tables = tomllib.loads(text)
         _check_wholes(tables)
-    except UnicodeDecodeError:
-        raise DataError("{}: not a TOML file (not UTF-8 text)", source) from None
     except RecursionError:
         raise DataError("{}: not a TOML file (nested too deep)", source) from None
     except ValueError as problem:  # TOMLDecodeError, or a number with thousands of digits
         error = DataError("{}: not a TOML file ({})", source, printable(str(problem), 200))
-        raise error.at(line=_line_of_syntax_error(str(problem), content)) from None
+        raise error.at(line=_line_of_syntax_error(str(problem), text)) from None
     check_schema(schema, tables.pop(schema.key, schema.current), source)
     return tables
 
 
-def _line_of_syntax_error(text: str, content: bytes) -> int | None:
-    """Return the line that a text of `tomllib` names; its exception has none before Python 3.14."""
-    if text.endswith("(at end of document)"):
-        return len(content.splitlines())
-    match = re.search(r"\(at line (\d+), column \d+\)$", text)
+def _line_of_syntax_error(message: str, toml: str) -> int | None:
+    """Return the line that a message of `tomllib` names; its exception has none before Python 3.14."""
+    if message.endswith("(at end of document)"):
+        return len(toml.splitlines())
+    match = re.search(r"\(at line (\d+), column \d+\)$", message)
     return int(match[1]) if match else None
 
 

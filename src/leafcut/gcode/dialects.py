@@ -16,7 +16,7 @@ from leafcut.errors import DataError, OptionError, name_suggestion, printable
 from leafcut.files.plugins import PluginKind, file_of
 from leafcut.files.schemas import DIALECT
 from leafcut.files.toml_table import TomlTable
-from leafcut.files.whole_files import parse_toml, place_in, toml_bytes
+from leafcut.files.whole_files import parse_toml, place_in, toml_text
 from leafcut.gcode.word_groups import GROUP_OF, M_GROUP_OF
 from leafcut.message import Message
 from leafcut.model.kinds import CutMethod
@@ -334,7 +334,7 @@ def dialect_template(name: str) -> str:
     """Return a TOML template based on a shipped dialect. Raises OptionError if there is none of that name."""
     if name not in _shipped_names():
         raise OptionError("no dialect '{}' is shipped{}", name, name_suggestion(name, sorted(_shipped_names())))
-    text = re.sub(r"^base = .*\n", "", _content(name).decode("utf-8"), flags=re.MULTILINE)
+    text = re.sub(r"^base = .*\n", "", _text(name), flags=re.MULTILINE)
     about = f"# Save it as my.toml, change it, and run with --dialect my.toml. What it does not say is as in {name}."
     return f'{about}\nbase = "{name}"\n{text}'
 
@@ -353,7 +353,7 @@ def dialect(name: str) -> Dialect:
 
 
 def _read_dialect(path: Path, name: str) -> Dialect:
-    return parse_dialect(toml_bytes(path), name, str(path))
+    return parse_dialect(toml_text(path), name, str(path))
 
 
 @cache
@@ -373,19 +373,19 @@ DIALECTS = PluginKind(
 
 @cache
 def _shipped(name: str) -> Dialect:
-    return replace(parse_dialect(_content(name), name), family=name)
+    return replace(parse_dialect(_text(name), name), family=name)
 
 
-def parse_dialect(content: bytes, name: str, place: str = "") -> Dialect:
+def parse_dialect(text: str, name: str, place: str = "") -> Dialect:
     """Parse a dialect from TOML; `place` is its file, for messages. Raises DataError if the text is not TOML, a key is
     unknown or missing, or a value is invalid.
     """
     place = place or Message("dialect {}", name)
-    given = parse_toml(content, place, DIALECT)
+    given = parse_toml(text, place, DIALECT)
     try:
         return _dialect_of(given, name)
     except DataError as problem:
-        place = place_in(place, content.decode("utf-8"), problem.table, problem.key)
+        place = place_in(place, text, problem.table, problem.key)
         raise DataError("{}: {}", place, problem) from None
 
 
@@ -512,9 +512,9 @@ def _faults_of_torch(torch: Torch) -> Iterator[tuple[str, Message]]:
         yield "torch.on", Message("must contain {} if power = true, and must not contain it otherwise", POWER)
 
 
-def _content(name: str) -> bytes:
-    content: bytes = (_folder() / f"{name}.toml").read_bytes()
-    return content
+def _text(name: str) -> str:
+    text: str = (_folder() / f"{name}.toml").read_text(encoding="utf-8")
+    return text
 
 
 def _folder() -> Any:

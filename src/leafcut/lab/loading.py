@@ -9,9 +9,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import DataError, LeafcutError, OptionError, ReadError, name_suggestion
+from leafcut.errors import DataError, LeafcutError, OptionError, name_suggestion
 from leafcut.files.schemas import EXPERIMENT
-from leafcut.files.whole_files import parse_toml, toml_bytes
+from leafcut.files.whole_files import parse_toml, toml_text
 from leafcut.lab.description import (
     ANALYSES,
     MAX_SEEDS,
@@ -56,18 +56,13 @@ def load(name: str | Path) -> Description:
     OptionError
         The name is unknown.
     DataError
-        The file is not TOML, or its content is invalid.
-    ReadError
-        The file cannot be read.
+        The file cannot be read or is not TOML, or its content is invalid.
     """
     if str(name).lower().endswith(".toml"):
         path = Path(name)
+        text = toml_text(path)
         try:
-            content = toml_bytes(path)
-        except OSError as problem:
-            raise ReadError(path, Message("cannot be read ({})", problem.strerror)) from None
-        try:
-            return experiment_of_toml(parse_toml(content, str(path), EXPERIMENT), path.stem, path.parent)
+            return experiment_of_toml(parse_toml(text, str(path), EXPERIMENT), path.stem, path.parent)
         except DataError:
             raise
         except OptionError as problem:  # the error is in the file rather than on the command line
@@ -78,7 +73,8 @@ def load(name: str | Path) -> Description:
             f"unknown experiment '{name}'{name_suggestion(str(name), shipped_names())}; or give a TOML file"
         )
     return replace(
-        experiment_of_toml(parse_toml(file.read_bytes(), str(name), EXPERIMENT), str(name), None), shipped=True
+        experiment_of_toml(parse_toml(file.read_text(encoding="utf-8"), str(name), EXPERIMENT), str(name), None),
+        shipped=True,
     )
 
 

@@ -407,7 +407,7 @@ def _fields(sentence: str) -> set[str]:
 
 @cache
 def _content() -> dict[str, Any]:
-    return parse_toml(_SOURCES.read_bytes(), _SOURCES.name, EXPERIMENT)
+    return parse_toml(_SOURCES.read_text(encoding="utf-8"), _SOURCES.name, EXPERIMENT)
 
 
 def _figures(table: Mapping[str, Any]) -> Iterator[Figure]:

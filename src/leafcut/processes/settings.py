@@ -12,7 +12,7 @@ from typing import Any
 
 from leafcut.errors import DataError, OptionError, name_suggestion
 from leafcut.files.schemas import OPTIONS
-from leafcut.files.whole_files import check_is_there, line_of, parse_toml, place_in, toml_bytes
+from leafcut.files.whole_files import check_is_there, line_of, parse_toml, place_in, toml_text
 from leafcut.message import Message
 from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name
 from leafcut.options.removed import why_removed
@@ -215,11 +215,10 @@ def placed_options(file: Path) -> list[PlacedOption]:
     the line.
     """
     try:
-        content = toml_bytes(file)
-        data = parse_toml(content, str(file), OPTIONS)
+        text = toml_text(file)
+        data = parse_toml(text, str(file), OPTIONS)
     except DataError as problem:  # an error in a file of options is reported like one on the command line
         raise OptionError(str(problem)) from None
-    text = content.decode("utf-8")
 
     def refused(message: str, section: str, name: str = "") -> OptionError:
         return OptionError("{}: {}", place_in(file, text, section, name), message)

@@ -114,7 +114,7 @@ def machine_of_profile(text: str, place: str) -> Machine:
     DataError
         A key is unknown, missing, of the wrong kind or out of range.
     """
-    return _machine_of(parse_toml(text.encode(), place, MACHINE), place)
+    return _machine_of(parse_toml(text, place, MACHINE), place)
 
 
 def profile_of(name_or_path: str) -> dict[str, Any]:
@@ -134,7 +134,7 @@ def _profile(name_or_path: str) -> tuple[dict[str, Any], str]:
             return {**read_toml(path, MACHINE), "name": name_or_path}, str(path)
         raise OptionError("unknown machine '{}'{}", name_or_path, name_suggestion(name_or_path, machine_names()))
     file = _folder() / f"{name_or_path}.toml"
-    return parse_toml(file.read_bytes(), file.name, MACHINE), file.name
+    return parse_toml(file.read_text(encoding="utf-8"), file.name, MACHINE), file.name
 
 
 def _work_offset(value: Sequence[float]) -> XYZ:

@@ -12,7 +12,7 @@ from typing import Any
 from leafcut.errors import DataError, OptionError, name_suggestion
 from leafcut.files.schemas import MATERIAL
 from leafcut.files.toml_table import TomlTable
-from leafcut.files.whole_files import parse_toml, read_toml
+from leafcut.files.whole_files import parse_toml, read_toml, toml_text
 from leafcut.model.kinds import CuttingWork, ToolMaterial
 from leafcut.model.work_material import ToolLife, WorkMaterial
 from leafcut.units import SECONDS_PER_MINUTE
@@ -76,13 +76,13 @@ def material_text(name_or_path: str) -> str:
     """Return the file of a material to edit, with the source of every value. Raises like `load_material`."""
     material = load_material(name_or_path)
     if name_or_path.lower().endswith(".toml"):
-        return Path(name_or_path).read_text(encoding="utf-8-sig")
+        return toml_text(Path(name_or_path))
     return (resources.files("leafcut.materials") / f"{material.name}.toml").read_text(encoding="utf-8")
 
 
 def _shipped(name: str) -> WorkMaterial:
     file = resources.files("leafcut.materials") / f"{name}.toml"
-    return _material(parse_toml(file.read_bytes(), file.name, MATERIAL), file.name)
+    return _material(parse_toml(file.read_text(encoding="utf-8"), file.name, MATERIAL), file.name)
 
 
 def _material(data: dict[str, Any], place: str) -> WorkMaterial:

@@ -9,6 +9,7 @@ from typing import Any
 
 from leafcut.errors import OptionError
 from leafcut.files.schemas import TOOLS
+from leafcut.files.whole_files import toml_text
 from leafcut.model.cutting_front import CuttingData, CuttingPoint
 from leafcut.model.tool import CONES, Tool, ToolKind
 from leafcut.options import Settings
@@ -41,7 +42,7 @@ def library_text(data: CuttingData, settings: Settings, file: str | Path) -> str
 def _updated_library_text(library: Path, chosen: dict[int, CuttingPoint]) -> str:
     import tomlkit
 
-    document = tomlkit.parse(library.read_text(encoding="utf-8-sig"))
+    document = tomlkit.parse(toml_text(library))
     document.setdefault(TOOLS.key, TOOLS.current)
     for table in document.get("tool", []):
         point = chosen.get(int(table["number"]))

@@ -11,7 +11,7 @@ from pathlib import Path
 from leafcut.errors import DataError, OptionError, PlanError, name_suggestion, printable
 from leafcut.files.schemas import OPERATIONS
 from leafcut.files.toml_table import TomlTable
-from leafcut.files.whole_files import parse_toml, place_in, toml_bytes
+from leafcut.files.whole_files import parse_toml, place_in, toml_text
 from leafcut.geometry.arrays import Point
 from leafcut.model.contour import Contour, layer_matcher
 from leafcut.model.part import Part
@@ -81,9 +81,8 @@ def read_operations(path: Path) -> tuple[LayerRule, ...]:
 
     Raises OptionError if the file does not exist, and DataError, with the line, if it is invalid.
     """
-    content = toml_bytes(path)
-    tables = parse_toml(content, str(path), OPERATIONS)
-    text = content.decode("utf-8")
+    text = toml_text(path)
+    tables = parse_toml(text, str(path), OPERATIONS)
     try:
         table = TomlTable(tables, "", ["layer"]).values.get("layer")
     except DataError as problem:

@@ -13,7 +13,7 @@ from typing import Any
 
 from leafcut.errors import DataError, OptionError, name_suggestion, printable
 from leafcut.files.schemas import MACHINE_ANSWERS
-from leafcut.files.whole_files import line_of, parse_toml, toml_bytes
+from leafcut.files.whole_files import line_of, parse_toml, toml_text
 from leafcut.gcode.dialects import dialects
 from leafcut.model.kinds import Head
 from leafcut.read.controllers.importing import ImportedMachine, profile_text, values_of
@@ -95,11 +95,11 @@ def read_answers(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
     DataError
         The file cannot be read, or is not TOML.
     """
-    content = toml_bytes(file)
-    given = parse_toml(content, str(file), MACHINE_ANSWERS)
+    text = toml_text(file)
+    given = parse_toml(text, str(file), MACHINE_ANSWERS)
     places = {}
     for name in given:
-        line = line_of(content.decode("utf-8"), "", name)
+        line = line_of(text, "", name)
         places[name] = f"{file}:{line}" if line else str(file)
     return given, places
 
