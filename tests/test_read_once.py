@@ -11,12 +11,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import ezdxf
 import numpy as np
 import pytest
+from ezdxf.document import Drawing
 from PIL import Image
 
 import leafcut
 from leafcut import api
+from leafcut.cli.app import run
 from leafcut.model.outcome import Outcome
 from leafcut.read import Source
 from leafcut.studio.jobs.preview import read_preview
@@ -188,3 +191,18 @@ def test_the_file_of_a_source_in_memory_is_never_overwritten(tmp_path: Path) -> 
     shutil.copy(EXAMPLES / "plate_10.dxf", drawing)
     with pytest.raises(leafcut.LeafcutError, match="never overwritten"):
         leafcut.optimize(Source(str(drawing), drawing.read_bytes()), drawing, thickness=6)
+
+
+def test_a_drawing_is_parsed_once_to_choose_the_command_and_to_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A named machine and mill ask whether the drawing is a part; a layer named for pockets, whether it has pockets."""
+    document, parsed, load = ezdxf.new(units=4), list[Any](), Drawing.from_tags
+    for x in (0, 50):
+        corners = [(x, 0), (x + 40, 0), (x + 40, 20), (x, 20)]
+        document.modelspace().add_lwpolyline(corners, close=True, dxfattribs={"layer": "POCKETS"})
+    document.saveas(tmp_path / "pockets.dxf")
+    monkeypatch.setattr(Drawing, "from_tags", lambda tags: parsed.append(tags) or load(tags))
+    options = "--machine linuxcnc-mill --tool-diameter 6 --thickness 3 --time-limit 1 --no-bound --threads 1"
+    run([str(tmp_path / "pockets.dxf"), *options.split()])
+    assert len(parsed) == 1

@@ -211,14 +211,10 @@ def _sources(source: Input | Sequence[Input]) -> list[Input]:
 
 def _guess_command(sources: Sequence[Input], settings: Settings) -> tuple[str, list[Input]]:
     """Return the command for the inputs ("auto" for the usual command), and the inputs after reading."""
-    from leafcut.read.registry import read_source
+    from leafcut.read.registry import read_once, read_source
 
-    inputs = [read_source(source) for source in sources]
-    # The drawing may be read twice, but it is parsed only once.
-    inputs = [
-        (format_, loaded if loaded.cache is not None else replace(loaded, cache={})) for format_, loaded in inputs
-    ]
-    return registry.guess_command(inputs, settings), [loaded for _, loaded in inputs]
+    loaded = [read_once(source) for source in sources]
+    return registry.guess_command([read_source(source) for source in loaded], settings), [*loaded]
 
 
 def _collect(
@@ -600,7 +596,7 @@ def output_name(
 
 
 def program_for(
-    source: str | Path,
+    source: Input,
     process: str = "auto",
     options_file: str | Path | None = None,
     defaults_file: str | Path | None = None,
@@ -615,12 +611,12 @@ def program_for(
     from leafcut.read.registry import format_name
 
     settings = _collect(process, options, options_file, defaults_file)
-    if process == "auto" and Path(source).is_file():
+    if process == "auto" and Path(str(source)).is_file():
         process, _ = _guess_command([source], settings)
     settings = _with_usual_options(settings, process)
     extension = program_extension(settings.post.dialect or machine_of(settings).controller)
-    if format_name(source) == "gcode":
-        return Path(source).name, "reorder"
+    if format_name(str(source)) == "gcode":
+        return Path(str(source)).name, "reorder"
     name = Path(str(source).replace("example:", "").replace(":", "-")).stem + extension
     return name, "drill" if process == "auto" else process
 

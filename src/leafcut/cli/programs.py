@@ -51,6 +51,7 @@ from leafcut.processes.settings import all_options
 if TYPE_CHECKING:
     from leafcut.cli.batch import BatchResult, BatchRow
     from leafcut.model.outcome import Outcome
+    from leafcut.read import Input
 
 _MANY = Group("Many inputs", sort_key=50)
 
@@ -133,12 +134,15 @@ def optimize(
     if executor is not None or workers is not None:
         raise OptionError(f"--{'workers' if executor is None else 'executor'}: only for several inputs; leave it out")
     from leafcut import api
+    from leafcut.read.registry import read_once
 
-    source = StandardInput.read() if inputs == [DASH] else inputs[0] if len(inputs) == 1 else inputs
-    file = None if dry_run or output == DASH else _program_file(inputs, output, given)
+    loaded: list[Input] = [StandardInput.read()] if inputs == [DASH] else [*inputs]
+    if asked == "auto":
+        loaded = [read_once(source) for source in loaded]
+    file = None if dry_run or output == DASH else _program_file(inputs, loaded, output, given)
     replaced = Path(file).read_bytes() if file and output is None and Path(file).is_file() else None
     with note_old_output(file), Reporter(quiet=quiet) as reporter:
-        outcome = api.optimize(source, file, report=report, progress=reporter, **given)
+        outcome = api.optimize(loaded, file, report=report, progress=reporter, **given)
     _report_replaced(file, replaced)
     if output == DASH:
         write_program(outcome.text.encode(outcome.encoding))
@@ -160,7 +164,9 @@ def optimize(
     return _status_of(outcome)
 
 
-def _program_file(inputs: Sequence[str], output: str | None, given: Mapping[str, Any]) -> str | None:
+def _program_file(
+    inputs: Sequence[str], loaded: Sequence[Input], output: str | None, given: Mapping[str, Any]
+) -> str | None:
     """Return the program file, by default beside the input; None for standard input without an output.
 
     Raises OutputError if the file exists and is not leafcut's own, and OptionError if the command does not read the
@@ -171,11 +177,11 @@ def _program_file(inputs: Sequence[str], output: str | None, given: Mapping[str,
 
     command = ""
     if output is None and inputs != [DASH]:
-        name, command = api.program_for(inputs[0], **given)
+        name, command = api.program_for(loaded[0], **given)
         output = places_beside(inputs[:1], [name], inputs)[0]
         if Path(output).is_file():
             registry.check_asked(str(given["process"]))
-            registry.process_for([read_source(source) for source in inputs], str(given["process"]))
+            registry.process_for([read_source(source) for source in loaded], str(given["process"]))
     check_own(output, inputs, command)
     return output
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from functools import cache
 from pkgutil import resolve_name
@@ -257,10 +257,15 @@ def guess_command(inputs: Sequence[tuple[Format, Source]], settings: Settings) -
     names, usual_name = [name for name in format_.processes if name in BUILT_IN], _USUAL["drawing"]
     if len(inputs) > 1 or len(names) < 2:
         return "auto"
+
+    @cache
+    def drawing() -> WholeDrawing | None:
+        return _whole_drawing(source, settings)
+
     names = _fitting_options(_fitting_machine(names, settings), settings)
     others = [name for name in names if name != _PART]
     if others != names and others:
-        if _is_part_for_mill(names, source, settings):
+        if _is_part_for_mill(names, drawing, settings):
             return _PART
         if len(others) == 1 or usual_name in others:
             names = others
@@ -268,7 +273,7 @@ def guess_command(inputs: Sequence[tuple[Format, Source]], settings: Settings) -
         commands = [f"leafcut {_COMMAND_OF.get(name, name)} {source.path}" for name in names]
         choices = " or ".join(", ".join(commands).rsplit(", ", 1))
         raise OptionError("{}: several kinds of work are possible; type {}", source.path, choices)
-    chosen = names[0] if len(names) == 1 else _named_by_layers(names, source, settings) or usual_name
+    chosen = names[0] if len(names) == 1 else _named_by_layers(names, source, drawing, settings) or usual_name
     return "auto" if chosen == usual_name else _COMMAND_OF.get(chosen, chosen)
 
 
@@ -287,35 +292,41 @@ def _fitting_options(names: list[str], settings: Settings) -> list[str]:
     return [name for name in names if settings.asked <= process(name).used().keys()] or names
 
 
-def _named_by_layers(names: list[str], source: Source, settings: Settings) -> str:
+def _named_by_layers(
+    names: list[str], source: Source, drawing: Callable[[], WholeDrawing | None], settings: Settings
+) -> str:
     """Return the process to which layer names of the drawing refer, if the drawing has few holes; otherwise ""."""
     from leafcut.processes.suitability import COUNTED
 
     stems = {pattern.rstrip("*").encode() for name in names for pattern in process(name).layer_names}
     if settings.read.layers or not any(stem in source.data.upper() for stem in stems):
         return ""
-    ratings = _ratings(names, source, settings)
+    ratings = _ratings(names, drawing())
     likeliest = next(iter(ratings), "")
     holes = ratings.get(_USUAL["drawing"])
     clear = likeliest and ratings[likeliest].score > COUNTED and (holes is None or 2.0 * holes.score < COUNTED)
     return likeliest if clear else ""
 
 
-def _is_part_for_mill(names: list[str], source: Source, settings: Settings) -> bool:
+def _is_part_for_mill(names: list[str], drawing: Callable[[], WholeDrawing | None], settings: Settings) -> bool:
     """Return whether the user named a machine and a mill, and the drawing is rated highest as a part."""
     named = {"machine", "tool_diameter"} <= settings.given and settings.asked <= process(_PART).used().keys()
-    return named and next(iter(_ratings(names, source, settings)), "") == _PART
+    return named and next(iter(_ratings(names, drawing())), "") == _PART
 
 
-def _ratings(names: list[str], source: Source, settings: Settings) -> dict[str, Suitability]:
-    """Return the suitability of a drawing for the processes, the best first; empty if it cannot be read."""
+def _ratings(names: list[str], drawing: WholeDrawing | None) -> dict[str, Suitability]:
+    return {} if drawing is None else rate_works(names, drawing)
+
+
+def _whole_drawing(source: Source, settings: Settings) -> WholeDrawing | None:
+    """Return the drawing to rate; None if it cannot be read."""
     from leafcut.processes.suitability import WholeDrawing
     from leafcut.read import read_whole
 
     try:
-        return rate_works(names, WholeDrawing(read_whole(source, settings.read)))
+        return WholeDrawing(read_whole(source, settings.read))
     except LeafcutError:  # the process reports it
-        return {}
+        return None
 
 
 def check_asked(word: str) -> None:

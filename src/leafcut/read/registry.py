@@ -193,6 +193,15 @@ def read_source(source: Input, on_progress: Heartbeat = ignore_heartbeat) -> tup
     return choose(known, loaded), loaded
 
 
+def read_once(source: Input) -> Source:
+    """Return an input with its bytes and a cache, so that several readers open and parse it only once.
+
+    Raises like `read_source`.
+    """
+    _, loaded = read_source(source)
+    return loaded if loaded.cache is not None else replace(loaded, cache={})
+
+
 def format_name(path: str | Path) -> str:
     """Return the name of the format of a file, from its first bytes; empty if unreadable or unknown."""
     try:
