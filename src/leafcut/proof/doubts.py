@@ -125,8 +125,9 @@ def _unknown_changes(program: Program, dialect: Dialect) -> Iterator[Issue]:
         if _CHANGE.search(COMMENT.sub(" ", program.lines[line - 1])):
             message = Message(
                 "{} does not support M6: it stops with an error or skips the tool change, unless the "
-                "sender handles it; use M0",
+                "sender handles it; use {}",
                 dialect.name,
+                dialect.stop_word,
             )
             yield Issue("L806", message, Message("line {}", line))
             return
