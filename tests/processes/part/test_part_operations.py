@@ -11,7 +11,7 @@ import pytest
 import shapely
 
 import leafcut
-from leafcut.errors import LeafcutError
+from leafcut.errors import LeafcutError, PlanError
 from leafcut.model.toolpath import Kind
 from leafcut.processes.part.report import PartReport
 from leafcut.report.page import write_page
@@ -368,3 +368,21 @@ def test_linuxcnc_accepts_the_name_plate(rs274: str, dialect: str, tmp_path: Pat
     text = milled(tmp_path, dialect=dialect).text
     status, said = run_rs274(rs274, text, tmp_path)
     assert status == 0, said[-500:]
+
+
+@pytest.mark.parametrize(
+    "layer, name", [("OUTLINE", "outline"), ("HOLES", "opening"), ("TEXT", "path"), ("POCKET_3", "pocket")]
+)
+def test_a_clamp_on_the_work_is_refused_before_the_search(layer: str, name: str, tmp_path: Path) -> None:
+    """The clamp is 0.2 mm wide, and lies on the middle of the first line of a layer."""
+    line = shapely.get_geometry(letters(), 0) if layer == "TEXT" else drawn(layer)[0].exterior
+    x, y = np.mean(line.coords[:2], axis=0)
+    steps: list[str] = []
+    with pytest.raises(PlanError, match=f"{name} at .* is in the keep-out zone") as refused:
+        milled(
+            tmp_path,
+            keep_out=f"{x - 0.1} {y - 0.1} {x + 0.1} {y + 0.1} 5",
+            progress=lambda progress: steps.append(str(progress.step)),
+        )
+    assert "move the clamp" in str(refused.value)
+    assert {*steps} == {"reading"}

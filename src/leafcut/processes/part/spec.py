@@ -30,6 +30,7 @@ from leafcut.processes.contours import (
     without_excluded_holes,
 )
 from leafcut.processes.job import Job, check_dialect_options, check_tool_changes, dialect_of, library_of, plane_point
+from leafcut.processes.milling.clamps import clamps_of, refuse_clamped
 from leafcut.processes.milling.mill import assumed_number, library_mill_for, milling_data
 from leafcut.processes.part.clearing import check_pockets, pocket_areas, pocket_tasks
 from leafcut.processes.part.copies import repeat_part
@@ -48,7 +49,7 @@ from leafcut.processes.part.options import PartOptions
 from leafcut.processes.part.plan.engraving import engraving_tasks
 from leafcut.processes.part.plan.holes import HoleGroup, PlannedHole, fitting_drill, hole_groups
 from leafcut.processes.part.plan.motion import part_motion
-from leafcut.processes.part.plan.outlines import OutlineCut, edges_of, missing_paths, plan_cuts
+from leafcut.processes.part.plan.outlines import TOLERANCE, OutlineCut, edges_of, missing_paths, plan_cuts
 from leafcut.processes.part.plan.task import Mill, MillTask, PartHeights
 from leafcut.processes.plan import Plan
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
@@ -133,14 +134,6 @@ def plan_part(job: Job, source: Source) -> Plan:
     job = job.for_dialect(post_dialect)
     check_dialect_options(settings, post_dialect)
     check_tool_changes(job.machine, post_dialect)
-    pockets, more = pocket_tasks(job, post_dialect, part, areas, edges, main)
-    issues += more
-    through: list[MillTask] = [*pockets, *cuts]
-    stages = []
-    for one in (*mills, main):
-        own = [engraving for engraving in engravings if engraving.tool == one.data.tool.number]
-        tasks = (*engraving_tasks(own, edges, one.step), *(through if one is main else ()))
-        stages += [MillStage(one, tasks)] if tasks else []
     request = PartRequest(
         edges=tuple(edges),
         holes=tuple(PartHole(hole.x, hole.y, hole.drill.number, bottom - hole.drill.point_length) for hole in drilled),
@@ -156,9 +149,14 @@ def plan_part(job: Job, source: Source) -> Plan:
         feed=data.tool.feed,
     )
     tools = {one.data.tool.number: one.data.tool for one in (*mills, main)}
+    heights = _heights(job, tabs, thickness, bottom)
+    _refuse_clamps(request, cuts, tools | {group.tool.number: group.tool for group in groups}, settings)
+    pockets, more = pocket_tasks(job, post_dialect, part, areas, edges, main)
+    issues += more
+    stages = _mill_stages([*mills, main], request, [*pockets, *cuts])
     layers = _layer_works(part, divided, request, drilled, tools)
     holes = tuple(Hole(x, y, group.tool.diameter) for group in groups for x, y in group.places.tolist())
-    work = PartWork(tuple(groups), tuple(stages), tuple(cuts), _heights(job, tabs, thickness, bottom), layers)
+    work = PartWork(tuple(groups), tuple(stages), tuple(cuts), heights, layers)
     return Plan(
         job=job,
         part=replace(part, holes=holes),
@@ -248,6 +246,44 @@ def _heights(job: Job, tabs: TabRules, thickness: float, bottom: float) -> PartH
         zones=parse_zones(asked.keep_out)[high],
         end=plane_point(asked.end_point),
     )
+
+
+def _mill_stages(mills: Sequence[Mill], request: PartRequest, last: Sequence[MillTask]) -> list[MillStage]:
+    """Return the engravings of each mill, and the tasks `last` of the last mill; mills without tasks are left out."""
+    stages = []
+    for mill in mills:
+        own = [engraving for engraving in request.engravings if engraving.tool == mill.data.tool.number]
+        tasks = (*engraving_tasks(own, request.edges, mill.step), *(last if mill is mills[-1] else ()))
+        stages += [MillStage(mill, tasks)] if tasks else []
+    return stages
+
+
+def _refuse_clamps(
+    request: PartRequest, cuts: Sequence[OutlineCut], tools: Mapping[int, Tool], settings: Settings
+) -> None:
+    """Raise PlanError if the part cannot be made without hitting a keep-out zone."""
+    clamps = clamps_of(settings.job.keep_out, settings.job.clearance_height)
+    if not clamps:
+        return
+    mill, radius = request.tool, request.radius
+    works: list[tuple[str, shapely.Geometry, float, int]] = [
+        *(
+            (request.edges[cut.edge].name, shapely.LinearRing(cut.path.flattened(TOLERANCE)), request.bottom, mill)
+            for cut in cuts
+        ),
+        *((area.name, area.region.buffer(-radius), -area.depth, mill) for area in request.pockets),
+        *(
+            (one.name, shapely.LineString(one.path.flattened(TOLERANCE)), -one.depth, one.tool)
+            for one in request.engravings
+        ),
+        *(
+            (Message("the hole at {:g}, {:g}", hole.x, hole.y), shapely.Point(hole.x, hole.y), hole.tip, hole.tool)
+            for hole in request.holes
+        ),
+    ]
+    for name, centres, floor, tool in works:
+        wide = radius if tool == mill else 0.5 * tools[tool].diameter
+        refuse_clamped(name, centres, floor, tools[tool], wide, clamps)
 
 
 def part_candidate(plan: Plan, order: Order) -> Candidate:

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import shapely
-
-from leafcut.errors import OptionError, PlanError, count_of
+from leafcut.errors import OptionError, count_of
 from leafcut.geometry.regions import tool_centres
 from leafcut.geometry.zones import widen_zones
 from leafcut.message import Message
-from leafcut.model.cutter import bodies_of, discs_of, widest_below
+from leafcut.model.cutter import bodies_of, widest_below
 from leafcut.model.issue import Issue
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.tool import Tool
@@ -29,6 +26,7 @@ from leafcut.processes.job import (
     refuse_missing,
     refuse_too_large,
 )
+from leafcut.processes.milling.clamps import Clamp, clamps_of, refuse_clamped
 from leafcut.processes.pocket.job import PocketJob, PocketSolid, raise_path
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
@@ -107,7 +105,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
         zones=widen_zones(parse_zones(keep_out), beside)[high],
     )
     floors, clearance = [one.floor + surface for one in levels], settings.job.clearance_height + surface
-    refuse_clamps(part.pockets, floors, rules, data.tool, keep_out, clearance)
+    _refuse_clamps(part.pockets, floors, rules, data.tool, clamps_of(keep_out, clearance))
     post_dialect = dialect_of(run)
     run = run.for_dialect(post_dialect)
     check_dialect_options(settings, post_dialect)
@@ -201,52 +199,11 @@ def _extent_moves(job: PocketJob) -> Toolpath:
     return raise_path(builder.build(), job.top)
 
 
-#: Maximum overlap with a zone that is left to verification, mm, because only verification knows the exact path.
-ROUNDING = 0.05
-
-
-def refuse_clamps(
-    pockets: Sequence[Pocket],
-    floors: Sequence[float],
-    rules: PocketRules,
-    tool: Tool,
-    keep_out: Sequence[str],
-    clearance: float,
+def _refuse_clamps(
+    pockets: Sequence[Pocket], floors: Sequence[float], rules: PocketRules, tool: Tool, clamps: Sequence[Clamp]
 ) -> None:
-    """Raise an error for a pocket that cannot be milled without hitting a keep-out zone.
-
-    `floors` contains the heights of the floors, mm. `clearance` is the height of zones without their own height, mm.
-    The PlanError states the pocket, the zone, and the missing tool length or distance.
-    """
-    zones: Any = [shapely.box(*zone) for zone in parse_zones(keep_out)]
-    heights = crossing_heights(keep_out, clearance).tolist()
-    for pocket, floor in zip(pockets, floors, strict=True) if zones else ():
+    """Raise PlanError for a pocket that cannot be milled without hitting a clamp; `floors` are their heights, mm."""
+    for pocket, floor in zip(pockets, floors, strict=True) if clamps else ():
         centres = tool_centres(pocket.region(rules.tolerance), rules.radius + rules.stock, rules.tolerance)
-        if centres.is_empty:
-            continue
-        for text, zone, height in zip(keep_out, zones, heights, strict=True):
-            away = float(shapely.distance(centres, zone)) + ROUNDING
-            if away < rules.radius:
-                raise PlanError(
-                    "{} is in the keep-out zone '{}', or closer to it than the radius of "
-                    "{}; move the clamp, or change --keep-out",
-                    pocket.label,
-                    text,
-                    tool.label,
-                )
-            meets = [disc for disc in discs_of(tool) if disc.radius > away and floor + disc.above < height]
-            if meets:
-                lowest = min(meets, key=lambda disc: disc.above)
-                farther = math.ceil(height - floor - lowest.above)
-                apart = math.ceil(max(disc.radius for disc in meets) - away)
-                raise PlanError(
-                    "{}: the {} of {} meets the keep-out zone '{}', {:.3g} mm beside the tool's path; let the mill "
-                    "stick out {} mm farther, move the clamp {} mm away, or use a lower clamp",
-                    pocket.label,
-                    lowest.body,
-                    tool.label,
-                    text,
-                    away,
-                    farther,
-                    apart,
-                )
+        if not centres.is_empty:
+            refuse_clamped(pocket.label, centres, floor, tool, rules.radius, clamps)

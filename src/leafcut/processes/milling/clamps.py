@@ -1,0 +1,67 @@
+"""Clamps on the table, given as keep-out zones: work that a mill cannot do without hitting one is refused."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import shapely
+
+from leafcut.errors import PlanError
+from leafcut.model.cutter import discs_of
+from leafcut.model.tool import Tool
+from leafcut.processes.zones import crossing_heights, parse_zones
+
+#: Maximum overlap with a zone that is left to verification, mm, because only verification knows the exact path.
+ROUNDING = 0.05
+
+
+class Clamp(NamedTuple):
+    """A clamp: the text of its zone, its area, and the lowest height at which a tool may cross it, mm."""
+
+    text: str
+    area: shapely.Polygon
+    height: float
+
+
+def clamps_of(keep_out: Sequence[str], clearance: float) -> list[Clamp]:
+    """Return the clamps of ``--keep-out``; `clearance` is the height of zones without their own height, mm."""
+    areas = [shapely.box(*zone) for zone in parse_zones(keep_out).tolist()]
+    return [*map(Clamp, keep_out, areas, crossing_heights(keep_out, clearance).tolist())]
+
+
+def refuse_clamped(
+    name: str, centres: shapely.Geometry, floor: float, tool: Tool, radius: float, clamps: Sequence[Clamp]
+) -> None:
+    """Raise PlanError if a tool, its shank or its holder hits a clamp.
+
+    `centres` is the area or the path of the tool's centre, `floor` is the lowest height of its tip, and `radius` is the
+    radius of its flutes, mm. The message states the work, the zone, and the missing tool length or distance.
+    """
+    for clamp in clamps:
+        away = float(shapely.distance(centres, clamp.area)) + ROUNDING
+        if away < radius:
+            raise PlanError(
+                "{} is in the keep-out zone '{}', or closer to it than the radius of "
+                "{}; move the clamp, or change --keep-out",
+                name,
+                clamp.text,
+                tool.label,
+            )
+        hits = [disc for disc in discs_of(tool) if disc.radius > away and floor + disc.above < clamp.height]
+        if hits:
+            lowest = min(hits, key=lambda disc: disc.above)
+            farther = math.ceil(clamp.height - floor - lowest.above)
+            apart = math.ceil(max(disc.radius for disc in hits) - away)
+            raise PlanError(
+                "{}: the {} of {} meets the keep-out zone '{}', {:.3g} mm beside the tool's path; let the mill "
+                "stick out {} mm farther, move the clamp {} mm away, or use a lower clamp",
+                name,
+                lowest.body,
+                tool.label,
+                clamp.text,
+                away,
+                farther,
+                apart,
+            )
