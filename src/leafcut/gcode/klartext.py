@@ -181,8 +181,8 @@ class _Reader:
                 raise BlockError("a dwell cannot be negative")
             self.path.dwell(float(found[2]), line=self.line)
 
-    def _define_cycle(self, said: list[str]) -> None:
-        found = [_Q.fullmatch(one) for one in said]
+    def _define_cycle(self, words: list[str]) -> None:
+        found = [_Q.fullmatch(one) for one in words]
         names = [one[1] for one in found if one is not None]
         if names != list(CYCLE_200):
             raise BlockError("cycle 200 needs {}, in this order", " ".join(CYCLE_200))

@@ -77,7 +77,7 @@ class BlockReader:
         self._kinds: list[int] = program.path.kind.tolist()
         self._first: list[int] = program.first.tolist()
         self._words: dict[int, BlockWords | None] = {}
-        self._obeyed = {said.line for said in program.obeyed}
+        self._obeyed = {setting.line for setting in program.obeyed}
 
     @cached_property
     def blocks_by_letter(self) -> dict[str, tuple[list[int], list[str]]]:

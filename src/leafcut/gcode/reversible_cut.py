@@ -159,17 +159,17 @@ class _CutReader:
     ) -> tuple[tuple[str | None, str | None], ...] | None:
         """Return X and Y of every point of the cut as text; None if a text does not match its coordinate."""
         unit = self.program.modal(body).unit or 1.0
-        said: dict[str, str | None] = {"X": None, "Y": None}
+        stated: dict[str, str | None] = {"X": None, "Y": None}
         places: list[tuple[str | None, str | None]] = []
         for block in range(self.begin, tail):
-            said.update((w.letter, w.text) for w in blocks[block - self.begin].words if w.letter in "XY")
+            stated.update((w.letter, w.text) for w in blocks[block - self.begin].words if w.letter in "XY")
             if block < body - 1:
                 continue
             at = self._before(rows[0]) if block < body else self._after(rows[block - body])
-            for text, value in zip(said.values(), at, strict=True):
+            for text, value in zip(stated.values(), at, strict=True):
                 if not math.isfinite(value) or (text is not None and abs(float(text) * unit - value) > _TOLERANCE):
                     return None
-            places.append((said["X"], said["Y"]))
+            places.append((stated["X"], stated["Y"]))
         return tuple(places)
 
     def _centres(self, blocks: list[Block], body: int, rows: list[int]) -> bool:
@@ -181,9 +181,9 @@ class _CutReader:
                 continue
             centre = self.path.arcs[int(self.path.ref[row])].center
             origin = (0.0, 0.0) if modal.absolute_centres else self._before(row)
-            said = {word.letter: word.value for word in blocks[body - self.begin + number].words}
+            stated = {word.letter: word.value for word in blocks[body - self.begin + number].words}
             for axis, letter in enumerate("IJ"):
-                if letter in said and abs(origin[axis] + said[letter] * unit - centre[axis]) > _TOLERANCE:
+                if letter in stated and abs(origin[axis] + stated[letter] * unit - centre[axis]) > _TOLERANCE:
                     return False
         return True
 

@@ -83,10 +83,10 @@ def _call_cycle(state: InterpreterState, name: str, arguments: Sequence[str]) ->
         raise BlockError("MCALL within MCALL; an MCALL without a cycle is missing before it")
     if len(arguments) > _MOST_ARGUMENTS[name]:
         raise BlockError("{} with {} arguments: leafcut reads only its own Siemens programs", name, len(arguments))
-    said = dict(zip(_ARGUMENTS[name], arguments, strict=False))
+    values = dict(zip(_ARGUMENTS[name], arguments, strict=False))
     if state.incremental or state.plane != 17:
         raise BlockError("{} is understood in the XY plane (G17) with G90 only", name)
-    rtp, rfp, sdis, bottom = (_length(state, name, said, key) for key in ("RTP", "RFP", "SDIS", "DP"))
+    rtp, rfp, sdis, bottom = (_length(state, name, values, key) for key in ("RTP", "RFP", "SDIS", "DP"))
     if sdis < 0.0:
         raise BlockError("{}: SDIS must not be negative", name)
     r_plane, here = rfp + sdis, state.path.position[2]
@@ -96,17 +96,17 @@ def _call_cycle(state: InterpreterState, name: str, arguments: Sequence[str]) ->
         raise BlockError("{}: RTP is neither the reference plane nor the height of the tool", name)
     peck = dwell = 0.0
     if name == "CYCLE82":
-        dwell = _number(name, said, "DTB")
+        dwell = _number(name, values, "DTB")
         if dwell < 0.0:
             raise BlockError("CYCLE82: a negative dwell is a number of revolutions, which leafcut does not read")
     if name == "CYCLE83":
-        wrong = [key for key, value in _FIXED.items() if said.get(key, "") != value]
+        wrong = [key for key, value in _FIXED.items() if values.get(key, "") != value]
         if wrong:
             raise BlockError("CYCLE83: {} must be {}", wrong[0], _FIXED[wrong[0]] or Message("empty"))
-        peck = r_plane - _length(state, name, said, "FDEP")
+        peck = r_plane - _length(state, name, values, "FDEP")
         if not peck > 0.0:
             raise BlockError("CYCLE83: FDEP must be below the reference plane")
-    of_name = {"CYCLE81": "G81", "CYCLE82": "G82"}.get(name) or {"0": "G73", "1": "G83"}.get(said.get("VARI", ""))
+    of_name = {"CYCLE81": "G81", "CYCLE82": "G82"}.get(name) or {"0": "G73", "1": "G83"}.get(values.get("VARI", ""))
     if of_name is None:
         raise BlockError("CYCLE83: VARI must be 0 or 1")
     state.call = DrillCycle(of_name, r_plane, bottom, rtp > r_plane, peck, dwell)
@@ -122,15 +122,15 @@ _ARGUMENTS = {
 _FIXED = {"DPR": "", "FDPR": "", "DAM": "0", "DTB": "0", "DTS": "0", "FRF": "1"}
 
 
-def _number(name: str, said: dict[str, str], key: str) -> float:
-    text = said.get(key, "")
+def _number(name: str, values: dict[str, str], key: str) -> float:
+    text = values.get(key, "")
     if not _NUMBER.fullmatch(text):
         raise BlockError("{} needs {}, a number", name, key)
     return float(text)
 
 
-def _length(state: InterpreterState, name: str, said: dict[str, str], key: str) -> float:
-    return state.mm(Word(key, _number(name, said, key), said[key]))
+def _length(state: InterpreterState, name: str, values: dict[str, str], key: str) -> float:
+    return state.mm(Word(key, _number(name, values, key), values[key]))
 
 
 def _drill_position(state: InterpreterState, cycle: DrillCycle, words: SortedBlock) -> None:

@@ -105,10 +105,10 @@ def prove_program(plan: Plan, best: Candidate) -> Candidate:
         check_cancelled=check_cancelled,
     )
     if not certificate.same:
-        said = _first_of(certificate.differences)
+        message = _first_of(certificate.differences)
         lines = {line for d in certificate.differences for line, _ in ((d.original, d.new), *d.also) if line}
         sections = {_section_at(work, line) for line in lines} - {-1}
-        raise OrderRefused(said, _pieces_at(work, lines), sections)
+        raise OrderRefused(message, _pieces_at(work, lines), sections)
     if work.obstacles is not None:
         from leafcut.processes.keep_out import obstacle_hits
 
@@ -172,14 +172,14 @@ def kept_issues(work: ForeignWork, order: Order) -> Iterator[Issue]:
     for reason, places in by_reason.items():
         number, piece = places[0]
         line = work.sequence.sections[number].pieces[piece].line
-        said = Message("1 task keeps its original position, because verification rejected a new order: {}", reason)
+        message = Message("1 task keeps its original position, because verification rejected a new order: {}", reason)
         if len(places) > 1:
-            said = Message(
+            message = Message(
                 "{:,} tasks keep their original positions, because verification rejected a new order: {}",
                 len(places),
                 reason,
             )
-        yield Issue("L505", said, Message("line {}", line))
+        yield Issue("L505", message, Message("line {}", line))
 
 
 def _text_in_order(plan: Plan, order: Order) -> str:
@@ -259,5 +259,5 @@ def with_comments(text: str, comments: Iterable[str], dialect: Dialect) -> str:
     at = 0
     while at < len(lines) and (not lines[at].strip() or lines[at].lstrip()[:1] in "%Oo:"):
         at += 1
-    said = [part + end for c in comments for part in comment_lines(c, dialect.max_line, dialect.uppercase_comments)]
-    return "".join([*lines[:at], *said, *lines[at:]])
+    header = [part + end for c in comments for part in comment_lines(c, dialect.max_line, dialect.uppercase_comments)]
+    return "".join([*lines[:at], *header, *lines[at:]])

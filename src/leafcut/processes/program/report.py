@@ -107,9 +107,9 @@ def stock_words(stock: StockProof) -> str:
     if stock.reason:
         return f"the remaining stock was not compared: {stock.reason}"
     words = f"the remaining stock is the same, in {stock.cells:,} cells of {stock.cell:g} mm"
-    for tools, said in ((stock.flat, "as flat mills"), (stock.unknown, "left out, as their shape is unknown")):
+    for tools, phrase in ((stock.flat, "as flat mills"), (stock.unknown, "left out, as their shape is unknown")):
         if tools:
-            words += f"; {', '.join(f'T{number}' for number in tools)} {said}"
+            words += f"; {', '.join(f'T{number}' for number in tools)} {phrase}"
     return words
 
 
@@ -122,7 +122,7 @@ def staying_words(detail: ProgramDetail, most: int = 0) -> list[str]:
         return []
     stay = sum(group.count for group in detail.staying)
     shown = detail.staying[:most] if most else detail.staying
-    said = [f"{group.count:,} {replace_unprintable(group.text)}" for group in shown]
+    phrases = [f"{group.count:,} {replace_unprintable(group.text)}" for group in shown]
     rest = stay - sum(group.count for group in shown)
-    said += [f"{rest:,} for other reasons, which the report names"] if rest else []
-    return [f"{stay:,} of {count(detail.pieces, 'piece')} stay{'s' if stay == 1 else ''}", *said]
+    phrases += [f"{rest:,} for other reasons, which the report names"] if rest else []
+    return [f"{stay:,} of {count(detail.pieces, 'piece')} stay{'s' if stay == 1 else ''}", *phrases]

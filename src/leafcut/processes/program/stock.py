@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 #: Maximum length of a simulated move: this share of the smallest tool diameter, or this number of cells if longer.
 _PIECE, _PIECE_CELLS = 0.5, 2.0
 #: Maximum number of rapids in the material that are reported one by one.
-_MOST_TOLD = 10
+_MOST_LISTED = 10
 
 
 #: Tolerance of heights, mm: rounding depends on the order of the cuts.
@@ -285,12 +285,12 @@ def _rapid_issues(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
         Issue(
             "L802", Message("rapid in the stock, {:.2f} mm deep", one.depth_mm), Message("line {}", one.line), severity
         )
-        for one in rapids[:_MOST_TOLD]
+        for one in rapids[:_MOST_LISTED]
     ]
-    if len(rapids) > _MOST_TOLD:
-        more = len(rapids) - _MOST_TOLD
+    if len(rapids) > _MOST_LISTED:
+        more = len(rapids) - _MOST_LISTED
         message = Message("{} more rapids in the stock", more) if more > 1 else Message("1 more rapid in the stock")
-        issues.append(Issue("L802", message, Message("line {}", rapids[_MOST_TOLD].line), severity))
+        issues.append(Issue("L802", message, Message("line {}", rapids[_MOST_LISTED].line), severity))
     return issues
 
 

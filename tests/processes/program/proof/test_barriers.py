@@ -65,23 +65,23 @@ def marks_of(text: str) -> list[Barrier]:
 
 def test_each_barrier_has_its_values_place_and_text() -> None:
     found = marks_of(TEXT)
-    whole = [(*mark.what[:3], None, *mark.what[4:]) if mark.kind == Kind.FOREIGN else mark.what for mark in found]
+    whole = [(*mark.values[:3], None, *mark.values[4:]) if mark.kind == Kind.FOREIGN else mark.values for mark in found]
     whole = [tuple(v.text if isinstance(v, BlockDescription) else v for v in what) for what in whole]
-    assert [(mark.line, what, mark.said) for mark, what in zip(found, whole, strict=True)] == [
+    assert [(mark.line, what, mark.text) for mark, what in zip(found, whole, strict=True)] == [
         (line, what, said) for line, what, _, said in MARKS
     ]
     np.testing.assert_array_equal([mark.place for mark in found], [place for _, _, place, _ in MARKS])
     assert [mark.kind for mark in found] == [what[0] for _, what, _, _ in MARKS]
     # A block that sets an offset from the tool position, and an unknown one, need the same position.
-    assert [mark.line for mark in found if mark.exactly] == [12, 14, 22]
+    assert [mark.line for mark in found if mark.fixed_place] == [12, 14, 22]
     # The height is unknown before the first move and after changes of the origin; at machine zero it is high.
-    assert [mark.line for mark in found if mark.unsure] == [2, 10, 12, 13, 14, 18, 19, 22, 24, 30]
+    assert [mark.line for mark in found if mark.height_unknown] == [2, 10, 12, 13, 14, 18, 19, 22, 24, 30]
     assert [mark.key for mark in found if mark.key % 1] == [16.5, 17.5]
 
 
 def test_an_unknown_block_depends_on_the_whole_state() -> None:
     """F and S of the block itself replace the feed and the speed."""
-    (known,) = (mark.what[3] for mark in marks_of(TEXT) if mark.kind == Kind.FOREIGN)
+    (known,) = (mark.values[3] for mark in marks_of(TEXT) if mark.kind == Kind.FOREIGN)
     assert isinstance(known, tuple)
     for old, new, count in (
         ("F60", "F70", 1),
@@ -90,20 +90,20 @@ def test_an_unknown_block_depends_on_the_whole_state() -> None:
         ("M8", "M7", 1),
         ("G17", "G18", 1),
     ):
-        (other,) = (mark.what[3] for mark in marks_of(TEXT.replace(old, new, 1)) if mark.kind == Kind.FOREIGN)
+        (other,) = (mark.values[3] for mark in marks_of(TEXT.replace(old, new, 1)) if mark.kind == Kind.FOREIGN)
         assert isinstance(other, tuple) and len(other) == len(known)
         assert sum(a != b for a, b in zip(known, other, strict=True)) == count, old
     text = f"{HEAD} / M3 S900 / G0 X1 Y2 Z3 / G1 Z-1 F60 / G5.4 X3"
     for word, old, new in (("F9", "F60", "F70"), ("S9", "S900", "S800")):
-        own = [marks_of(f"{one} {word} / M2")[0].what for one in (text, text.replace(old, new))]
-        assert own[0] == own[1] != marks_of(f"{text} / M2")[0].what
-    assert marks_of(f"{text} F9 / M2")[0].what != marks_of(f"{text.replace('S900', 'S800')} F9 / M2")[0].what
+        own = [marks_of(f"{one} {word} / M2")[0].values for one in (text, text.replace(old, new))]
+        assert own[0] == own[1] != marks_of(f"{text} / M2")[0].values
+    assert marks_of(f"{text} F9 / M2")[0].values != marks_of(f"{text.replace('S900', 'S800')} F9 / M2")[0].values
 
 
 def test_a_text_that_ends_without_m2_has_an_end_with_a_length_offset_left_on() -> None:
     (mark,) = marks_of("G21 / G0 X1 / G43 H2")
-    assert (mark.what, mark.line) == ((Kind.END, -1, "", (), (), 0, 0, 40, True), 3)
-    assert mark.said == "end of the text, without M2 or M30"
+    assert (mark.values, mark.line) == ((Kind.END, -1, "", (), (), 0, 0, 40, True), 3)
+    assert mark.text == "end of the text, without M2 or M30"
 
 
 CUT = "G0 X1 Y1 / G1 Z-1 F60 / X9"
@@ -130,7 +130,7 @@ CUT = "G0 X1 Y1 / G1 Z-1 F60 / X9"
 )  # fmt: skip
 def test_a_dwell_belongs_to_a_barrier_or_to_a_cut(text: str, dwells: list[str]) -> None:
     work = read_work(program_of(f"{HEAD} / M3 S900 / G0 X0 Y0 Z5 / {text} / M2"), written_out=False, beam=False)
-    marks = {mark.what[3]: mark.what[1] for mark in work.marks if mark.kind == Kind.DWELL}
+    marks = {mark.values[3]: mark.values[1] for mark in work.marks if mark.kind == Kind.DWELL}
     cuts = work.features.of("dwell")[work.features.kind == Kind.DWELL].tolist()
     found: dict[object, object] = {**marks, **dict.fromkeys(cuts, "cut")}
     assert [found[float(k)] for k in range(1, len(dwells) + 1)] == dwells and len(found) == len(dwells)
@@ -140,7 +140,7 @@ def test_a_dwell_belongs_to_a_barrier_or_to_a_cut(text: str, dwells: list[str]) 
                                              ("M0 / G4 P1 / G0 X5", False)])  # fmt: skip
 def test_after_an_unknown_block_it_matters_whether_the_tool_waits_there(text: str, there: bool) -> None:
     (dwell,) = (mark for mark in marks_of(f"{HEAD} / G0 X0 Y0 Z5 / {text} / {CUT} / M2") if mark.kind == Kind.DWELL)
-    assert dwell.what == (Kind.DWELL, "head", there, 1.0, 0, 0)
+    assert dwell.values == (Kind.DWELL, "head", there, 1.0, 0, 0)
 
 
 def mark(what: tuple[object, ...], key: float, said: str, place: tuple[float, float, float] = (0, 0, 5)) -> Barrier:
@@ -180,7 +180,7 @@ def test_barriers_without_work_between_them_are_one_wall() -> None:
         ((marks[3],), 4),
     ]
     assert [wall.is_tool_change for wall in walls] == [True, False, False]
-    assert walls[0].what == (marks[0].what, marks[1].what)
+    assert walls[0].values == (marks[0].values, marks[1].values)
     assert not BarrierGroup((tool(1, 0), message(1, "(MSG,a)")), 0).is_tool_change
     assert BarrierGroup((tool(1, 0), wait(1), mark((Kind.MACHINE, 0), 2, "home")), 0).is_tool_change
 
@@ -247,7 +247,7 @@ def test_barriers_that_differ_in_the_state_alone_are_named_with_it(
     one: Barrier, other: Barrier, phrases: list[str]
 ) -> None:
     noun = "dwell" if one.kind == Kind.DWELL else "stop"
-    told = Difference(f"changed {noun}", 101, 102, f"at '{one.said}': {'; '.join(phrases)}")
+    told = Difference(f"changed {noun}", 101, 102, f"at '{one.text}': {'; '.join(phrases)}")
     differences, states = compared([(one, 0)], [(other, 0)])[3:5]
     assert (differences, [difference for difference, _ in states]) == ([], [told])
     assert [{change.message for change in changes} for _, changes in states] == [set(phrases)]
@@ -313,7 +313,7 @@ def test_a_removed_or_added_tool_or_work_offset_implies_changes_of_cuts() -> Non
 def test_the_tool_is_as_high_at_a_barrier_as_before(
     was: tuple[float, float, float], now: tuple[float, float, float], exactly: bool, fault: tuple[str, str] | None
 ) -> None:
-    old, new = stop(1)._replace(place=was, exactly=exactly), stop(2)._replace(place=now)
+    old, new = stop(1)._replace(place=was, fixed_place=exactly), stop(2)._replace(place=now)
     found = list(find_misplaced_barriers([old, stop(7)], {1: new}, 0.002))
     assert found == ([] if fault is None else [Difference(fault[0], 101, 102, fault[1])])
     for kind in (SKIPPED, OBEYED, MESSAGE, Kind.DWELL):
@@ -321,10 +321,10 @@ def test_the_tool_is_as_high_at_a_barrier_as_before(
 
 
 def test_a_height_that_is_no_longer_known_is_named() -> None:
-    old, new = stop(1), stop(2)._replace(unsure=True)
+    old, new = stop(1), stop(2)._replace(height_unknown=True)
     (found,) = find_misplaced_barriers([old], {1: new}, 0.002)
     assert found == Difference("unknown height", 101, 102, "at 'pause M0' the height of the tool is no longer known")
-    assert not list(find_misplaced_barriers([old._replace(unsure=True)], {1: new}, 0.002))
+    assert not list(find_misplaced_barriers([old._replace(height_unknown=True)], {1: new}, 0.002))
 
 
 SETTINGS = "G21 / (o=0, kw=1.5) / G0 X1 / #<holes>=2 / M3 $0 S1 / G1 X5 F60 / M5 / M2 / {}G0"
@@ -334,10 +334,10 @@ ONE, OTHER = "(o=0, kw=1) / #<holes>=3 / ", "G0 X1 / (o=0, kw=2) / "
 def test_settings_of_the_controller_are_barriers() -> None:
     work = read_work(program_of(SETTINGS.format(""), "qtplasmac"), written_out=False, beam=False)
     first, second = work.marks[:2]
-    assert first.what == (OBEYED, "comment", True, ("kw", 1.5), ("o", "0"), 1.0)
-    assert (first.key, first.line, first.said) == (-0.5, 2, "(o=0, kw=1.5)")
-    assert (second.what, second.key, second.line) == ((OBEYED, "holes", 2.0, 1.0), 0.5, 4)
-    assert second.said == "#<holes>=2" and not second.exactly and np.isnan(second.place).all()
+    assert first.values == (OBEYED, "comment", True, ("kw", 1.5), ("o", "0"), 1.0)
+    assert (first.key, first.line, first.text) == (-0.5, 2, "(o=0, kw=1.5)")
+    assert (second.values, second.key, second.line) == ((OBEYED, "holes", 2.0, 1.0), 0.5, 4)
+    assert second.text == "#<holes>=2" and not second.fixed_place and np.isnan(second.place).all()
 
 
 @pytest.mark.parametrize(

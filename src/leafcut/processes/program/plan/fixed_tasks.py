@@ -93,8 +93,8 @@ def line_text(program: Program, line: int) -> str:
     text = program.lines[line - 1].strip() if 0 < line <= len(program.lines) else ""
     body, comments = split_line(text, nested=True) if text.count("(") == text.count(")") else (text, ())
     body = " ".join(_NUMBER.sub("", body).split())
-    said = body or (f"({comments[0]})" if comments else "")
-    return said if len(said) <= _MOST_LETTERS else said[: _MOST_LETTERS - 1] + "…"
+    shown = body or (f"({comments[0]})" if comments else "")
+    return shown if len(shown) <= _MOST_LETTERS else shown[: _MOST_LETTERS - 1] + "…"
 
 
 def count_pieces(sequence: Sequence) -> int:
@@ -131,6 +131,6 @@ def group_stay_reasons(
 
 
 def _group_text(reason: str, cause: str, number: int, first: StayReason) -> str:
-    said = " and ".join(PHRASES[name].format(cause=cause) for name in reason.split("+")).replace(" and because", " and")
+    text = " and ".join(PHRASES[name].format(cause=cause) for name in reason.split("+")).replace(" and because", " and")
     where = f"{first.word} at line {first.line}" if first.word else Message("line {}", first.line)
-    return f"{said}: {'first ' if number > 1 else ''}{where}"
+    return f"{text}: {'first ' if number > 1 else ''}{where}"

@@ -26,7 +26,7 @@ _BESIDE_CODES = frozenset((43, 54, 55, 56, 57, 58, 59))
 #: Rows that do not move the tool.
 _STILL = (Kind.SPINDLE, Kind.DWELL)
 #: Kinds of travel moves between cuts: rapids, or feed moves through air.
-_WAYS = (Kind.RAPID, Kind.FEED)
+_MOVES = (Kind.RAPID, Kind.FEED)
 #: Cycles whose R plane depends on the thread pitch or on an oriented spindle stop.
 _KEEP_R = ("G74", "G76", "G84", "G87", "G88")
 #: Cycles that must retract to the initial height: manual retract, or oriented spindle stop.
@@ -41,7 +41,7 @@ class _MovesAtHeight:
     ----------
     stated
         Rows that state the height.
-    ways
+    moves
         Rows of the travel moves at the height.
     contacts
         Heights at which these moves would touch the material, mm.
@@ -52,7 +52,7 @@ class _MovesAtHeight:
     """
 
     stated: list[int]
-    ways: list[int]
+    moves: list[int]
     contacts: list[float]
     planes: list[float]
     returns: bool = False
@@ -135,8 +135,8 @@ class HeightLowering:
             return []
         found = []
         state = 98
-        for row, behind in zip(series, [*series[1:], None], strict=True):
-            code = 98 if behind is None or not self._can_stay_at_plane(row, behind, plane) else 99
+        for row, following in zip(series, [*series[1:], None], strict=True):
+            code = 98 if following is None or not self._can_stay_at_plane(row, following, plane) else 99
             if code != state or {98.0, 99.0} & self._codes(row):
                 found.append(CycleReturn(self._block(row), code))
             state = code
@@ -146,19 +146,19 @@ class HeightLowering:
         """Return whether a block only drills its hole, so that G98 or G99 can be added to it."""
         return self.program.is_plain(row) and not self.program.modal(self._block(row) + 1).incremental
 
-    def _can_stay_at_plane(self, row: int, behind: int, plane: float) -> bool:
+    def _can_stay_at_plane(self, row: int, following: int, plane: float) -> bool:
         """Return whether the tool can move to the next hole at the R plane."""
         if not self.path.end[row, 2] > plane + _WORTH:
             return False
-        return self.contact_height(behind, to_hole=True) + self.clearance <= plane + _SAME and not self._over_obstacle(
-            [behind], plane
-        )
+        return self.contact_height(
+            following, to_hole=True
+        ) + self.clearance <= plane + _SAME and not self._over_obstacle([following], plane)
 
-    def _over_obstacle(self, ways: list[int], height: float) -> bool:
+    def _over_obstacle(self, moves: list[int], height: float) -> bool:
         """Return whether a lowered move would hit a named obstacle, and record the line of the move in `kept`."""
         if self.obstacles is None or height >= self.obstacles.height:
             return False
-        over = [row for row in ways if height < self._least_height(row)]
+        over = [row for row in moves if height < self._least_height(row)]
         self.kept.update(int(self.path.line[row]) for row in over)
         return bool(over)
 
@@ -197,7 +197,7 @@ class HeightLowering:
         """Return the retracts that can be lowered; each goes straight up, across at one height, and straight down."""
         found: list[Lowered] = []
         path = self.path
-        rises = np.isin(path.kind, _WAYS) & (np.abs(path.end - path.before)[:, :2] < _SAME).all(axis=1)
+        rises = np.isin(path.kind, _MOVES) & (np.abs(path.end - path.before)[:, :2] < _SAME).all(axis=1)
         rises &= path.end[:, 2] > path.before[:, 2] + _WORTH
         for row in np.flatnonzero(rises).tolist():
             found += self._retract(row)
@@ -208,12 +208,12 @@ class HeightLowering:
         high, start = float(path.end[rise, 2]), float(path.before[rise, 2])
         across, stated = [], [rise]
         row = self.next_effective_row(rise)
-        while row < len(path) and path.kind[row] in _WAYS and abs(path.end[row, 2] - high) < _SAME:
+        while row < len(path) and path.kind[row] in _MOVES and abs(path.end[row, 2] - high) < _SAME:
             across.append(row)
             if "Z" in self._letters(row):
                 stated.append(row)
             row = self.next_effective_row(row)
-        if not across or row >= len(path) or path.kind[row] not in _WAYS:
+        if not across or row >= len(path) or path.kind[row] not in _MOVES:
             return []
         down = path.end[row] - path.before[row]
         if not (np.isfinite(down).all() and (np.abs(down[:2]) < _SAME).all() and down[2] < 0):
@@ -222,9 +222,9 @@ class HeightLowering:
             return []
         lowest = max(self.contact_height(one) for one in across) + self.clearance
         if self.free[rise]:
-            ways = [float(np.linalg.norm(path.end[one] - path.before[one])) for one in (across[0], across[-1])]
+            lengths = [float(np.linalg.norm(path.end[one] - path.before[one])) for one in (across[0], across[-1])]
             bottom = min(start, float(path.end[row, 2]))
-            lowest += max(min(self.longest, 0.5 * max(ways), lowest - bottom), 0.0)
+            lowest += max(min(self.longest, 0.5 * max(lengths), lowest - bottom), 0.0)
         new = max(lowest, start, float(path.end[row, 2]))
         if not new < high - _WORTH or self._over_obstacle(across, new):
             return []
@@ -239,7 +239,7 @@ class HeightLowering:
         """
         found: list[Lowered] = []
         path = self.path
-        sets = np.isin(path.kind, _WAYS) & np.isfinite(path.end[:, 2])
+        sets = np.isin(path.kind, _MOVES) & np.isfinite(path.end[:, 2])
         sets &= ~(np.abs(path.end[:, 2] - path.before[:, 2]) < _SAME)
         for row in np.flatnonzero(sets).tolist():
             found += self._initial(row)
@@ -261,12 +261,12 @@ class HeightLowering:
             lowest = max(lowest, self.contact_height(first) + self.clearance)
         else:
             return []
-        ways = [*series.ways, first]
-        if self.free[ways].any():
-            lengths = [float(np.linalg.norm((path.end[one] - path.before[one])[:2])) for one in series.ways]
+        moves = [*series.moves, first]
+        if self.free[moves].any():
+            lengths = [float(np.linalg.norm((path.end[one] - path.before[one])[:2])) for one in series.moves]
             bottom = min([*series.planes, start] if start < high else series.planes)
             lowest += max(min(self.longest, 0.5 * max(lengths, default=0.0), lowest - bottom), 0.0)
-        if not lowest < high - _WORTH or self._over_obstacle(ways, lowest):
+        if not lowest < high - _WORTH or self._over_obstacle(moves, lowest):
             return []
         return [Lowered(self._block(one), "Z", lowest) for one in series.stated]
 
@@ -313,7 +313,7 @@ class HeightLowering:
         there.returns |= abs(float(path.end[row, 2]) - high) < _SAME
         if self._moves_sideways(row) and (here or slants):
             there.contacts += [self._at_plane(row, high)] if here else []
-            there.ways.append(row)
+            there.moves.append(row)
         return True
 
     def _add_move(self, row: int, high: float, there: _MovesAtHeight) -> bool | None:
@@ -323,11 +323,11 @@ class HeightLowering:
             return True
         if kind == Kind.MACHINE:
             return None if np.isfinite(path.end[row, :2]).any() else False
-        if kind not in _WAYS:
+        if kind not in _MOVES:
             return None
         if abs(float(path.end[row, 2]) - high) < _SAME:
             there.contacts.append(self.contact_height(row))
-            there.ways.append(row)
+            there.moves.append(row)
             there.stated += [row] if "Z" in self._letters(row) else []
             return True
         if self._moves_sideways(row):
@@ -380,7 +380,7 @@ class HeightLowering:
         if not self._plane_may_change(rows):
             return []
         contacts = [self._at_plane(row, plane) for row in rows]
-        ways = [row for row in rows if self._starts_at_plane(row, plane)]
+        moves = [row for row in rows if self._starts_at_plane(row, plane)]
         # Moves at this height after the last hole go to the next position or straight up.
         after = self.next_effective_row(rows[-1])
         while after < len(path) and abs(float(path.before[after, 2]) - plane) < _SAME:
@@ -389,7 +389,7 @@ class HeightLowering:
                 if cycle.to_initial or cycle.approach != "level":
                     return []
                 contacts.append(self._at_plane(after, plane))
-                ways.append(after)
+                moves.append(after)
                 break
             if path.kind[after] not in (Kind.RAPID, Kind.TOOL, Kind.MACHINE, Kind.END, Kind.PAUSE, Kind.SPINDLE):
                 return []
@@ -405,11 +405,11 @@ class HeightLowering:
                         return []
                     break
                 contacts.append(self.contact_height(after))
-                ways.append(after)
+                moves.append(after)
             after = self.next_effective_row(after)
         lowest = max(contacts) + self.clearance
         deepest = max(one.bottom for one in cycles)
-        if not (deepest < lowest < plane - _WORTH) or self._over_obstacle(ways, lowest):
+        if not (deepest < lowest < plane - _WORTH) or self._over_obstacle(moves, lowest):
             return []
         return [Lowered(self._block(rows[0]), "R", lowest)]
 

@@ -92,11 +92,11 @@ def _comments_before(program: Program, section: Section, rows: Rows, number: int
     low = int(line[program.row_block[worked]]) if worked >= 0 else 0
     ways = np.flatnonzero(rows.travel[first:last])
     high = int(line[program.row_block[first + int(ways[0])]]) if len(ways) else int(line[piece.begin])
-    said = []
+    comments = []
     for text in program.lines[low : high - 1]:
         if "(" not in text and ";" not in text:
             continue
         block = plain_block(text)
         if block is not None and all(word.letter == "N" for word in block.words) and not block.deleted:
-            said += [comment for comment in block.comments if _WORD.search(comment)]
-    return " ".join(_NUMBERS.sub("#", " ".join(said)).upper().split())
+            comments += [comment for comment in block.comments if _WORD.search(comment)]
+    return " ".join(_NUMBERS.sub("#", " ".join(comments)).upper().split())

@@ -37,10 +37,10 @@ def with_reversible(program: Program, sequence: Sequence, rows: Rows) -> Sequenc
         for item in sequence.items
     )
     count = sum(piece.reversible for item in items if isinstance(item, Section) for piece in item.pieces)
-    said = Message("{} cuts can be reversed", count)
+    message = Message("{} cuts can be reversed", count)
     if count < 2:
-        said = Message("{} cut can be reversed", count) if count else Message("no cut can be reversed")
-    return replace(sequence, items=items, issues=(*sequence.issues, Issue("L504", said, severity=Severity.NOTE)))
+        message = Message("{} cut can be reversed", count) if count else Message("no cut can be reversed")
+    return replace(sequence, items=items, issues=(*sequence.issues, Issue("L504", message, severity=Severity.NOTE)))
 
 
 class _ReversalFinder:

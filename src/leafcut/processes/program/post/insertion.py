@@ -49,8 +49,8 @@ def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
     if not front and not back:
         return line
     start, stop, space = _body_of(line)
-    said = space.join([*front, line[start:stop], *back])
-    return line[:start] + said + line[stop:]
+    text = space.join([*front, line[start:stop], *back])
+    return line[:start] + text + line[stop:]
 
 
 def insert_words_within(line: str, front: Sequence[str], back: Sequence[str], longest: int, was: int) -> list[str]:
@@ -99,9 +99,9 @@ def with_words(line: str, words: Sequence[str]) -> str:
     """
     start, stop, space = _body_of(line)
     inside = [match.group() for match in COMMENT.finditer(line, start, max(stop, start))]
-    said = space.join(words)
-    said = said.lower() if code_without_comments(line)[start:stop].islower() else said
-    return line[:start] + " ".join([said, *inside]) + line[max(stop, start) :]
+    text = space.join(words)
+    text = text.lower() if code_without_comments(line)[start:stop].islower() else text
+    return line[:start] + " ".join([text, *inside]) + line[max(stop, start) :]
 
 
 def format_value(value: float) -> str:
@@ -149,11 +149,11 @@ def renumbered(lines: Sequence[tuple[str, bool]], longest: int) -> list[str]:
     number = first
     for text, new in lines:
         match = _NUMBER.match(text)
-        said = f"{number:0{width}d}"
+        digits = f"{number:0{width}d}"
         if match:
-            result.append(match.group(1) + said + text[match.end() :])
+            result.append(match.group(1) + digits + text[match.end() :])
         else:
-            result.append(f"N{said} {text}" if new else text)
+            result.append(f"N{digits} {text}" if new else text)
         if len(result[-1].rstrip("\r\n")) > max(longest, len(text.rstrip("\r\n"))):
             raise PostError(
                 "with its number, line {} is longer than {} characters; leave out --line-numbers", len(result), longest

@@ -117,8 +117,8 @@ class _PaceWriter:
             return line
         if block in self.program.fixed or self.reader.words(block) is None:
             # The words need a separate block. G2 and G3 are not allowed there, but fixed blocks state them anyway.
-            said = [word for word in (*front, *back) if word not in ("G2", "G3")]
-            return " ".join(said) + self.end + line if said else line
+            words = [word for word in (*front, *back) if word not in ("G2", "G3")]
+            return " ".join(words) + self.end + line if words else line
         return "".join(insert_words_within(line, front, back, self.longest, len(line.rstrip("\r\n"))))
 
     def _edited_line(self, line: str, block: int, row: int) -> str:

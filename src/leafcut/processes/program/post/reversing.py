@@ -114,12 +114,12 @@ class ReversedCut:
 
     def _axes(self, place: int) -> dict[str, str]:
         """Return the texts of X and Y at a point of the cut, by letter."""
-        said = self.stroke.places[place]
+        texts = self.stroke.places[place]
         # An axis without text does not move in its block: its position is the same before and after.
         at = self.program.path.before[self.stroke.rows[max(place - 1, 0)]]
         return {
             letter: format_length(float(value), self.unit) if text is None else text
-            for letter, text, value in zip("XY", said, at, strict=False)
+            for letter, text, value in zip("XY", texts, at, strict=False)
         }
 
     def _cut(self, block: int) -> str:
@@ -130,20 +130,20 @@ class ReversedCut:
         assert words is not None  # reversible cuts have only plain words
         letters, need = words.letters, self.program.modal(block + 1)
         motion = _BACK[int(self.program.path.kind[row])]
-        said = []
+        texts = []
         if "motion" in words.states or motion != self.motion:
-            said.append(self._motion_word(line, motion))
+            texts.append(self._motion_word(line, motion))
         # An axis missing from the line does not move, in either direction.
         back = self._axes(number)
-        said += [letter + back[letter] for letter in "XY" if letter in letters]
-        said += [f"Z{letters['Z']}"] if "Z" in letters else []
-        said += self._centre(letters, number, need)
+        texts += [letter + back[letter] for letter in "XY" if letter in letters]
+        texts += [f"Z{letters['Z']}"] if "Z" in letters else []
+        texts += self._centre(letters, number, need)
         if "F" in letters or need.feed != self.feed:
-            said.append(self.spelled("F", need.feed, block + 1))
+            texts.append(self.spelled("F", need.feed, block + 1))
         if "S" in letters or (need.spindle and need.rpm != self.rpm):
-            said.append(self.spelled("S", need.rpm, block + 1))
+            texts.append(self.spelled("S", need.rpm, block + 1))
         self.motion, self.feed, self.rpm = motion, need.feed, need.rpm
-        return with_words(line, said)
+        return with_words(line, texts)
 
     def _motion_word(self, line: str, motion: int) -> str:
         """Return G1, G2 or G3; it gets a leading zero if the original line uses one."""

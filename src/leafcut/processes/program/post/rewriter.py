@@ -130,7 +130,7 @@ class _Rewriter:
         #: Initial height of the active series of cycles, mm.
         self.initial = math.nan
         #: Fields of `Modal` that the new program has already stated; all others have the initial state of the machine.
-        self.said: set[str] = set()
+        self.stated: set[str] = set()
 
     def lines(self, orders: Many[NDArray[np.int64]]) -> list[tuple[str, bool]]:
         """Return the lines of the new program, each with a flag that marks inserted lines."""
@@ -175,7 +175,7 @@ class _Rewriter:
     def _set_state_of_original(self, block: int) -> None:
         """Set the modal state and the tool position to the state of the original before a block."""
         self.have = self.program.modal(block)
-        self.said = self.reader.states(0, block)
+        self.stated = self.reader.states(0, block)
         self.place = self.original.place_before(block)
         self.initial = self.original.initial_before(block)
 
@@ -323,7 +323,7 @@ class _Rewriter:
                     self.initial = height
         x, y, _ = self.original.place_before(piece.end)
         self.place = [x, y, height]
-        self.said |= self.reader.states(piece.begin, piece.end)
+        self.stated |= self.reader.states(piece.begin, piece.end)
 
     def _take_fields(self, fields: frozenset[str], modal: Modal) -> None:
         self.have = with_fields(self.have, fields, modal)
@@ -342,19 +342,19 @@ class _Rewriter:
         back: list[str] = []
         # State every field that the original states earlier, even if its value is the initial state of the machine.
         known = {field for field in relies if self.reader.first_blocks_by_field.get(field, block) < block}
-        unsaid = known - self.said
+        unstated = known - self.stated
         again = known & restated
-        said = {
+        word_of = {
             "incremental": "G91" if need.incremental else "G90",
             "plane": f"G{need.plane}",
             "absolute_centres": "G90.1" if need.absolute_centres else "G91.1",
             "to_initial": "G98" if need.to_initial else "G99",
             "feed_mode": f"G{need.feed_mode}",
         }
-        for field, word in said.items():
-            if field in unsaid | again or (field in relies and getattr(have, field) != getattr(need, field)):
+        for field, word in word_of.items():
+            if field in unstated | again or (field in relies and getattr(have, field) != getattr(need, field)):
                 front.append(word)
-                self.said.add(field)
+                self.stated.add(field)
         if "motion" in relies:
             if need.cycle is not None:
                 stated = self._letters(block)
@@ -472,7 +472,7 @@ class _Rewriter:
         self._take_fields(modal_use.inherited, need)
         self._take_fields(modal_use.sets, program.modal(kept.end))
         self.have = with_fields(program.modal(kept.end), INHERITED, self.have)
-        self.said |= self.reader.states(kept.begin, kept.end)
+        self.stated |= self.reader.states(kept.begin, kept.end)
 
     def _rapid_to(self, x: float = math.nan, y: float = math.nan, z: float = math.nan) -> None:
         if not math.isnan(x) and not math.isnan(y) and self.obstacles is not None:

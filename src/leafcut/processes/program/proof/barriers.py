@@ -31,7 +31,7 @@ _HARD = (Kind.PAUSE, Kind.TOOL, Kind.SHIFT, Kind.MACHINE, Kind.END, Kind.FOREIGN
 #: Kinds of rows in a tool change, which can be omitted as a whole if the tool stays the same.
 _PART_OF_CHANGE = (Kind.TOOL, Kind.MACHINE, Kind.PAUSE, Kind.DWELL)
 #: Barriers that are compared by their full text, because their effect is unknown.
-_SAYING = (Kind.FOREIGN, Kind.SHIFT)
+_COMPARED_AS_TEXT = (Kind.FOREIGN, Kind.SHIFT)
 #: Blocks that set an offset from the tool position: G92, G10 L10, L11 and L20.
 _FROM_HERE = re.compile(r"\bG92(?![.0-9][0-9])|\bL(?:10|11|20)\b")
 
@@ -41,7 +41,7 @@ class Barrier(NamedTuple):
 
     Attributes
     ----------
-    what
+    values
         All values that must be equal in both programs.
     kind
         A `Kind`, `SKIPPED`, `OBEYED` or `MESSAGE`.
@@ -51,22 +51,22 @@ class Barrier(NamedTuple):
         Line of the program.
     place
         Position of the tool, mm.
-    exactly
+    fixed_place
         Whether the position must be the same, because the block may move from there.
-    said
+    text
         Text for messages.
-    unsure
+    height_unknown
         Whether the tool is at an unknown height other than machine zero.
     """
 
-    what: tuple[object, ...]
+    values: tuple[object, ...]
     kind: int
     key: float
     line: int
     place: tuple[float, float, float]
-    exactly: bool
-    said: str
-    unsure: bool = False
+    fixed_place: bool
+    text: str
+    height_unknown: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,9 +77,9 @@ class BarrierGroup:
     after: int
 
     @property
-    def what(self) -> tuple[object, ...]:
+    def values(self) -> tuple[object, ...]:
         """All values that must be equal in both programs."""
-        return tuple(mark.what for mark in self.marks)
+        return tuple(mark.values for mark in self.marks)
 
     @property
     def is_tool_change(self) -> bool:
@@ -101,11 +101,11 @@ def barriers_of(program_path: ProgramPath) -> list[Barrier]:
         block, modal = int(program.row_block[source[row]]), program_path.modal_at(row)
         description, text = program.descriptions.get(block, BlockDescription()), ""
         context: tuple[object, ...] = ()
-        if motion.kind in _SAYING:
+        if motion.kind in _COMPARED_AS_TEXT:
             text = _normalized_line(program, motion.line)
             context = _modal_context(program.modal(block), motion.kind, description)
         shown = description.text
-        what = (
+        values = (
             int(motion.kind),
             0 if text else motion.ref,
             text if description == BlockDescription() else description,
@@ -113,7 +113,7 @@ def barriers_of(program_path: ProgramPath) -> list[Barrier]:
         )
         end = tuple(round(v, 6) for v in motion.end if not np.isnan(v)) if motion.kind is Kind.MACHINE else ()
         at = (before[row, 0], before[row, 1], before[row, 2])
-        exactly = motion.kind is Kind.FOREIGN or (motion.kind is Kind.SHIFT and bool(_FROM_HERE.search(shown)))
+        fixed_place = motion.kind is Kind.FOREIGN or (motion.kind is Kind.SHIFT and bool(_FROM_HERE.search(shown)))
         state = modal.spindle, modal.coolant, modal.radius
         # The next program may rely on a cancelled length offset.
         left_on = motion.kind is Kind.END and modal.length != 0
@@ -122,7 +122,14 @@ def barriers_of(program_path: ProgramPath) -> list[Barrier]:
             words = Message("end of the text, without M2 or M30")
         marks.append(
             Barrier(
-                (*what, end, *state, left_on), int(motion.kind), row, motion.line, at, exactly, words, bool(lost[row])
+                (*values, end, *state, left_on),
+                int(motion.kind),
+                row,
+                motion.line,
+                at,
+                fixed_place,
+                words,
+                bool(lost[row]),
             )
         )
     return sorted(
@@ -167,19 +174,19 @@ def _skipped_blocks_and_messages(program: Program, source: Indices) -> Iterator[
         yield Barrier((kind, description), kind, row - 0.5, line, nowhere, False, text)
 
 
-def _block_text(text: str, said: str) -> str:
+def _block_text(text: str, description: str) -> str:
     """Format a block for a message: its text, and its evaluated values if they differ."""
-    values = said.replace(" ", "").replace(".", "")
-    computed = "".join(text.split()) != "".join(said.split()) and ("#" in text or "[" in values)
-    return f"{text} = {said}" if said and text and computed else text
+    values = description.replace(" ", "").replace(".", "")
+    computed = "".join(text.split()) != "".join(description.split()) and ("#" in text or "[" in values)
+    return f"{text} = {description}" if description and text and computed else text
 
 
 def _obeyed_comments(program: Program, source: Indices) -> Iterator[Barrier]:
     """Yield the comments and settings that the controller obeys, in the order of execution."""
-    said = {one.line: one for one in program.obeyed}
+    obeyed = {one.line: one for one in program.obeyed}
     nowhere = (np.nan, np.nan, np.nan)
-    for block in np.flatnonzero(np.isin(program.line, list(said))).tolist():
-        one = said[int(program.line[block])]
+    for block in np.flatnonzero(np.isin(program.line, list(obeyed))).tolist():
+        one = obeyed[int(program.line[block])]
         row = int(np.searchsorted(source, program.first[block]))
         unit = program.modal(block).unit
         yield Barrier((OBEYED, *one.value, unit), OBEYED, row - 0.5, one.line, nowhere, False, one.text)
@@ -189,11 +196,12 @@ def compare_unreached_settings(before: Program, after: Program) -> Iterator[Diff
     """Yield differences between settings in lines that never run, such as an uncalled subprogram."""
     run = [set(p.line.tolist()) if p.obeyed else set() for p in (before, after)]
     one, other = (
-        [said for said in p.obeyed if said.line not in lines] for p, lines in zip((before, after), run, strict=True)
+        [setting for setting in p.obeyed if setting.line not in lines]
+        for p, lines in zip((before, after), run, strict=True)
     )
-    if [said.value for said in one] != [said.value for said in other]:
+    if [setting.value for setting in one] != [setting.value for setting in other]:
         lines = one[0].line if one else 0, other[0].line if other else 0
-        was, now = (", ".join(said.text for said in side) or Message("none") for side in (one, other))
+        was, now = (", ".join(setting.text for setting in side) or Message("none") for side in (one, other))
         text = Message("the controller settings in lines that are not executed differ: {} became {}", was, now)
         yield Difference(Message("changed setting"), *lines, text)
 
@@ -238,9 +246,9 @@ def with_dwells(
         row, line, seconds = int(features.row[index]), int(features.line[index]), float(features.dwell[index])
         modal = program_path.modal_at(row)
         state = modal.spindle, modal.coolant
-        what = (int(Kind.DWELL), "head" if first else "tail", bool(there), round(seconds, 4), *state)
+        values = (int(Kind.DWELL), "head" if first else "tail", bool(there), round(seconds, 4), *state)
         x, y, z = features.end[index].tolist()
-        added.append(Barrier(what, int(Kind.DWELL), row, line, (x, y, z), False, Message("dwell of {:g} s", seconds)))
+        added.append(Barrier(values, int(Kind.DWELL), row, line, (x, y, z), False, Message("dwell of {:g} s", seconds)))
     return sorted([*marks, *added], key=lambda mark: mark.key), moved
 
 
@@ -298,9 +306,9 @@ def compare_barrier_groups(before: list[BarrierGroup], after: list[BarrierGroup]
     hard = _match_groups(_without_tool_changes(before), _without_tool_changes(after))
     left: dict[tuple[int, tuple[object, ...]], list[BarrierGroup]] = defaultdict(list)
     for wall in reversed(_only_tool_changes(before)):
-        left[bisect_left(hard.before, wall.after), wall.what].append(wall)
+        left[bisect_left(hard.before, wall.after), wall.values].append(wall)
     for wall in _only_tool_changes(after):
-        same = left[bisect_left(hard.after, wall.after), wall.what]
+        same = left[bisect_left(hard.after, wall.after), wall.values]
         if same:
             hard.mark_of.update({a.key: b for a, b in zip(same.pop().marks, wall.marks, strict=True)})
         else:
@@ -313,18 +321,18 @@ def _other_tool_change(wall: BarrierGroup, others: list[BarrierGroup]) -> Differ
     """Report a tool change that is not in the original, together with the original change to the same tool if there is
     one.
     """
-    said, tools = Message.joined(", ", (mark.said for mark in wall.marks)), _tools(wall)
+    text, tools = Message.joined(", ", (mark.text for mark in wall.marks)), _tools(wall)
     for other in others:
-        was = Message.joined(", ", (mark.said for mark in other.marks))
-        if _tools(other) == tools and was != said:
+        was = Message.joined(", ", (mark.text for mark in other.marks))
+        if _tools(other) == tools and was != text:
             return Difference(
-                Message("tool change"), other.marks[0].line, wall.marks[0].line, Message("'{}' became '{}'", was, said)
+                Message("tool change"), other.marks[0].line, wall.marks[0].line, Message("'{}' became '{}'", was, text)
             )
-    return Difference(Message("tool change"), 0, wall.marks[0].line, Message("'{}' is not in the original", said))
+    return Difference(Message("tool change"), 0, wall.marks[0].line, Message("'{}' is not in the original", text))
 
 
 def _tools(wall: BarrierGroup) -> list[object]:
-    return [mark.what[1] for mark in wall.marks if mark.kind == Kind.TOOL]
+    return [mark.values[1] for mark in wall.marks if mark.kind == Kind.TOOL]
 
 
 def _tool_changes(walls: list[BarrierGroup]) -> int:
@@ -345,9 +353,9 @@ def _match_groups(before: list[BarrierGroup], after: list[BarrierGroup]) -> Comp
     """
     one, other = ([(mark, wall.after) for wall in walls for mark in wall.marks] for walls in (before, after))
     shorter = min(len(one), len(other))
-    head = next((i for i in range(shorter) if one[i][0].what != other[i][0].what), shorter)
+    head = next((i for i in range(shorter) if one[i][0].values != other[i][0].values), shorter)
     rest = shorter - head
-    tail = next((i for i in range(rest) if one[-1 - i][0].what != other[-1 - i][0].what), rest)
+    tail = next((i for i in range(rest) if one[-1 - i][0].values != other[-1 - i][0].values), rest)
     pairs = [*zip(one[:head], other[:head], strict=True)]
     pairs += zip(one[len(one) - tail :], other[len(other) - tail :], strict=True)
     ends = sorted({(a[1], b[1]) for a, b in pairs})
@@ -363,16 +371,16 @@ def _unmatched_differences(
     """Return the `differences`, `states` and `implied` of `ComparisonGroups`."""
     found: list[Difference] = []
     states: list[tuple[Difference, frozenset[FeatureChange]]] = []
-    left, right = Counter(mark.what for mark in after), Counter(mark.what for mark in before)
+    left, right = Counter(mark.values for mark in after), Counter(mark.values for mark in before)
     gone: list[Barrier] = []
     new: list[Barrier] = []
     for marks, others, kept in ((before, left, gone), (after, right, new)):
         for mark in marks:
-            others[mark.what] -= 1
-            if others[mark.what] < 0:
+            others[mark.values] -= 1
+            if others[mark.values] < 0:
                 kept.append(mark)
     if not gone and not new and before:
-        text = Message("'{}' has moved in the order", before[0].said)
+        text = Message("'{}' has moved in the order", before[0].text)
         found.append(Difference(Message("order of barriers"), before[0].line, after[0].line, text))
     for one, other in zip(gone, new, strict=False):
         if state := _state_changes(one, other):
@@ -380,27 +388,27 @@ def _unmatched_differences(
                 Message("changed {}", _barrier_noun(one)),
                 one.line,
                 other.line,
-                Message("at '{}': {}", one.said, Message.joined("; ", (change.message for change in state))),
+                Message("at '{}': {}", one.text, Message.joined("; ", (change.message for change in state))),
             )
             states.append((told, frozenset(state)))
             continue
-        text = Message("'{}' became '{}'", one.said, other.said)
-        if one.said == other.said:
+        text = Message("'{}' became '{}'", one.text, other.text)
+        if one.text == other.text:
             reads = _changed_inputs(one, other)
             text = (
-                Message("'{}' differs: {}", one.said, Message.joined("; ", reads))
+                Message("'{}' differs: {}", one.text, Message.joined("; ", reads))
                 if reads
                 else Message(
-                    "'{}' now runs with a different state of the spindle, the coolant or the tasks around it", one.said
+                    "'{}' now runs with a different state of the spindle, the coolant or the tasks around it", one.text
                 )
             )
         found.append(Difference(Message("changed {}", _barrier_noun(one)), one.line, other.line, text))
     found += (
-        Difference(Message("missing {}", _barrier_noun(mark)), mark.line, 0, Message("'{}' is gone", mark.said))
+        Difference(Message("missing {}", _barrier_noun(mark)), mark.line, 0, Message("'{}' is gone", mark.text))
         for mark in gone[len(new) :]
     )
     found += (
-        Difference(Message("extra {}", _barrier_noun(mark)), 0, mark.line, Message("'{}' is new", mark.said))
+        Difference(Message("extra {}", _barrier_noun(mark)), 0, mark.line, Message("'{}' is new", mark.text))
         for mark in new[len(gone) :]
     )
     return found, states, [*_implied_changes(gone, "gone"), *_implied_changes(new, "new")]
@@ -408,7 +416,7 @@ def _unmatched_differences(
 
 def _changed_inputs(one: Barrier, other: Barrier) -> list[str]:
     """Return the names of the inputs that differ between two blocks with the same text."""
-    descriptions = [[value for value in mark.what if isinstance(value, BlockDescription)] for mark in (one, other)]
+    descriptions = [[value for value in mark.values if isinstance(value, BlockDescription)] for mark in (one, other)]
     return [name for a, b in zip(*descriptions, strict=False) for name in a.changed_inputs(b)]
 
 
@@ -427,7 +435,7 @@ _NOUNS: dict[int, Message] = {
 
 
 def _barrier_noun(mark: Barrier) -> Message:
-    written = mark.kind != MESSAGE or mark.said.startswith("(")
+    written = mark.kind != MESSAGE or mark.text.startswith("(")
     return _NOUNS.get(mark.kind, Message("block")) if written else Message("block")
 
 
@@ -438,9 +446,9 @@ def _state_changes(one: Barrier, other: Barrier) -> list[FeatureChange]:
     names = ("spindle", "coolant") if one.kind == Kind.DWELL else ("spindle", "coolant", "radius")
     begin = 4 if one.kind == Kind.DWELL else 5
     here, there = (slice(begin), slice(begin + len(names), None))
-    if one.what[here] != other.what[here] or one.what[there] != other.what[there]:
+    if one.values[here] != other.values[here] or one.values[there] != other.values[there]:
         return []
-    states = zip(names, one.what[begin:], other.what[begin:], strict=False)
+    states = zip(names, one.values[begin:], other.values[begin:], strict=False)
     return [
         change_of_state(name, was, now)
         for name, was, now in states
@@ -451,7 +459,7 @@ def _state_changes(one: Barrier, other: Barrier) -> list[FeatureChange]:
 def _implied_changes(marks: list[Barrier], which: str) -> Iterator[StateChange]:
     """Yield the changes of tool and work offset that follow from removed or added barriers."""
     for mark in marks:
-        if mark.kind in (Kind.TOOL, Kind.FRAME) and isinstance(ref := mark.what[1], int):
+        if mark.kind in (Kind.TOOL, Kind.FRAME) and isinstance(ref := mark.values[1], int):
             name = "tool" if mark.kind == Kind.TOOL else "frame"
             yield (name, ref, None) if which == "gone" else (name, None, ref)
 
@@ -466,15 +474,15 @@ def find_misplaced_barriers(
             continue
         here, there = np.array(mark.place), np.array(new.place)
         apart = ~(np.abs(here - there) <= tolerance + 1e-9) & ~(np.isnan(here) & np.isnan(there))
-        if mark.exactly and apart.any():
+        if mark.fixed_place and apart.any():
             was, now = position_text(*mark.place), position_text(*new.place)
             text = Message(
-                "'{}' may start at the current position of the tool, which changed: {} became {}", mark.said, was, now
+                "'{}' may start at the current position of the tool, which changed: {} became {}", mark.text, was, now
             )
             yield Difference(Message("barrier at another position"), mark.line, new.line, text)
-        elif new.unsure and not mark.unsure:
-            text = Message("at '{}' the height of the tool is no longer known", mark.said)
+        elif new.height_unknown and not mark.height_unknown:
+            text = Message("at '{}' the height of the tool is no longer known", mark.text)
             yield Difference(Message("unknown height"), mark.line, new.line, text)
         elif new.place[2] < mark.place[2] - tolerance - 1e-9:
-            text = Message("at '{}' the tool was at Z{:.3f}, now at Z{:.3f}", mark.said, mark.place[2], new.place[2])
+            text = Message("at '{}' the tool was at Z{:.3f}, now at Z{:.3f}", mark.text, mark.place[2], new.place[2])
             yield Difference(Message("lower retract"), mark.line, new.line, text)

@@ -217,7 +217,7 @@ def _history(program: Program) -> TextHistory:
     stated = (program.row_block >= first_with_units(program)) + 2 * _started(path, program.modal_at_rows("spindle"))
     return TextHistory(
         (stated + 4 * _length_taken(path, length)).astype(np.int8),
-        np.searchsorted([said.line for said in program.obeyed], path.line).astype(np.int32),
+        np.searchsorted([setting.line for setting in program.obeyed], path.line).astype(np.int32),
         path.latest(Kind.OFFSET, np.cumsum(path.kind == Kind.FOREIGN)).astype(np.int32),
     )
 

@@ -226,12 +226,12 @@ def passes_beside(
     """Yield pairs of nearby passes, int64[k, 2], each with a description of their relation; a pair may occur several
     times.
     """
-    for said, rule in (
+    for relation, rule in (
         (Message("is at another level beside"), passes_at_levels),
         (Message("runs beside"), passes_side_by_side),
     ):
         for pairs in rule(visits, near, owner, doubt, width, wanted):
-            yield said, pairs
+            yield relation, pairs
 
 
 def _at_different_depths(visits: Visits, a: Indices, b: Indices) -> Mask:

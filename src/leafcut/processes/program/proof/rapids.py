@@ -365,9 +365,9 @@ def _checks_of_features(
     goes_to = np.append(new_of, 0)[old + 1]
     yield from _heights_by_feature(both, allowed, lowest, old, now, previous, goes_to, room)
     if beam:
-        said = Message("a rapid next to {} is made with the beam on; in the original it was off", "")
+        text = Message("a rapid next to {} is made with the beam on; in the original it was off", "")
         for lit in _newly_lit(old_gaps, gaps, old, now, previous, allowed.first):
-            yield Message("beam on"), lambda row: (said, at(row)), *lines, lit
+            yield Message("beam on"), lambda row: (text, at(row)), *lines, lit
 
 
 def _newly_lit(
@@ -513,7 +513,7 @@ def _checks_by_barrier(both: Both, mark_of: dict[float, Barrier], room: float) -
     known = np.array([a.kind not in PLACELESS for a, *_ in pairs])
 
     def barrier_text(message: Message) -> Callable[[int], tuple[Message, str]]:
-        return lambda row: (message, pairs[row][0].said)
+        return lambda row: (message, pairs[row][0].text)
 
     to, from_ = (
         Message("a rapid to '{}' is lower than before", ""),
@@ -525,7 +525,7 @@ def _checks_by_barrier(both: Both, mark_of: dict[float, Barrier], room: float) -
     text = Message("the tool does not return to its original position for {}", "")
     yield (
         Message("parked elsewhere"),
-        lambda row: (text, Message("'{}': {}", pairs[row][0].said, position_text(*here[row]))),
+        lambda row: (text, Message("'{}': {}", pairs[row][0].text, position_text(*here[row]))),
         *lines,
         parked & apart[:, :2].any(axis=1),
     )

@@ -34,7 +34,7 @@ class _Mode(NamedTuple):
     A `rare` word is unknown to some controllers, so the new program must not add it.
     """
 
-    said: str
+    name: str
     words: str
     kinds: tuple[Kind, ...]
     rare: bool = False
@@ -80,14 +80,14 @@ def find_lost_modes(
         if (now.first and not was.first) or now.cuts > was.cuts:
             text = Message(
                 "{}: the original states this mode before line {}, which relies on it; the new program does not",
-                mode.said,
+                mode.name,
                 now.line or was.line,
             )
             yield Difference(Message("not stated"), was.line, now.line, text)
         elif mode.rare and was.first and not now.first:
             text = Message(
                 "{}: the new program states this mode before line {}, which relies on it; the original does not",
-                mode.said,
+                mode.name,
                 was.line,
             )
             yield Difference(Message("newly stated"), was.line, now.line, text)

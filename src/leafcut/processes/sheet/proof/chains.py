@@ -26,16 +26,16 @@ LEAVES_WITHIN = 4.0
 OVERLAP = 0.2
 
 
-def check_chains(laid: MatchedRuns) -> list[Difference]:
+def check_chains(matched: MatchedRuns) -> list[Difference]:
     """Return the faults of runs that cut several contours.
 
     The contours must be cut completely, one after the other, as planned. A bridge must leave the kerf at its start and
     enter no other kerf, where the arc would go out. No other run may cross the bridge, and its scrap must still be
     attached.
     """
-    cuts, kerf, lines, found = laid.plan.cuts, laid.kerf, laid.burnt_lines, list[Difference]()
-    followed: list[list[RunMatch]] = [[] for _ in laid.runs]
-    for claim in laid.claims:
+    cuts, kerf, lines, found = matched.plan.cuts, matched.kerf, matched.burnt_lines, list[Difference]()
+    followed: list[list[RunMatch]] = [[] for _ in matched.runs]
+    for claim in matched.claims:
         in_group = claim.run < len(cuts) and cuts[claim.run].group
         if claim.followed > MOST * claim.target.centreline.length and not in_group:
             followed[claim.run].append(claim)
@@ -44,7 +44,7 @@ def check_chains(laid: MatchedRuns) -> list[Difference]:
         planned = cuts[number].contours if number < len(cuts) and not cuts[number].group else ()
         if len(own) < 2 and len(planned) < 2:
             continue
-        run, steps = laid.runs[number], sorted(own, key=lambda f: f.first)
+        run, steps = matched.runs[number], sorted(own, key=lambda f: f.first)
         found += _order_faults(run, steps, planned)
         for before, after in itertools.pairwise(steps):
             bridge = _stretch_of_run(run, before.last, after.first)
@@ -59,7 +59,7 @@ def check_chains(laid: MatchedRuns) -> list[Difference]:
                 if other != number:
                     x, y = shapely.get_coordinates(shapely.shortest_line(lines[other], bridge))[0]
                     text = Message("a bridge and another cut cross at {}: the arc would go out", position_text(x, y))
-                    found.append(sheet_difference(Message("chain"), text, laid.runs[max(number, other)].line))
+                    found.append(sheet_difference(Message("chain"), text, matched.runs[max(number, other)].line))
     return found
 
 

@@ -24,15 +24,15 @@ CROSSING_KERFS, CROSSING = 1.0, 0.2
 AT_END = 0.1
 
 
-def check_common_lines(laid: MatchedRuns) -> list[Difference]:
+def check_common_lines(matched: MatchedRuns) -> list[Difference]:
     """Return the faults of runs that cut a common line of two parts.
 
     No other run may cut a section of a common line. Each line must be inside the run around its group, and precede it.
     If the method needs metal, a line may meet an earlier line only at its end. The run around the group must have the
     requested direction. Other checks ensure that each part is cut completely.
     """
-    runs, lines, found = laid.runs, laid.burnt_lines, list[Difference]()
-    cuts = dict(enumerate(laid.plan.cuts[: len(runs)]))
+    runs, lines, found = matched.runs, matched.burnt_lines, list[Difference]()
+    cuts = dict(enumerate(matched.plan.cuts[: len(runs)]))
     common = [k for k, cut in cuts.items() if cut.common > 0.0]
     if not common:
         return []
@@ -40,20 +40,20 @@ def check_common_lines(laid: MatchedRuns) -> list[Difference]:
     for k in common:
         for other in tree.query(lines[k], predicate="dwithin", distance=TOLERANCE).tolist():
             both = lines[k].intersection(lines[other].buffer(TOLERANCE))
-            if other != k and both.length > max(CROSSING_KERFS * laid.kerf, CROSSING) + 2.0 * TOLERANCE:
+            if other != k and both.length > max(CROSSING_KERFS * matched.kerf, CROSSING) + 2.0 * TOLERANCE:
                 x, y = shapely.get_coordinates(both)[0]
                 text = Message("an edge of two parts is cut twice at {}", position_text(x, y))
                 found.append(sheet_difference(Message("cut twice"), text, runs[max(k, other)].line))
     for group in sorted({cuts[k].group for k in common}):
-        found += _group_faults(laid, group, [k for k in common if cuts[k].group == group])
-    if method_of(laid.plan.data.process) in NEED_METAL:
-        found += _crossing_faults(laid, common)
+        found += _group_faults(matched, group, [k for k in common if cuts[k].group == group])
+    if method_of(matched.plan.data.process) in NEED_METAL:
+        found += _crossing_faults(matched, common)
     return found
 
 
-def _group_faults(laid: MatchedRuns, group: int, own: Sequence[int]) -> Iterator[Difference]:
+def _group_faults(matched: MatchedRuns, group: int, own: Sequence[int]) -> Iterator[Difference]:
     """Yield the faults of a group of common lines: order and position of the lines, and the run around the group."""
-    runs, lines, cuts, kerf = laid.runs, laid.burnt_lines, laid.plan.cuts, laid.kerf
+    runs, lines, cuts, kerf = matched.runs, matched.burnt_lines, matched.plan.cuts, matched.kerf
     around = [k for k, cut in enumerate(cuts[: len(runs)]) if cut.group == group and not cut.common]
     if len(around) != 1:
         text = Message("{} cuts go around parts with common lines instead of one", len(around))
@@ -80,12 +80,12 @@ def _clockwise(run: TorchRun) -> bool:
     return float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1])) < 0.0
 
 
-def _crossing_faults(laid: MatchedRuns, common: Sequence[int]) -> Iterator[Difference]:
+def _crossing_faults(matched: MatchedRuns, common: Sequence[int]) -> Iterator[Difference]:
     """Yield a fault for each common line that crosses the kerf of an earlier line, where the arc would go out."""
     for early, late in itertools.combinations(sorted(common), 2):
-        met = laid.burnt_lines[late].intersection(laid.burnt_lines[early])
-        end = shapely.Point(laid.runs[late].points[-1])
+        met = matched.burnt_lines[late].intersection(matched.burnt_lines[early])
+        end = shapely.Point(matched.runs[late].points[-1])
         if not met.is_empty and shapely.distance(met, end) > AT_END:
             x, y = shapely.get_coordinates(met)[0]
             text = Message("a common line crosses an earlier one at {}", position_text(x, y))
-            yield sheet_difference(Message("crosses a kerf"), text, laid.runs[late].line)
+            yield sheet_difference(Message("crosses a kerf"), text, matched.runs[late].line)

@@ -23,21 +23,23 @@ _STEP, _DEPTH = 0.5, 0.3
 _LEEWAY = 0.2
 
 
-def check_detached_parts(laid: MatchedRuns, path: Toolpath, dialect: Dialect, nozzle: float = 0.0) -> list[Difference]:
+def check_detached_parts(
+    matched: MatchedRuns, path: Toolpath, dialect: Dialect, nozzle: float = 0.0
+) -> list[Difference]:
     """Return a fault if more moves cross detached parts than the plan reports.
 
     `nozzle` is the diameter of the head, mm, or 0 if unknown.
     """
-    reported, close = laid.plan.crossings, laid.plan.close
+    reported, close = matched.plan.crossings, matched.plan.close
     if dialect.moves_z or reported is None:
         return []
-    found = crossings(laid, path)
+    found = crossings(matched, path)
     if len(found) > reported:
         line, where = found[0]
         count = count_of(len(found), "travel move")
         text = Message("{} over detached parts, {} reported; the first to {}", count, reported, position_text(*where))
         return [Difference(Message("travel over a detached part"), 0, line, text)]
-    near = crossings(laid, path, 0.5 * nozzle) if nozzle > 0.0 else []
+    near = crossings(matched, path, 0.5 * nozzle) if nozzle > 0.0 else []
     if len(near) > reported + close:
         line, where = near[0]
         text = Message(
@@ -51,14 +53,14 @@ def check_detached_parts(laid: MatchedRuns, path: Toolpath, dialect: Dialect, no
     return []
 
 
-def crossings(laid: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
+def crossings(matched: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
     """Return the program line and end point of the first crossing move of each route that crosses a detached part.
 
     A route consists of the travel moves between two runs. With a head `radius`, mm, routes that pass within that radius
     of a part also count, except near their ends.
     """
-    ends = np.array([run.row_line[-1] for run in laid.runs], dtype=np.int64)
-    freed = _detaching_runs(laid)
+    ends = np.array([run.row_line[-1] for run in matched.runs], dtype=np.int64)
+    freed = _detaching_runs(matched)
     if not freed:
         return []
     cut_by, edges = np.array([run for run, _ in freed]), [edge for _, edge in freed]
@@ -90,19 +92,19 @@ def crossings(laid: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list[tu
     return found
 
 
-def _detaching_runs(laid: MatchedRuns) -> list[tuple[int, Points]]:
+def _detaching_runs(matched: MatchedRuns) -> list[tuple[int, Points]]:
     """Return the index of each run that detaches a part, and the outline of the part, float64[n, 2], mm.
 
     Common lines detach no part.
     """
-    common = {run for run, cut in enumerate(laid.plan.cuts) if cut.common > 0.0}
+    common = {run for run, cut in enumerate(matched.plan.cuts) if cut.common > 0.0}
     return [
         (claim.run, shapely.get_coordinates(claim.target.edge))
-        for claim in laid.claims
+        for claim in matched.claims
         if _is_outline(claim.target)
-        and laid.detaches(claim)
+        and matched.detaches(claim)
         and claim.run not in common
-        and len(laid.runs[claim.run].lines()) == 1
+        and len(matched.runs[claim.run].lines()) == 1
     ]
 
 

@@ -56,32 +56,32 @@ def check_sheet(
     by_register = dialect.torch is not None and dialect.torch.compensation == "G41"
     runs = torch_runs(path, plan.data.kerf if by_register else None)
     found = check_torch(path, runs, plan, text, dialect, asked)
-    laid = MatchedRuns(runs, plan, sheet, dialect, asked)
+    matched = MatchedRuns(runs, plan, sheet, dialect, asked)
     for check in CHECKS:
-        found += check(laid)
-    found += check_detached_parts(laid, path, dialect, machine.nozzle_diameter)
+        found += check(matched)
+    found += check_detached_parts(matched, path, dialect, machine.nozzle_diameter)
     return limit_differences([*found, *check_envelope(path, machine)])
 
 
-def uncut_contours(laid: MatchedRuns) -> list[Difference]:
+def uncut_contours(matched: MatchedRuns) -> list[Difference]:
     """Return a fault for each contour that is not cut, or is cut incompletely."""
     found = []
-    for target in laid.targets:
-        claims = laid.of_target.get(target.index, [])
+    for target in matched.targets:
+        claims = matched.of_target.get(target.index, [])
         if target.may_stay and not claims:
             continue
-        gaps = _uncut_stretches(laid, target, [laid.lines[c.run] for c in claims])
+        gaps = _uncut_stretches(matched, target, [matched.lines[c.run] for c in claims])
         if sum(g.length for g in gaps) > MOST * target.centreline.length:
             found.append(
                 sheet_difference(
                     Message("not marked") if target.marks else Message("not cut"),
                     Message("{} is not marked" if target.marks else "{} is not cut", target.name),
-                    _line_of(laid.runs, claims),
+                    _line_of(matched.runs, claims),
                 )
             )
             continue
-        joints = 0 if target.marks or target.source.is_hole else laid.asked.joints
-        widest = laid.asked.joint_width + 2.0 * laid.asked.half + 2.0 * TOLERANCE
+        joints = 0 if target.marks or target.source.is_hole else matched.asked.joints
+        widest = matched.asked.joint_width + 2.0 * matched.asked.half + 2.0 * TOLERANCE
         bare = gaps if len(gaps) > joints else [g for g in gaps if g.length > widest]
         if bare:
             x, y = bare[0].interpolate(0.5, normalized=True).coords[0]
@@ -93,11 +93,11 @@ def uncut_contours(laid: MatchedRuns) -> list[Difference]:
                 bare[0].length,
                 position_text(x, y),
             )
-            found.append(sheet_difference(Message("not all the way"), text, _line_of(laid.runs, claims)))
+            found.append(sheet_difference(Message("not all the way"), text, _line_of(matched.runs, claims)))
     return found
 
 
-def _uncut_stretches(laid: MatchedRuns, target: Target, lines: Sequence[Any]) -> list[Any]:
+def _uncut_stretches(matched: MatchedRuns, target: Target, lines: Sequence[Any]) -> list[Any]:
     """Return the sections of a target's path that no run follows, except arcs around corners with a loop."""
     if not lines:
         return [target.centreline]
@@ -105,12 +105,12 @@ def _uncut_stretches(laid: MatchedRuns, target: Target, lines: Sequence[Any]) ->
     left = target.centreline.difference(burnt.buffer(1.5 * TOLERANCE))
     if target.shape is not None and len(pieces := shapely.get_parts(left)) > 1:
         left = shapely.line_merge(shapely.multilinestrings(pieces))
-    return [g for g in shapely.get_parts(left) if g.length > SHORT and not _at_corner(laid, target, g, burnt)]
+    return [g for g in shapely.get_parts(left) if g.length > SHORT and not _at_corner(matched, target, g, burnt)]
 
 
-def _at_corner(laid: MatchedRuns, target: Target, gap: Any, burnt: Any) -> bool:
+def _at_corner(matched: MatchedRuns, target: Target, gap: Any, burnt: Any) -> bool:
     """Return whether an uncut section is the arc around a corner that the kerfs reach anyway."""
-    half = laid.asked.half
+    half = matched.asked.half
     if not len(target.corners):
         return False
     points = shapely.points(gap.coords)
@@ -123,79 +123,81 @@ def _at_corner(laid: MatchedRuns, target: Target, gap: Any, burnt: Any) -> bool:
     )
 
 
-def repeated_cuts(laid: MatchedRuns) -> list[Difference]:
+def repeated_cuts(matched: MatchedRuns) -> list[Difference]:
     """Return a fault for each contour that is cut twice, and for each run that follows no contour."""
     found = []
-    for claims in laid.of_target.values():
+    for claims in matched.of_target.values():
         target = claims[0].target
         whole = [
-            c for c in claims if c.followed > MOST * target.centreline.length and not laid.only_follows_common_line(c)
+            c
+            for c in claims
+            if c.followed > MOST * target.centreline.length and not matched.only_follows_common_line(c)
         ]
         if len(whole) > 1 or any(c.followed > TWICE * target.centreline.length for c in whole):
-            lines = ", ".join(str(laid.runs[c.run].line) for c in whole)
+            lines = ", ".join(str(matched.runs[c.run].line) for c in whole)
             text = Message("{} is cut more than once, from line {}", target.name, lines)
-            found.append(sheet_difference(Message("cut twice"), text, laid.runs[whole[-1].run].line))
-    used = {c.run for c in laid.claims}
-    for number, run in enumerate(laid.runs):
+            found.append(sheet_difference(Message("cut twice"), text, matched.runs[whole[-1].run].line))
+    used = {c.run for c in matched.claims}
+    for number, run in enumerate(matched.runs):
         if number not in used:
             start = position_text(*run.start)
             text = Message("the cut from {} is not in the drawing", start)
-            if laid.marks[number]:
+            if matched.marks[number]:
                 text = Message("the mark from {} is not in the drawing", start)
             found.append(sheet_difference(Message("cuts nothing"), text, run.line))
     return found
 
 
-def find_gouges(laid: MatchedRuns) -> list[Difference]:
+def find_gouges(matched: MatchedRuns) -> list[Difference]:
     """Return a fault for each part that a kerf cuts into."""
     found = []
-    metal = ShapeIndex(laid.parts)
-    slits = {t.index: t.edge for t in laid.targets if t.shape is None and not t.marks}
-    for number, line in enumerate(laid.lines):
-        if laid.marks[number]:
+    metal = ShapeIndex(matched.parts)
+    slits = {t.index: t.edge for t in matched.targets if t.shape is None and not t.marks}
+    for number, line in enumerate(matched.lines):
+        if matched.marks[number]:
             continue
-        own = [slits[c.target.index] for c in laid.claims if c.run == number and c.target.index in slits]
+        own = [slits[c.target.index] for c in matched.claims if c.run == number and c.target.index in slits]
         free = line.difference(shapely.union_all(own).buffer(2.0 * TOLERANCE)) if own else line
-        for part in metal.near([free], laid.asked.half)[1].tolist():
-            into = free.intersection(laid.parts[part].buffer(laid.asked.half))
-            depth = laid.asked.half - shapely.distance(free, laid.parts[part]) + TOLERANCE
+        for part in metal.near([free], matched.asked.half)[1].tolist():
+            into = free.intersection(matched.parts[part].buffer(matched.asked.half))
+            depth = matched.asked.half - shapely.distance(free, matched.parts[part]) + TOLERANCE
             x, y = shapely.get_coordinates(into if not into.is_empty else free)[0]
             text = Message(
-                "the kerf goes {:.3f} mm or more into part {}, at {}", depth, laid.numbers[part], position_text(x, y)
+                "the kerf goes {:.3f} mm or more into part {}, at {}", depth, matched.numbers[part], position_text(x, y)
             )
-            found.append(sheet_difference(Message("cuts into a part"), text, laid.line_at(number, x, y)))
+            found.append(sheet_difference(Message("cuts into a part"), text, matched.line_at(number, x, y)))
     return found
 
 
-def find_strays(laid: MatchedRuns) -> list[Difference]:
+def find_strays(matched: MatchedRuns) -> list[Difference]:
     """Return a fault for each kerf that runs into a clamp or off the sheet; starts beyond the edge are allowed."""
     found = []
-    half = 0.5 * laid.plan.data.kerf  # with or without compensation
-    for zone in laid.zones:
-        for number in np.flatnonzero(shapely.dwithin(laid.lines, zone, max(half - TOLERANCE, 0.0))).tolist():
-            x, y = shapely.get_coordinates(shapely.shortest_line(zone, laid.lines[number]))[1]
+    half = 0.5 * matched.plan.data.kerf  # with or without compensation
+    for zone in matched.zones:
+        for number in np.flatnonzero(shapely.dwithin(matched.lines, zone, max(half - TOLERANCE, 0.0))).tolist():
+            x, y = shapely.get_coordinates(shapely.shortest_line(zone, matched.lines[number]))[1]
             text = Message("the kerf runs into a keep-out zone at {}", position_text(x, y))
-            found.append(sheet_difference(Message("in a keep-out zone"), text, laid.line_at(number, x, y)))
-    sheet = laid.sheet
+            found.append(sheet_difference(Message("in a keep-out zone"), text, matched.line_at(number, x, y)))
+    sheet = matched.sheet
     if sheet is None:
         return found
     inside = sheet.buffer(TOLERANCE)
     shapely.prepare(inside)
-    for number in np.flatnonzero(~shapely.contains(inside, laid.lines)).tolist():
-        outside = _points_off_sheet(laid, number, inside)
+    for number in np.flatnonzero(~shapely.contains(inside, matched.lines)).tolist():
+        outside = _points_off_sheet(matched, number, inside)
         if len(outside):
             x, y = outside[0]
             text = Message("the torch burns off the sheet, at {}", position_text(x, y))
-            found.append(sheet_difference(Message("off the sheet"), text, laid.line_at(number, x, y)))
+            found.append(sheet_difference(Message("off the sheet"), text, matched.line_at(number, x, y)))
     return found
 
 
-def _points_off_sheet(laid: MatchedRuns, number: int, inside: Any) -> NDArray[np.float64]:
+def _points_off_sheet(matched: MatchedRuns, number: int, inside: Any) -> NDArray[np.float64]:
     """Return the points of a run that are off the sheet, float64[k, 2], mm, except the lead of a start at the edge."""
-    middles, _, along = burning_pieces(laid.runs[number], PIECE)
+    middles, _, along = burning_pieces(matched.runs[number], PIECE)
     out = ~shapely.contains(inside, shapely.points(middles))
-    if not laid.pierces(number):
-        out &= along >= min((c.first for c in laid.claims if c.run == number), default=0.0)
+    if not matched.pierces(number):
+        out &= along >= min((c.first for c in matched.claims if c.run == number), default=0.0)
     places: NDArray[np.float64] = middles[out]
     return places
 

@@ -116,9 +116,9 @@ def _lead_words(cut: Cut) -> str:
     """
     after = [(kind, high - low) for kind, low, high in stretches(cut) if low >= cut.lead_out]
     words = [f"lead-in {length_words(cut.lead_in)}"]
-    for kind, said in (("lead", "lead-out {}"), ("dark", "{} with the torch off")):
+    for kind, phrase in (("lead", "lead-out {}"), ("dark", "{} with the torch off")):
         length = sum(part for of_kind, part in after if of_kind == kind)
-        words += [said.format(length_words(length))] if length > 0.0 else []
+        words += [phrase.format(length_words(length))] if length > 0.0 else []
     return ", ".join(words)
 
 

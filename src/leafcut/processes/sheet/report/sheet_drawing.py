@@ -99,18 +99,18 @@ def sheet_drawing(
     """
     frame = scene.frame
     drawn = element("use", href=parts) if parts.startswith("#") else _stock(scene, plan, parts.removeprefix("="))
-    ways, arrow = _travel_moves(frame, plan), _RAPID_ARROW_OF_MANY if scene.many else _RAPID_ARROW
+    moves, arrow = _travel_moves(frame, plan), _RAPID_ARROW_OF_MANY if scene.many else _RAPID_ARROW
     window = f"window-{name}"
     moving = (
-        _rapids(scene, ways),
+        _rapids(scene, moves),
         *(_cut_drawing(scene, plan, k) for k in range(len(plan.cuts))),
         _kerf_arrows(scene, plan),
     )
     inside = (
         drawn,
         missing_drawing(frame, scene.missing),
-        element("g", *moving, arrow_heads(ways, arrow), clip_path=f"url(#{window})"),
-        *_order_marks(scene, plan, ways),
+        element("g", *moving, arrow_heads(moves, arrow), clip_path=f"url(#{window})"),
+        *_order_marks(scene, plan, moves),
     )
     return frame.drawing(words, window, inside, "drawing sheet ramped" if scene.many else "drawing sheet", size)
 
@@ -252,21 +252,21 @@ def _kerf_arrows(scene: SheetScene, plan: CutPlan) -> str:
 
 def _travel_moves(frame: Frame, plan: CutPlan) -> Points:
     """Return the travel moves between cuts in user units, float64[n, 2, 2]."""
-    ways = [(a.path.end, b.path.start) for a, b in zip(plan.cuts[:-1], plan.cuts[1:], strict=True)]
-    return frame.place(np.array(ways, dtype=np.float64).reshape(-1, 2, 2))
+    moves = [(a.path.end, b.path.start) for a, b in zip(plan.cuts[:-1], plan.cuts[1:], strict=True)]
+    return frame.place(np.array(moves, dtype=np.float64).reshape(-1, 2, 2))
 
 
-def _rapids(scene: SheetScene, ways: Points) -> str:
+def _rapids(scene: SheetScene, moves: Points) -> str:
     """Draw the travel moves as thin dashed lines; if there are many, they are coloured from first to last."""
     if not scene.many:
-        return scaled_group(element("path", d=lines_data(ways), class_="rapid")) if len(ways) else ""
-    chunks = np.array_split(ways, RAMP)
+        return scaled_group(element("path", d=lines_data(moves), class_="rapid")) if len(moves) else ""
+    chunks = np.array_split(moves, RAMP)
     return scaled_group(
         *(element("path", d=lines_data(c), class_=f"rapid r{i}") for i, c in enumerate(chunks) if len(c))
     )
 
 
-def _order_marks(scene: SheetScene, plan: CutPlan, ways: Points) -> list[str]:
+def _order_marks(scene: SheetScene, plan: CutPlan, moves: Points) -> list[str]:
     """Return the marks of the start and the end, and the numbers of the cuts where they fit."""
     if not plan.cuts:
         return []
@@ -279,7 +279,7 @@ def _order_marks(scene: SheetScene, plan: CutPlan, ways: Points) -> list[str]:
     # The first cut has the word "start"; a last cut close to the end has the word "end".
     worded = {0, len(starts) - 1} if math.dist(starts[-1], end) < _AT_ITS_END else {0}
     numbered = [k for k in range(len(plan.cuts)) if (k + 1) % scene.every == 0 and k not in worded]
-    lines = np.concatenate([ways, *(_segments(_chords(frame, c.path)) for c in plan.cuts)])
+    lines = np.concatenate([moves, *(_segments(_chords(frame, c.path)) for c in plan.cuts)])
     free = np.full(len(starts), scene.dot)
     free[0] = reach + 1.0
     dots = np.column_stack([starts, free])
