@@ -112,10 +112,11 @@ def test_the_sheet_that_the_readme_cuts_is_cut(tmp_path: Path, monkeypatch: pyte
 @pytest.mark.slow
 def test_the_commands_of_the_page_on_pockets_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With one strategy, as the others have tests of their own; every program is verified and written."""
-    from leafcut.processes.pocket import strategies as pocket_strategies
+    from leafcut.processes.pocket import clearing
+    from leafcut.processes.pocket.strategies import STRATEGIES
 
-    few = tuple(way for way in pocket_strategies.STRATEGIES if way.name == "contour")
-    monkeypatch.setattr(pocket_strategies, "STRATEGIES", few)
+    few = tuple(way for way in STRATEGIES if way.name == "contour")
+    monkeypatch.setattr(clearing, "STRATEGIES", few)
     text = (ROOT / "docs" / "pockets.md").read_text(encoding="utf-8")
     commands = re.findall(r"^    leafcut (pocket examples/pocket\..+)$", text, flags=re.MULTILINE)
     assert len(commands) >= 5

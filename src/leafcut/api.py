@@ -28,7 +28,8 @@ from leafcut.processes import registry
 from leafcut.processes.course import run_process
 from leafcut.processes.job import Job, machine_of, refuse_missing
 from leafcut.processes.settings import collect_settings, files_read, settings_for
-from leafcut.read import Input
+from leafcut.read import Input, read
+from leafcut.read.registry import READERS, format_name, read_once, read_source
 from leafcut.results.base import result_of
 
 if TYPE_CHECKING:
@@ -211,8 +212,6 @@ def _sources(source: Input | Sequence[Input]) -> list[Input]:
 
 def _guess_command(sources: Sequence[Input], settings: Settings) -> tuple[str, list[Input]]:
     """Return the command for the inputs ("auto" for the usual command), and the inputs after reading."""
-    from leafcut.read.registry import read_once, read_source
-
     loaded = [read_once(source) for source in sources]
     return registry.guess_command([read_source(source) for source in loaded], settings), [*loaded]
 
@@ -254,8 +253,6 @@ def _run_process(run: Job, sources: Sequence[Input], process_word: str, *, table
 
     Raises OptionError for options that the process does not use, and for a table that it does not have.
     """
-    from leafcut.read.registry import read_source
-
     registry.check_asked(process_word)
     inputs = [read_source(source) for source in sources]
     process = registry.process_for(inputs, process_word)
@@ -331,10 +328,10 @@ def nest(
     from leafcut.results.nest import NestResult
 
     settings = _settings("nest", options, options_file, defaults_file)
-    outcome, read = registry.command("nest")(
+    outcome, inputs = registry.command("nest")(
         parts, output, settings, other_inputs=[options_file, defaults_file], progress=progress, cancelled=cancelled
     )
-    return result_of(NestResult, replace(outcome, defaults=settings.from_defaults()), [*read, *files_read(settings)])
+    return result_of(NestResult, replace(outcome, defaults=settings.from_defaults()), [*inputs, *files_read(settings)])
 
 
 def read_part(source: Input, options: ReadOptions | None = None) -> Part:
@@ -345,8 +342,6 @@ def read_part(source: Input, options: ReadOptions | None = None) -> Part:
     ReadError
         The file cannot be read or has no holes, or, with `options.strict`, something was skipped or repaired.
     """
-    from leafcut.read import read
-
     return read(source, options)
 
 
@@ -370,7 +365,6 @@ def solve(
 
     `progress`, `observe`, `cancelled` and `options` are as in `optimize`.
     """
-    from leafcut.read import read
     from leafcut.results.tour import TourResult
 
     settings = _settings("solve", options, None, defaults_file)
@@ -501,8 +495,8 @@ def stock(
 
     settings = _settings("stock", options, None, defaults_file)
     outcome = registry.command("stock")(program, settings, dialect, progress, same_as=same_as)
-    read = [*_file_names(program, same_as), *_profile_files(dialect), defaults_file, *files_read(settings)]
-    return result_of(StockResult, outcome, read)
+    inputs = [*_file_names(program, same_as), *_profile_files(dialect), defaults_file, *files_read(settings)]
+    return result_of(StockResult, outcome, inputs)
 
 
 def tool_speeds(
@@ -580,8 +574,8 @@ def verify(
 
     settings = _settings("verify", options, None, defaults_file)
     proof = registry.command("verify")(original, new, settings, dialect, progress, allow_reverse=allow_reverse)
-    read = [*_file_names(original, new), *_profile_files(dialect), defaults_file, *files_read(settings)]
-    return result_of(VerificationResult, proof, read)
+    inputs = [*_file_names(original, new), *_profile_files(dialect), defaults_file, *files_read(settings)]
+    return result_of(VerificationResult, proof, inputs)
 
 
 def output_name(
@@ -608,8 +602,6 @@ def program_for(
     extension is that of the dialect in which `optimize` would write. Raises OptionError if an option or the machine is
     invalid for every input.
     """
-    from leafcut.read.registry import format_name
-
     settings = _collect(process, options, options_file, defaults_file)
     if process == "auto" and Path(str(source)).is_file():
         process, _ = _guess_command([source], settings)
@@ -633,7 +625,6 @@ def plugins() -> list[tuple[str, str]]:
     from leafcut.gcode.dialects import DIALECTS
     from leafcut.order.packaged import PACKAGED as ALGORITHMS
     from leafcut.read.machine import MACHINES
-    from leafcut.read.registry import READERS
 
     kinds = (READERS, registry.PACKAGED, ALGORITHMS, DIALECTS, MACHINES)
     return [(f"{kind.noun} {name}", words) for kind in kinds for name, words in kind.listed()]

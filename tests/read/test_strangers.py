@@ -12,8 +12,9 @@ import pytest
 import shapely
 
 from leafcut.errors import LeafcutError, OptionError, ReadError
-from leafcut.geometry import containment, fitting
+from leafcut.geometry import containment, curves
 from leafcut.geometry.containment import find_conflicts
+from leafcut.geometry.fitting import fit_arcs
 from leafcut.model.issue import Issue
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.processes.settings import collect_settings
@@ -154,13 +155,13 @@ LINE = "0\nLINE\n8\n0\n10\n0\n20\n0\n11\n4\n21\n0\n"
 def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Return the list of how many points each curve that was fitted had."""
     found: list[int] = []
-    fit = fitting.fit_arcs
+    fit = fit_arcs
 
     def counting(points: Any, tolerance: float, closed: bool = False) -> Any:
         found.append(len(points))
         return fit(points, tolerance, closed)
 
-    monkeypatch.setattr(fitting, "fit_arcs", counting)
+    monkeypatch.setattr(curves, "fit_arcs", counting)
     return found
 
 

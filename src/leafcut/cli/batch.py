@@ -24,7 +24,9 @@ from leafcut.message import Message
 from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.model.issue import Issue
 from leafcut.order.executors import WatchedExecutor, run_tasks
+from leafcut.processes.registry import report_of
 from leafcut.read.registry import read_source
+from leafcut.report.json_answer import as_json
 from leafcut.report.several import batch_page
 
 WRITTEN, REFUSED, SIMULATED = "written", "refused", "not written"
@@ -195,8 +197,6 @@ def run_task(task: BatchTask, progress: OnProgress | None = None) -> BatchResult
     """Return the result of a task. A refusal is stored as text, because some exceptions cannot be sent between
     processes.
     """
-    from leafcut.processes.registry import report_of
-    from leafcut.report.json_answer import as_json
     from leafcut.report.page import write_page
 
     row = BatchRow(task.name, Path(task.target).name, REFUSED, key=task.key)

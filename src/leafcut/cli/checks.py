@@ -24,7 +24,8 @@ from leafcut.cli.shared import (
 )
 from leafcut.cli.usage import DASH, refuse_dash
 from leafcut.errors import OptionError, count_of
-from leafcut.files.whole_files import StandardInput
+from leafcut.files.whole_files import StandardInput, check_output, write_bytes
+from leafcut.units import format_length, format_time, to_fixed
 
 if TYPE_CHECKING:
     from leafcut.model.simulation import Simulation
@@ -80,7 +81,6 @@ def simulate(
 def _print_simulated(simulation: Simulation) -> None:
     from leafcut.report.chart import time_kinds
     from leafcut.report.set_up import moved_axes
-    from leafcut.units import format_length, format_time, to_fixed
 
     dangers = [issue for issue in simulation.issues if issue.severity == "danger"]
     for issue in dangers:
@@ -123,7 +123,6 @@ def stock(
 ) -> int:
     """Show what a program cuts from its stock: volume, depth, air-cutting time, collisions of rapids and holders."""
     from leafcut import api
-    from leafcut.files.whole_files import check_output, write_bytes
     from leafcut.report.stock_report import as_file, check_extension, print_stock, stock_as_json
 
     if more:

@@ -9,9 +9,11 @@ from cyclopts import Parameter
 
 from leafcut.cli.flags import File, Json, switch
 from leafcut.cli.shared import print_json
+from leafcut.cli.shop_defaults import TEMPLATE, as_answer, shop_defaults
 from leafcut.cli.usage import refuse_dash
 from leafcut.errors import OptionError
 from leafcut.files.user_files import DEFAULTS_VARIABLE, defaults_file, usual_defaults_file
+from leafcut.files.whole_files import check_is_there
 
 
 def show_defaults(
@@ -30,9 +32,6 @@ def show_defaults(
     as_json: Json = False,
 ) -> int:
     """Show your own defaults, and where the value of each option comes from."""
-    from leafcut.cli.shop_defaults import TEMPLATE, as_answer, shop_defaults
-    from leafcut.files.whole_files import check_is_there
-
     if template:
         if command or options_file or as_json:
             raise OptionError("--template prints a new file; leave out the other options")

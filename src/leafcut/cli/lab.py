@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -13,8 +14,10 @@ from cyclopts import Parameter
 from leafcut.cli.flags import File, Json, Name, Percent, Time, switch
 from leafcut.cli.progress import Reporter
 from leafcut.cli.shared import print_json
-from leafcut.errors import OptionError
+from leafcut.errors import OptionError, count_of
+from leafcut.files.whole_files import check_output, write_together
 from leafcut.options.option_spec import OptionSpec, convert_value
+from leafcut.processes.settings import options_of_file
 
 if TYPE_CHECKING:
     from leafcut.lab.store import Store
@@ -94,7 +97,6 @@ def run_experiment(
     as_json: Json = False,
 ) -> int:
     """Do the runs of an experiment that are not done yet; finished runs are never repeated."""
-    from leafcut.errors import count_of
     from leafcut.lab.running import run
 
     description = _load_experiment(name, reduced)
@@ -143,7 +145,6 @@ def report_experiment(
     as_json: Json = False,
 ) -> int:
     """Write the page (HTML) and the table (CSV) of the finished runs of an experiment."""
-    from leafcut.files.whole_files import check_output, write_together
     from leafcut.lab.page import rows_as_csv, write_page
     from leafcut.lab.running import can_run, rows_of
     from leafcut.lab.store import Store
@@ -169,7 +170,6 @@ def report_experiment(
 
 def _report_published(output: str, reduced: bool, results: str, as_json: bool) -> int:
     """Write the pages (HTML, one for each language) and the table (CSV) of published figures beside ours."""
-    from leafcut.files.whole_files import check_output, write_together
     from leafcut.lab.loading import load, short_form
     from leafcut.lab.page import write_published
     from leafcut.lab.published import LANGUAGES, Runs, command_options, experiments, pairs_as_csv, words
@@ -238,10 +238,8 @@ def tune_parameters(
 ) -> int:
     """Tune the parameters of an algorithm on some inputs, and evaluate them on the others."""
     from leafcut.cli.several import expand_inputs, inputs_of
-    from leafcut.files.whole_files import check_output, write_together
     from leafcut.lab.page import rows_as_csv, write_page
     from leafcut.lab.tuning import TuningTask, command_of, options_text, search_block, tune
-    from leafcut.processes.settings import options_of_file
 
     inputs, _ = expand_inputs(inputs_of(sources), "tune", folder=output)
     shared = options_of_file(Path(options_file)) if options_file else {}
@@ -286,8 +284,6 @@ def _open_for_work(results: str, executor: str, workers: int | None) -> Iterator
     """Open the results, and yield them with arguments of `lab.running.run`; an interrupt becomes a short error
     message.
     """
-    import threading
-
     from leafcut.lab.running import executor_performer
     from leafcut.lab.store import Store
     from leafcut.order.executors import MOST_WORKERS, open_executor

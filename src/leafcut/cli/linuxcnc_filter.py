@@ -22,6 +22,7 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.outcome import Outcome
 from leafcut.processes import registry
 from leafcut.processes.settings import collect_settings
+from leafcut.read.registry import read_source
 
 INI_VARIABLE = "INI_FILE_NAME"
 
@@ -98,7 +99,6 @@ def _process(file: str, machine: str) -> str:
     such a process, and for programs, the result is ``auto``.
     """
     from leafcut.read.machine import load_machine
-    from leafcut.read.registry import read_source
 
     kinds = read_source(file)[0].processes
     if "program" in kinds:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -15,6 +16,7 @@ from leafcut.cli.flags import Acceleration, File, Json, Lengths, Name, Rpm, Spee
 from leafcut.cli.shared import print_json
 from leafcut.cli.usage import DASH, HELD, refuse_dash
 from leafcut.errors import OptionError, count_of
+from leafcut.files.whole_files import StandardInput, check_output, write_whole
 from leafcut.message import Message
 
 if TYPE_CHECKING:
@@ -55,7 +57,6 @@ def import_machine(
     as_json: Json = False,
 ) -> int:
     """Make a machine profile from the settings of its controller; each value is shown with its source."""
-    from leafcut.files.whole_files import StandardInput
     from leafcut.read.controllers.importing import machine_from_settings, read_settings, settings_text
 
     if file is not None and port is not None:
@@ -79,8 +80,6 @@ def import_machine(
 
 
 def _query_board(port: str, baud: int | None, kind: str | None) -> tuple[str, str]:
-    from contextlib import closing
-
     from leafcut.sender.firmware import query_settings
     from leafcut.sender.port import BAUD, SerialPort
 
@@ -332,7 +331,6 @@ def import_tools(
 
 def _check_output(output: str | None, inputs: Sequence[str | None]) -> None:
     from leafcut.cli.several import check_own
-    from leafcut.files.whole_files import check_output
 
     if output in (DASH, HELD):
         raise OptionError("-o -: the result is printed if you leave out -o; name a file, or leave it out")
@@ -345,7 +343,6 @@ def _check_output(output: str | None, inputs: Sequence[str | None]) -> None:
 def _write(output: str, text: str) -> None:
     """Write a profile or library with a digest, so that hand edits are never replaced."""
     from leafcut.files.digests import DIGEST_LINE, sign_program
-    from leafcut.files.whole_files import write_whole
 
     write_whole(output, sign_program(f"# {DIGEST_LINE}\n{text}"))
 

@@ -46,7 +46,9 @@ from leafcut.files.user_files import first_time
 from leafcut.files.whole_files import StandardInput
 from leafcut.options.option_spec import PLACES, flag_name
 from leafcut.processes import registry
+from leafcut.processes.registry import report_of
 from leafcut.processes.settings import all_options
+from leafcut.units import parse_quantity
 
 if TYPE_CHECKING:
     from leafcut.cli.batch import BatchResult, BatchRow
@@ -147,7 +149,6 @@ def optimize(
     if output == DASH:
         write_program(outcome.text.encode(outcome.encoding))
         outcome = replace(outcome, output="standard output")
-    from leafcut.processes.registry import report_of
 
     if as_json:
         from leafcut.report.json_answer import as_json as answer
@@ -324,7 +325,6 @@ def _watch(
     from leafcut.cli.watch_folder import FolderWatch
     from leafcut.order.executors import open_executor
     from leafcut.report.wording import count, time_words
-    from leafcut.units import parse_quantity
 
     if len(words) != 1 or words == [DASH]:
         raise OptionError(f"--watch takes one folder; {len(words)} inputs were given")

@@ -18,6 +18,8 @@ from leafcut.cli.shared import print_json
 from leafcut.cli.terminal_keys import Keys
 from leafcut.cli.usage import DASH, HELD
 from leafcut.errors import OptionError, SendError
+from leafcut.files.whole_files import check_output
+from leafcut.units import format_time
 
 if TYPE_CHECKING:
     from leafcut.sender.controller_facts import Facts
@@ -103,7 +105,6 @@ def send(
     While it runs, keys hold it, stop it and change the feed. After any failure the machine is stopped, and the option
     to resume is shown.
     """
-    from leafcut.files.whole_files import check_output
     from leafcut.sender.firmware import conversation_class
     from leafcut.sender.job import accepted_codes, read_job
     from leafcut.sender.port import SerialPort, ports_in_words
@@ -204,7 +205,6 @@ def _run(
         run.prompt = lambda pause, messages: shown.ask(keys, pause, messages)
     if not check and not yes:
         feed_s, other_s = job.seconds
-        from leafcut.units import format_time
 
         print(f"{job.file}: {format_time(float(feed_s.sum() + other_s.sum()))} on {job.machine.name}", file=sys.stderr)
         print("Enter starts, q ends: ", end="", file=sys.stderr, flush=True)

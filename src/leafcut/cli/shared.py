@@ -17,6 +17,7 @@ from leafcut.cli.usage import DASH, HELD
 from leafcut.errors import DataError, LeafcutError, OptionError
 from leafcut.files.schemas import ANSWER, numbered
 from leafcut.files.user_files import DEFAULTS_VARIABLE, defaults_file
+from leafcut.files.whole_files import OutputError
 from leafcut.message import Message
 
 DONE, REFUSED, USAGE, INCOMPLETE = 0, 1, 2, 3
@@ -106,8 +107,6 @@ def note_old_output(output: str | None) -> Iterator[None]:
     try:
         yield
     except LeafcutError as problem:
-        from leafcut.files.whole_files import OutputError
-
         if output and Path(output).is_file() and not isinstance(problem, OutputError):
             problem.add_note(f"{output} was not changed")
         raise

@@ -21,7 +21,7 @@ from leafcut.cli.shared import (
 )
 from leafcut.cli.usage import DASH
 from leafcut.errors import OptionError
-from leafcut.files.whole_files import StandardInput
+from leafcut.files.whole_files import StandardInput, check_output, write_whole
 
 
 def solve(
@@ -45,7 +45,6 @@ def solve(
 ) -> int:
     """Find a short closed tour through the points of a map, or one point of each set, to study the algorithms."""
     from leafcut import api
-    from leafcut.files.whole_files import check_output, write_whole
     from leafcut.read.csvmap import points_text
     from leafcut.read.tsplib import tour_text
     from leafcut.report.wording import count, gap_lines

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Floats, Point, Points
+from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.polyline import Polyline
 
 #: Maximum degree; the effort grows with its square.
@@ -155,7 +156,6 @@ def fit_arcs_to_curve(points: Points, tolerance: float, closed: bool, spend: Spe
     """
     if not np.abs(points).max(initial=0.0) <= FARTHEST:
         raise PlanError("coordinates or radius out of range")
-    from leafcut.geometry.fitting import fit_arcs
 
     spend(len(points))
     return fit_arcs(points[:-1] if closed else points, 0.7 * tolerance, closed)

@@ -13,7 +13,9 @@ import shapely
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.cleaning import ends_of
+from leafcut.geometry.index import near_pairs
 from leafcut.geometry.joining import Joined, Joining, join
+from leafcut.geometry.overlaps import without_overlaps
 from leafcut.geometry.polyline import COINCIDENT, Polyline
 from leafcut.message import Message
 
@@ -74,7 +76,6 @@ def tidy_outlines(strokes: Sequence[Polyline], tolerance: float) -> TidiedOutlin
     covered = _lie_on_outlines([strokes[i] for i in remaining], [joined.path for joined in sound])
     covered_strokes = [i for i, c in zip(remaining, covered, strict=True) if c]
     loose = [i for i, c in zip(remaining, covered, strict=True) if not c]
-    from leafcut.geometry.overlaps import without_overlaps
 
     unique = without_overlaps([strokes[i] for i in loose])
     rejoined = join([p for p, _ in unique.paths], tolerance)
@@ -136,7 +137,6 @@ def _lie_on_outlines(loose: Sequence[Polyline], outlines: Sequence[Polyline]) ->
     on_outline[pairs[0][counts == len(shares)]] = True
     # An outline may share an edge with its neighbour, so a stroke that other strokes continue belongs to those.
     ends = np.array([end for p in loose for end in (p.start, p.end)])
-    from leafcut.geometry.index import near_pairs
 
     first, second, _ = near_pairs(ends, COINCIDENT)
     for a, b in ((first, second), (second, first)):

@@ -21,6 +21,7 @@ from leafcut.model.solution import Solution
 from leafcut.model.study import Study
 from leafcut.options import ALGORITHM_TITLES, SolveOptions
 from leafcut.options.option_spec import Conditions
+from leafcut.order.maps import problem_of_map
 from leafcut.processes import registry
 from leafcut.processes.settings import collect_settings
 
@@ -212,6 +213,5 @@ def _bound(
     if best is None or options.get("bound") is False:
         return None
     from leafcut.order.certificate import certify
-    from leafcut.order.maps import problem_of_map
 
     return certify(problem_of_map(part), replace(best, lower_bound=None), None, cancel_event).lower_bound

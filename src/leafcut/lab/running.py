@@ -24,6 +24,7 @@ from typing import Any
 from leafcut import api
 from leafcut._version import __version__
 from leafcut.errors import LeafcutError, OptionError, count_of
+from leafcut.files.whole_files import check_is_there
 from leafcut.geometry.arrays import Floats
 from leafcut.lab.description import (
     OPTIMIZE,
@@ -45,6 +46,8 @@ from leafcut.options.option_spec import flag_name
 from leafcut.order.executors import WatchedExecutor, run_tasks
 from leafcut.processes import registry
 from leafcut.read.format import Source
+from leafcut.read.registry import read_source
+from leafcut.report.json_answer import as_json, solved_as_json
 
 #: Maximum number of stored points per curve.
 MAX_POINTS = 300
@@ -346,8 +349,6 @@ def _answer(
     task: RunTask, study: Study | None, cancelled: threading.Event | None
 ) -> tuple[dict[str, Any], tuple[tuple[int, float, float], ...]]:
     """Run the command; return its ``--json`` answer, and the convergence curve if the search was observed."""
-    from leafcut.report.json_answer import as_json, solved_as_json
-
     if task.command == SOLVE:
         solved = api.solve(task.input, observe=study, cancelled=cancelled, **task.options)
         return solved_as_json(solved), () if study is None else tuple(curve_of(solved.solution, study, MAX_POINTS))
@@ -435,11 +436,8 @@ def _inputs_with_hashes(description: Description) -> dict[str, tuple[str | Sourc
 def _input_and_hash(command: str, name: str, instance: str) -> tuple[str | Source, str]:
     """Return an input and its hash: the hash of the content, or of the name if there is no file."""
     if command == "nest":  # the input is a list of drawings, which the command reads itself
-        from leafcut.files.whole_files import check_is_there
-
         check_is_there(f"instance {instance}", Path(name))
         return name, hashlib.sha256(Path(name).read_bytes()).hexdigest()
-    from leafcut.read.registry import read_source
 
     _, source = read_source(name)
     return source, hashlib.sha256(source.data or name.encode()).hexdigest()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -441,8 +441,6 @@ def _hodges_lehmann(differences: NDArray[np.float64]) -> float:
 
 def _holm(pairs: Sequence[Pair]) -> tuple[Pair, ...]:
     """Return the pairs with p values corrected by Holm's step-down method (Holm 1979)."""
-    from dataclasses import replace
-
     from statsmodels.stats.multitest import multipletests
 
     corrected = multipletests([pair.p for pair in pairs], method="holm")[1]

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 from leafcut._version import __version__
 from leafcut.errors import LeafcutError, OptionError, count_of, name_suggestion
 from leafcut.files.schemas import OPTIONS
+from leafcut.lab import charts
 from leafcut.lab.description import OPTIMIZE, SOLVE, Analysis, Description, Factor, LabInstance, Level, Response
 from leafcut.lab.own_experiment import responses_of
 from leafcut.lab.results import ReportBlock, Table, number
@@ -329,8 +330,6 @@ def _change(rows: Sequence[Row], task: TuningTask) -> float | None:
 
 def search_block(tuned: TuningResult) -> ReportBlock:
     """Return the report section about the search: the best set, the cost of the trials, and a table of all trials."""
-    from leafcut.lab import charts
-
     task = tuned.task
     usual = {range_.name: _default_text(range_.name) for range_ in task.ranges}
     parameter_table = Table(

@@ -20,9 +20,17 @@ from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, hear
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Remnant, Stock
 from leafcut.nesting.options import NestOptions
+from leafcut.nesting.post import write_layout, write_stock
+from leafcut.nesting.proof import check_drawing, check_nest, check_remnants
 from leafcut.options import ReadOptions, Settings, SheetOptions, SolveOptions
+from leafcut.options.drawings import MARK_NAMES
 from leafcut.options.sheet_word import LARGEST_SHEET, SheetWord
 from leafcut.processes.cutting_machines import for_cutting
+from leafcut.read import read_contours
+from leafcut.read.format import Source, factor_of, load
+from leafcut.read.machine import load_machine
+from leafcut.read.registry import read_source
+from leafcut.read.strip_instance import is_strip_instance, read_strip_instance
 from leafcut.units import parse_angles
 
 if TYPE_CHECKING:
@@ -63,7 +71,6 @@ def nest(
     Raises PlanError if the list of parts is empty, a part fits no sheet, or no nest passed the check.
     """
     from leafcut.nesting.plan.nesting import prepare_task, variants
-    from leafcut.nesting.proof import check_nest
 
     start_time = time.perf_counter()
     cancelled = cancelled or threading.Event()
@@ -189,9 +196,6 @@ def _read_inputs(
 
     Each file is read only once, even if it is listed several times.
     """
-    from leafcut.read.format import factor_of, load
-    from leafcut.read.registry import read_source
-    from leafcut.read.strip_instance import is_strip_instance, read_strip_instance
 
     @cache
     def load_cached(file: str) -> Source:
@@ -223,7 +227,6 @@ def _read_inputs(
 
 def _prepared_sheet(source: Source, settings: Settings, on_progress: Heartbeat) -> Sheet:
     from leafcut.processes.contours import prepare_sheet
-    from leafcut.read import read_contours
 
     part = read_contours(source, settings.read, on_progress)
     try:
@@ -240,8 +243,6 @@ def _available_sheets(
 
     The default is an unlimited number of sheets of the size of the machine's table.
     """
-    from leafcut.read.machine import load_machine
-
     options, machine = settings.of(NestOptions), load_machine(for_cutting(settings).machine.machine)
     reach = [machine.reach(axis) for axis in (0, 1)]
     if "sheet" not in settings.given:
@@ -281,8 +282,6 @@ def _exceeds_table(stock: Stock, machine: Machine) -> str:
 
 def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
     """Return an issue for each used kind of sheet that is larger than the table of the cutting machine."""
-    from leafcut.read.machine import load_machine
-
     machine = load_machine(for_cutting(settings).machine.machine)
     used = {nest.stock_of(layout).name: nest.stock_of(layout) for nest in nests for layout in nest.layouts}
     return [
@@ -300,9 +299,7 @@ def _names(error: PlanError, file: str) -> bool:
 
 def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress: Heartbeat) -> Stock:
     """Return the sheet shown in a drawing: one closed outline with holes, on any layer except layers for marks."""
-    from leafcut.options.drawings import MARK_NAMES
     from leafcut.processes.contours import prepare_sheet
-    from leafcut.read import read_contours
 
     part = read_contours(source, ReadOptions(), on_progress)
     try:
@@ -334,8 +331,6 @@ def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress:
 
 def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tuple[Remnant, ...], dict[str, str]]:
     from leafcut.nesting.plan.remains import remnants_of_layout
-    from leafcut.nesting.post import write_stock
-    from leafcut.nesting.proof import check_remnants
 
     best, folder = outcome.nests[0], options.remnants_out or Path()
     remnants: list[Remnant] = []
@@ -353,8 +348,6 @@ def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tu
 
 
 def _sheet_texts(variant: Nest, names: Sequence[str]) -> tuple[str, ...]:
-    from leafcut.nesting.post import write_layout
-
     texts = tuple(write_layout(variant, layout) for layout in variant.layouts)
     for layout, name, text in zip(variant.layouts, names, texts, strict=True):
         _read_back(variant, layout, name, text)
@@ -363,10 +356,8 @@ def _sheet_texts(variant: Nest, names: Sequence[str]) -> tuple[str, ...]:
 
 def _read_back(variant: Nest, layout: Layout, name: str, text: str) -> None:
     """Raise `VerifyError` if a drawing that was read back differs from the plan."""
-    from leafcut.nesting.proof import check_drawing
     from leafcut.processes.contours import prepare_sheet
     from leafcut.read.dxf_contours import read_dxf_contours
-    from leafcut.read.format import Source
 
     part = read_dxf_contours(Source(name, text.encode()), ReadOptions())
     faults = check_drawing(variant, layout, prepare_sheet(part, SheetOptions(open_paths="cut"), "all"))

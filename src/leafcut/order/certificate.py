@@ -11,6 +11,7 @@ import numpy as np
 from leafcut.geometry.arrays import Floats
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import Solution
+from leafcut.order.bound import lower_bound
 from leafcut.order.construction import nearest_neighbour
 from leafcut.order.directed import AnyInstance, least_costs
 from leafcut.order.instance import CANDIDATES, Instance, build_instance, is_symmetric
@@ -47,8 +48,6 @@ def _prove_bound(
     """Return a lower bound on the cost of any path of the problem, or None. `cost` is the cost of a known path, if
     there is one; `instance` is used again if the relaxed problem is the same.
     """
-    from leafcut.order.bound import lower_bound
-
     relaxed = symmetric_relaxation(problem, late)
     if relaxed is None:
         return None

@@ -26,6 +26,8 @@ from leafcut.model.part import Part
 from leafcut.model.sheet import Sheet
 from leafcut.options import ReadOptions, SheetOptions
 from leafcut.processes.layers import kinds_of
+from leafcut.processes.placing import place_part
+from leafcut.read import read_contours
 
 if TYPE_CHECKING:
     from leafcut.processes.job import Job
@@ -58,9 +60,6 @@ _SLACK = 1e-6
 
 def read_placed_contours(job: Job, source: Source) -> Part:
     """Return the contours of a drawing, moved to the program zero, with the issues about its thickness."""
-    from leafcut.processes.placing import place_part
-    from leafcut.read import read_contours
-
     part = read_contours(source, job.settings.read, job.start_step(Message("reading")))
     part = replace(part, issues=(*part.issues, *check_thickness(part, job.settings.job.thickness)))
     return place_part(part, job.settings.read)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.errors import OptionError, PlanError
+from leafcut.gcode.tool_comments import tool_width
 from leafcut.message import Message
 from leafcut.model.cutter import bodies_of
 from leafcut.model.issue import Issue
@@ -16,6 +17,8 @@ from leafcut.model.obstacles import Obstacles
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import MOTIONS, Kind, Toolpath
 from leafcut.processes.job import Job, library_of
+from leafcut.processes.zones import crossing_heights, parse_zones
+from leafcut.proof.difference import MOST_LISTED
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
@@ -36,8 +39,6 @@ def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles, lis
     OptionError
         A clearance height is given, but the program never moves Z.
     """
-    from leafcut.processes.zones import crossing_heights, parse_zones
-    from leafcut.proof.difference import MOST_LISTED
     from leafcut.proof.obstacles import CUTS, MAY_CROSS
 
     settings = job.settings.job
@@ -127,8 +128,6 @@ def _tool_radii(program: Program, library: Mapping[int, Tool]) -> tuple[dict[int
 
     The radius comes from the library, or else from a comment.
     """
-    from leafcut.gcode.tool_comments import tool_width
-
     radii: dict[int, float] = {}
     unknown: list[int] = []
     kind = program.path.kind

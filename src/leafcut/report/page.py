@@ -10,8 +10,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError
+from leafcut.material.same_stock import stock_differences
+from leafcut.material.solid import solid_of
 from leafcut.model.issue import missing_words
 from leafcut.report import views
+from leafcut.report.stock_picture import OverStock, stock_png
 from leafcut.report.styles import drawing_css, page_templates, style_sheet
 from leafcut.report.svg import embed_styles
 from leafcut.report.wording import (
@@ -120,9 +123,6 @@ def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
     ``pictures`` lists title, data URL and size. ``same`` is a sentence about the difference between the stock before
     and after the search.
     """
-    from leafcut.material.same_stock import stock_differences
-    from leafcut.material.solid import solid_of
-
     outcome, stock = report.outcome, report.stock()
     try:
         if report.came_in != "program":
@@ -143,8 +143,6 @@ def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
 def _picture(title: str, solid: Solid, *, with_travel: bool = False) -> tuple[str, str, str]:
     """Return title, data URL and size of a picture of the remaining stock."""
     from PIL import Image
-
-    from leafcut.report.stock_picture import OverStock, stock_png
 
     x, y = solid.origin
     field = replace(solid.after, x=solid.after.x + x, y=solid.after.y + y)  # in program coordinates, for the axes

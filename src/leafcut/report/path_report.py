@@ -10,6 +10,7 @@ from leafcut.message import Message
 from leafcut.model.fact import Fact
 from leafcut.model.kinds import BEAMS
 from leafcut.model.outcome import Outcome, Which
+from leafcut.model.shown_stock import ShownStock
 from leafcut.report.set_up import range_facts, time_facts
 from leafcut.report.wording import (
     NO_VALUE,
@@ -246,8 +247,6 @@ class PathReport(Generic[D]):
 
     def stock(self) -> ShownStock:
         """Return the tools and the stock, which is a block around the cuts."""
-        from leafcut.model.shown_stock import ShownStock
-
         return ShownStock({o.tool.number: o.tool for o in self.outcome.operations})
 
     def _path_words(self, which: Which) -> str:

@@ -15,6 +15,7 @@ from leafcut.model.solution import Solved
 from leafcut.report.frame import Frame
 from leafcut.report.part_edge import path_segments
 from leafcut.report.plan_view import plan_view
+from leafcut.report.stock_picture import stock_png
 from leafcut.report.styles import drawing_css
 from leafcut.report.svg import STEPS, element, embed_styles, lines_data, scaled_group, svg_number, title
 from leafcut.report.wording import count, replace_unprintable
@@ -59,8 +60,6 @@ def nest_picture(outcome: NestOutcome) -> str:
 def stock_picture(stock_cut: StockCut) -> str:
     """Draw the remaining stock from above, coloured by depth, as a stand-alone SVG with an embedded PNG."""
     from PIL import Image
-
-    from leafcut.report.stock_picture import stock_png
 
     data = stock_png(stock_cut.field, stock_cut.block.high[2])
     width, height = Image.open(io.BytesIO(data)).size

@@ -12,7 +12,10 @@ from numpy.typing import NDArray
 from leafcut.model.cycles import expand
 from leafcut.model.kinds import BEAMS
 from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_sweep, plane_axes
+from leafcut.model.turns import turns_of
 from leafcut.report.plan_view import spindle_speed, stop_rows
+from leafcut.timing.grbl import SentLines
+from leafcut.timing.toolpath import time_rows
 
 if TYPE_CHECKING:
     from leafcut.model.machine import Machine
@@ -116,9 +119,6 @@ def playback(
     PlanError
         The expanded cycles have too many moves.
     """
-    from leafcut.timing.grbl import SentLines
-    from leafcut.timing.toolpath import time_rows
-
     lines = None if measured is None or measured.lines is None else SentLines(*measured.lines)
     timed = time_rows(path, machine, lines, None if measured is None else measured.start)
     rows = timed.path
@@ -174,8 +174,6 @@ def _activities(path: Toolpath, beam: bool) -> NDArray[np.uint8]:
 
 def _flat_arcs(path: Toolpath) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return the rows of known arcs in the XY plane, and their centre, radius, start angle and sweep."""
-    from leafcut.model.turns import turns_of
-
     turns = turns_of(path)
     flat = (turns.plane == 0) & (turns.length > 0.0)
     arcs = np.column_stack([turns.centre, turns.turn.radius, turns.angle, turns.sweep])

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError
 from leafcut.report.json_answer import issues_as_json
+from leafcut.report.stock_picture import stock_png
 from leafcut.report.wording import NO_VALUE, count
 from leafcut.units import format_time, to_fixed
 
@@ -42,8 +43,6 @@ def check_extension(output: str | None) -> None:
 def as_file(stock_cut: StockCut, output: str) -> bytes:
     """Return the remaining stock in the format of the file extension."""
     if output.lower().endswith(".png"):
-        from leafcut.report.stock_picture import stock_png
-
         return stock_png(stock_cut.field, stock_cut.block.high[2])
 
     return stock_stl(stock_cut.field)[0]

@@ -27,6 +27,8 @@ from leafcut.read.machine import load_machine
 from leafcut.sender.character_counting import SentLine
 from leafcut.sender.firmware import conversation_class
 from leafcut.sender.lines import Pause, SentStep, lines_in_dialect, steps_of
+from leafcut.timing.grbl import sent_lines
+from leafcut.timing.toolpath import time_rows
 
 #: Codes that need --accept whatever their severity: dangers, limits of the machine, unknown effects.
 _NEVER = ("L803", "L806", "L808")
@@ -88,9 +90,6 @@ class SendJob:
     @cached_property
     def seconds(self) -> tuple[Floats, Floats]:
         """Seconds of feed moves, and all other seconds, of each line: float64[lines + 1] each, by line number."""
-        from leafcut.timing.grbl import sent_lines
-        from leafcut.timing.toolpath import time_rows
-
         timed = time_rows(self.program.path, self.machine, sent_lines(self.program.lines))
         at_feed = (timed.path.kind >= Kind.FEED) & (timed.path.kind <= Kind.ARC_CCW)
         lines = np.clip(timed.path.line, 0, len(self.program.lines))

@@ -15,6 +15,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
 from leafcut.model.toolpath import MOTIONS, PLACES, STILL, Kind, Toolpath, last_rows
 from leafcut.model.turns import Turns, turns_of
+from leafcut.timing.grbl import grbl_seconds
 from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.lookahead import move_seconds
 from leafcut.timing.moves import BLEND, EXACT, REST, Moves, moves_of
@@ -207,8 +208,6 @@ def _time_path(
         moves.mode[at_rest], moves.flushed[at_rest] = REST, True
     standing_seconds = _standing_seconds(path, machine, style)
     if style == "grbl":
-        from leafcut.timing.grbl import grbl_seconds
-
         move_times = grbl_seconds(path, machine, delta + estimate, moves, standing_seconds, lines, pace)
     else:
         move_times = move_seconds(moves, machine, style)

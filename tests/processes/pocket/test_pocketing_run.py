@@ -29,10 +29,11 @@ from leafcut.model.outcome import Outcome
 from leafcut.model.pocket import PocketMeasures, PocketPath, PocketResult
 from leafcut.model.toolpath import Kind
 from leafcut.order import solve as solving
+from leafcut.processes.pocket import clearing
 from leafcut.processes.pocket import clearing as pocketing
-from leafcut.processes.pocket import strategies as room
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.report.pocket_report import PocketReport
+from leafcut.processes.pocket.strategies import STRATEGIES, check_algorithm
 from leafcut.processes.registry import report_of
 from leafcut.processes.settings import collect_settings
 from leafcut.report.json_answer import as_json
@@ -86,7 +87,7 @@ def test_the_holder_of_the_mill_stays_out_of_a_clamp_as_high_as_it(
 @pytest.fixture
 def contour_only(monkeypatch: pytest.MonkeyPatch) -> None:
     """Keep one strategy where the others do not matter."""
-    monkeypatch.setattr(room, "STRATEGIES", tuple(w for w in room.STRATEGIES if w.name == "contour"))
+    monkeypatch.setattr(clearing, "STRATEGIES", tuple(w for w in STRATEGIES if w.name == "contour"))
 
 
 @pytest.fixture(scope="module")
@@ -169,7 +170,7 @@ def test_the_strategies_are_told_beside_each_other(outcome) -> None:
 
 
 def test_the_strategy_that_is_asked_for_is_written(drawing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(room, "STRATEGIES", tuple(w for w in room.STRATEGIES if w.name in ("contour", "ants")))
+    monkeypatch.setattr(clearing, "STRATEGIES", tuple(w for w in STRATEGIES if w.name in ("contour", "ants")))
     for name in ("contour", "ants"):
         outcome = api.optimize(drawing, strategy=name, **FAST)
         assert outcome.detail.plans[0].result.strategy == name
@@ -362,7 +363,7 @@ def test_adaptive_refuses_stock_that_exceeds_the_engagement_limit_in_sharp_corne
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """In a corner of 90° both walls engage the tool: by at least 90° if stock remains there."""
-    monkeypatch.setattr(room, "STRATEGIES", tuple(w for w in room.STRATEGIES if w.name == "adaptive"))
+    monkeypatch.setattr(clearing, "STRATEGIES", tuple(w for w in STRATEGIES if w.name == "adaptive"))
     (tmp_path / "box.wkt").write_text(shapely.box(0, 0, 24, 20).wkt)
     with pytest.raises(PlanError, match="leave out --stock"):
         api.optimize(tmp_path / "box.wkt", strategy="adaptive", max_engagement="60deg", stock=0.5, **FAST)
@@ -384,12 +385,12 @@ def test_passes_wider_apart_than_the_step_over_are_never_written(
     drawing: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """Rings for 6 mm where 3 are asked for: the strategy is refused by its figures, and the proof by the text's."""
-    contour = next(w for w in room.STRATEGIES if w.name == "contour")
+    contour = next(w for w in STRATEGIES if w.name == "contour")
 
     def wide(region: Any, run: Any, grids: Any) -> PocketPath:
         return contour.path(replace(region, rules=replace(region.rules, step_over=6.0)), run, grids)
 
-    monkeypatch.setattr(room, "STRATEGIES", (replace(contour, path=wide),))
+    monkeypatch.setattr(clearing, "STRATEGIES", (replace(contour, path=wide),))
     for strategy in ("best", "contour"):
         with pytest.raises(PlanError, match=r"contour:? has passes [\d.]+ mm apart, more than the step-over of 3 mm"):
             api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": strategy, "step_over": 0.3})
@@ -473,7 +474,7 @@ def test_a_time_limit_leaves_the_connected_way_longer_but_whole(
     """The clock of the search goes on by a second each time it is read."""
     ticks = itertools.count()
     monkeypatch.setattr("leafcut.order.stop.clock", lambda: float(next(ticks)))
-    monkeypatch.setattr(room, "STRATEGIES", tuple(w for w in room.STRATEGIES if w.name == "connected"))
+    monkeypatch.setattr(clearing, "STRATEGIES", tuple(w for w in STRATEGIES if w.name == "connected"))
     short = api.optimize(drawing, **{**FAST, "strategy": "connected", "time_limit": "1s"})
     found = short.detail.plans[0].result
     assert found.measures.uncovered_percent <= 0.1 and found.measures.retracts == 0
@@ -523,13 +524,13 @@ def test_a_strategy_that_gouges_is_never_written(
     drawing: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """A path shifted by 0.1 mm is refused by name, and is not chosen."""
-    contour = next(w for w in room.STRATEGIES if w.name == "contour")
+    contour = next(w for w in STRATEGIES if w.name == "contour")
 
     def shifted(region: Any, run: Any, grids: Any) -> PocketPath:
         path = contour.path(region, run, grids)
         return replace(path, pieces=tuple(replace(p, path=p.path.moved(0.1, 0.0)) for p in path.pieces))
 
-    monkeypatch.setattr(room, "STRATEGIES", (replace(contour, path=shifted),))
+    monkeypatch.setattr(clearing, "STRATEGIES", (replace(contour, path=shifted),))
     with pytest.raises(VerifyError, match="gouge"):
         api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": "contour"})
     with pytest.raises(PlanError, match="no strategy"):
@@ -598,14 +599,14 @@ def test_an_algorithm_that_a_strategy_would_not_use_is_refused(
     "strategy, algorithm", [("ants", "mmas"), ("firefly", "firefly"), ("best", "kicks"), ("contour", "2opt")]
 )
 def test_an_algorithm_that_a_strategy_or_the_order_of_pockets_uses_is_taken(strategy: str, algorithm: str) -> None:
-    room.check_algorithm(collect_settings({"strategy": strategy, "algorithm": algorithm}))
+    check_algorithm(collect_settings({"strategy": strategy, "algorithm": algorithm}))
 
 
 def test_an_algorithm_of_a_file_for_many_kinds_of_work_stops_no_pocket(tmp_path: Path) -> None:
     """As with every option from a file: unused options are ignored there."""
     file = tmp_path / "ours.toml"
     file.write_text('algorithm = "kicks"\n')
-    room.check_algorithm(collect_settings({"strategy": "ants"}, file))
+    check_algorithm(collect_settings({"strategy": "ants"}, file))
 
 
 def test_the_header_tells_the_process_where_the_drawing_alone_does_not(drawing: Path, contour_only: None) -> None:
@@ -625,9 +626,9 @@ def test_every_strategy_is_told_by_its_name_and_the_time_of_its_program(drawing:
             told.append(progress.trial)
 
     (plan,) = api.optimize(drawing, progress=tell, **{**FAST, "strategy": "best"}).detail.plans
-    assert [result.strategy for result in plan.results] == [way.name for way in room.STRATEGIES]
+    assert [result.strategy for result in plan.results] == [way.name for way in STRATEGIES]
     # Those that do not search are tried first: before a search it is known how long it takes to look at a path.
-    searches = {way.name: way.searches for way in room.STRATEGIES}
+    searches = {way.name: way.searches for way in STRATEGIES}
     tried = sorted(plan.results, key=lambda result: searches[result.strategy])
     assert [one.name for one in told] == [result.strategy for result in tried for _ in "ab"]  # begun, and done
     costs = [one.cost for one in told[1::2]]

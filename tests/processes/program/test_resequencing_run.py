@@ -24,7 +24,8 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.sequence import Sequence
 from leafcut.order import solve as solving
 from leafcut.processes.program import planning as resequencing
-from leafcut.processes.program.post import rewriter
+from leafcut.processes.program import proving
+from leafcut.processes.program.post.rewriter import rewrite
 from leafcut.processes.program.proving import with_comments
 from leafcut.processes.registry import report_of
 from leafcut.report.wording import work_words
@@ -124,8 +125,8 @@ def test_the_same_seed_gives_the_same_program(tmp_path: Path) -> None:
 def test_what_is_not_the_same_work_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A rewriter that drills one hole deeper: the program stays unchanged, and the reason is shown."""
     path, out = written(tmp_path, boards_program(7, 12)), tmp_path / "new.nc"
-    right = rewriter.rewrite
-    monkeypatch.setattr(rewriter, "rewrite", lambda *a, **k: right(*a, **k).replace("Z-3.", "Z-3.1", 1))
+    right = rewrite
+    monkeypatch.setattr(proving, "rewrite", lambda *a, **k: right(*a, **k).replace("Z-3.", "Z-3.1", 1))
     found = leafcut.optimize(path, out)
     assert out.read_bytes() == path.read_bytes()
     assert found.after == found.before
@@ -144,7 +145,7 @@ TWO_SECTIONS = (
 
 def spoilt_second_section(monkeypatch: pytest.MonkeyPatch, error: PostError | None = None) -> None:
     """Have the rewriter drill too deep, or give up, whenever the second section is in another order than its own."""
-    right = rewriter.rewrite
+    right = rewrite
 
     def wrong(program: Program, sequence: Sequence, orders: list, **options: bool) -> str:
         text = right(program, sequence, orders, **options)
@@ -154,7 +155,7 @@ def spoilt_second_section(monkeypatch: pytest.MonkeyPatch, error: PostError | No
             raise error
         return text.replace("Z-4", "Z-4.1", 1)
 
-    monkeypatch.setattr(rewriter, "rewrite", wrong)
+    monkeypatch.setattr(proving, "rewrite", wrong)
 
 
 @pytest.mark.parametrize("error", [None, PostError("no words for it", section=1)])
@@ -179,13 +180,13 @@ def test_only_the_piece_that_the_proof_names_keeps_its_place(tmp_path: Path, mon
     drilled = [0, 50, 20, 70, 10, 90, 40, 80, 30]
     lines = [f"G0 X{x} Y0\nG1 Z-2 F{100 + x}\nG0 Z5" for x in drilled]
     path = written(tmp_path, "\n".join(["G21 G90", "T1 M6", "S900 M3", "G0 Z5", *lines, "G0 Z20", "M5", "M2", ""]))
-    right = rewriter.rewrite
+    right = rewrite
 
     def wrong(program: Program, sequence: Sequence, orders: list, **options: bool) -> str:
         text = right(program, sequence, orders, **options)
         return text if np.flatnonzero(orders[0] == 4) == 4 else text.replace("F110", "F111")
 
-    monkeypatch.setattr(rewriter, "rewrite", wrong)
+    monkeypatch.setattr(proving, "rewrite", wrong)
     found = leafcut.optimize(path)
     places = [int(float(x)) for x in re.findall(r"^(?:G0 )?X(\S+)", found.text, re.MULTILINE)]
     assert places == [0, 20, 50, 70, 10, 30, 40, 80, 90]

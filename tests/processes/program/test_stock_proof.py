@@ -80,10 +80,11 @@ def test_an_order_that_loses_a_cut_is_not_written_even_if_the_other_proof_sees_n
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text = part(*(slot(x, y) for x, y in PLACES))
-    from leafcut.processes.program.post import rewriter
+    from leafcut.processes.program import proving
+    from leafcut.processes.program.post.rewriter import rewrite
 
-    write, certify = rewriter.rewrite, certificate.certify
-    monkeypatch.setattr(rewriter, "rewrite", lambda *a, **k: write(*a, **k).replace("X88 F600", "X84 F600"))
+    write, certify = rewrite, certificate.certify
+    monkeypatch.setattr(proving, "rewrite", lambda *a, **k: write(*a, **k).replace("X88 F600", "X84 F600"))
     monkeypatch.setattr(certificate, "certify", lambda *a, **k: replace(certify(*a, **k), same=True, differences=()))
     found = leafcut.optimize(written(tmp_path, text), **FAST)
     assert "X88 F600" in found.text

@@ -15,8 +15,10 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
 from leafcut.options import Settings
 from leafcut.order.stop import Deadline
+from leafcut.processes import registry
 from leafcut.processes.course import run_process
 from leafcut.processes.job import Job
+from leafcut.read.registry import read_source
 
 if TYPE_CHECKING:
     from leafcut.read import Input
@@ -36,8 +38,6 @@ def work_of_drawing(
     ReadError, OptionError, PlanError, PostError, VerifyError
         The drawing cannot be drilled.
     """
-    from leafcut.processes import registry
-    from leafcut.read.registry import read_source
     from leafcut.timing.toolpath import time_rows
 
     format_, source = read_source(drawing)

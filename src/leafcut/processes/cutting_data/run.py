@@ -21,9 +21,11 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import Settings
 from leafcut.options.cutting import SpeedOptions
+from leafcut.processes.cutting_data.drawn_work import work_of_drawing
 from leafcut.processes.cutting_data.economics import CuttingResults, Prices, ToolWork, best_of, cutting_results
 from leafcut.processes.cutting_data.limits import CuttingLimit, SpeedGrid, limit_error, within_limits
 from leafcut.processes.job import library_of, machine_of
+from leafcut.read.work_materials import load_material
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
@@ -69,8 +71,6 @@ def cutting_data(
     PlanError
         No tool has a known tool life in the material, or a limit excludes all speeds and feeds.
     """
-    from leafcut.read.work_materials import load_material
-
     if objective not in OBJECTIVES:
         raise OptionError(f"--objective: unknown value '{objective}'{name_suggestion(objective, OBJECTIVES)}")
     if "material" not in settings.given:
@@ -138,8 +138,6 @@ def _tool_works(
     """Yield the work of each tool, and the material of the tool; an issue reports tools for which no speeds can be
     chosen.
     """
-    from leafcut.processes.cutting_data.drawn_work import work_of_drawing
-
     options = settings.of(SpeedOptions)
     if drawing is None:
         tool_works = list(_tools_from_options(settings, machine))

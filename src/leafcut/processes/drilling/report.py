@@ -8,7 +8,9 @@ import numpy as np
 
 from leafcut.message import Message
 from leafcut.model.fact import Fact
+from leafcut.model.shown_stock import ShownStock
 from leafcut.processes.drilling.model import DrillingDetail
+from leafcut.report.part_edge import near_edge
 from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import coordinate_words, height_facts, time_facts, tool_facts
 from leafcut.units import to_fixed
@@ -64,9 +66,6 @@ class DrillingReport(PathReport[DrillingDetail]):
 
     def stock(self) -> ShownStock:
         """Return the tools with the surface of the part, or with the plate's bounds and thickness if known."""
-        from leafcut.model.shown_stock import ShownStock
-        from leafcut.report.part_edge import near_edge
-
         outcome, stock = self.outcome, super().stock()
         if outcome.detail.surface is not None:
             return ShownStock(

@@ -15,6 +15,7 @@ from leafcut.geometry.arrays import Ints
 from leafcut.message import Message
 from leafcut.model.contour import layer_matcher
 from leafcut.model.issue import Issue
+from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part, ProgramZero
 from leafcut.options import flag_name
 from leafcut.options.drawings import ISLAND_NAMES, POCKET_NAMES
@@ -22,6 +23,12 @@ from leafcut.processes.drilling.judge import DrillingRequest
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.processes.drilling.plan.drilling import DrillPlan, plan_drilling
 from leafcut.processes.job import Job, library_of
+from leafcut.processes.placing import place_mesh, place_part, placement_text, upright_mesh
+from leafcut.read import Match, read
+from leafcut.read.format import SNIFF_BYTES
+from leafcut.read.order_file import drawing_of, load_order
+from leafcut.read.recognition import sniff_step
+from leafcut.read.registry import format_name
 
 if TYPE_CHECKING:
     from leafcut.model.mesh import Mesh
@@ -68,10 +75,7 @@ def _load_meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[M
     drill_options, solid_number = job.settings.of(DrillOptions), job.settings.read.solid
     if drill_options.surface is None and drill_options.fixture is None and not part.has_hole_depths:
         return None, None
-    from leafcut.model.mesh import Mesh
-    from leafcut.processes.placing import upright_mesh
     from leafcut.read.meshes import load_mesh
-    from leafcut.read.registry import format_name
     from leafcut.read.step import step_mesh
 
     surface = fixture = None
@@ -97,11 +101,6 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
 
     If `everything`, contours and pockets count as missing work, because the user did not explicitly request drilling.
     """
-    from leafcut.processes.placing import place_mesh, place_part, placement_text
-    from leafcut.read import Match, read
-    from leafcut.read.format import SNIFF_BYTES
-    from leafcut.read.recognition import sniff_step
-
     tools = job.settings.job.tools
     if "material" in job.settings.asked and tools is not None:
         from leafcut.read.tool_formats import WITH_PRESETS
@@ -170,7 +169,6 @@ def nodes_to_visit_first(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
     """
     if path is None:
         return {}
-    from leafcut.read.order_file import drawing_of, load_order
 
     order, drawing = load_order(path), drawing_of(plan.part.hole_xy.tolist())
     if order.drawing is not None and order.drawing != drawing:

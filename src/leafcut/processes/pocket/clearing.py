@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError, SolveError
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.regions import as_polyline
+from leafcut.material.removal import engaged_tool_path
 from leafcut.message import Message
 from leafcut.model.heartbeat import Trial
 from leafcut.model.issue import Issue
@@ -32,8 +33,18 @@ from leafcut.model.pocket import (
     PocketResult,
 )
 from leafcut.model.problem import RoutingProblem
+from leafcut.processes.pocket.air_cuts import divide_at_air_cuts
+from leafcut.processes.pocket.feeds import with_feeds
 from leafcut.processes.pocket.job import PocketJob, PocketMotion, raise_path
+from leafcut.processes.pocket.measures import measure_path
 from leafcut.processes.pocket.options import PocketOptions
+from leafcut.processes.pocket.plan.arcs import fit_arcs_to_path
+from leafcut.processes.pocket.plan.region import centre_regions
+from leafcut.processes.pocket.plan.toolpath import Clearing, pocket_motion
+from leafcut.processes.pocket.plan.walls import wall_passes
+from leafcut.processes.pocket.strategies import STRATEGIES
+from leafcut.timing.toolpath import measure_toolpath
+from leafcut.timing.travel import travel_metric
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
@@ -86,9 +97,6 @@ def clear_pocket(
 
     Return the cleared pocket, and issues about areas that the tool cannot reach.
     """
-    from leafcut.processes.pocket.plan.region import centre_regions
-    from leafcut.processes.pocket.strategies import STRATEGIES
-
     regions, issues = centre_regions(pocket, job.exact)
     roughed = centre_regions(pocket, job.rules)[0] if job.rules.stock > 0.0 else regions
     results_of: dict[str, PocketResult] = {}
@@ -131,10 +139,6 @@ def _try_strategy(
 
     Both lists are empty if the strategy is refused.
     """
-    from leafcut.material.removal import engaged_tool_path
-    from leafcut.processes.pocket.air_cuts import divide_at_air_cuts
-    from leafcut.processes.pocket.measures import measure_path
-
     if job.run.cancelled.is_set() and strategy.name not in (*USUAL, job.run.settings.of(PocketOptions).strategy):
         return PocketResult(strategy.name, refused=Message("not tried before the search was stopped")), [], []
     try:
@@ -158,8 +162,6 @@ def _with_fastest_feeds(job: PocketJob, clearings: list[Clearing]) -> tuple[list
     is used: feed changes anywhere, only between moves, or not at all. Cuts that exceed the spindle power are always
     slowed down.
     """
-    from leafcut.processes.pocket.feeds import with_feeds
-
     even = (clearings, clearing_motion(job, clearings).measure.time_s)
     if job.limits is None:
         return even
@@ -198,10 +200,6 @@ def _cleared_region(
     roughed: list[CentreRegion],
     time: SearchTime,
 ) -> Clearing:
-    from leafcut.processes.pocket.plan.arcs import fit_arcs_to_path
-    from leafcut.processes.pocket.plan.toolpath import Clearing
-    from leafcut.processes.pocket.plan.walls import wall_passes
-
     tolerance = job.rules.tolerance
     if region.middle is not None:
         # In a slot as wide as the tool, there is only one possible path.
@@ -318,8 +316,6 @@ def _limit_error(job: PocketJob, strategy: str, measures: PocketMeasures) -> str
 
 def order_problem(job: PocketJob, pockets: list[list[Clearing]]) -> RoutingProblem:
     """Return the routing problem of visiting the regions of all pockets in the best order."""
-    from leafcut.timing.travel import travel_metric
-
     clearings = [c for regions in pockets for c in regions]
     return RoutingProblem(
         entry=np.array([c.start for c in clearings]),
@@ -349,9 +345,6 @@ def _precedence(job: PocketJob, pockets: list[list[Clearing]]) -> NDArray[np.int
 
 def clearing_motion(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
     """Return the motion that clears the regions in the given order, and its time."""
-    from leafcut.processes.pocket.plan.toolpath import pocket_motion
-    from leafcut.timing.toolpath import measure_toolpath
-
     machine = job.run.machine
     pause = job.dialect.hand_change_pause and not machine.tool_changer
     coolant = job.run.settings.post.coolant

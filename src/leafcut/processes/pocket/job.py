@@ -15,6 +15,7 @@ from leafcut.model.measure import Measure
 from leafcut.model.pocket import Pocket, PocketLevels, PocketRules
 from leafcut.model.toolpath import PLACES, Toolpath
 from leafcut.processes.job import Job
+from leafcut.processes.pocket.plan.rules import corner_rounding
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -81,8 +82,6 @@ class PocketJob:
     @property
     def rounding(self) -> float:
         """Maximum distance between the tool path and a corner that the machine rounds, mm."""
-        from leafcut.processes.pocket.plan.rules import corner_rounding
-
         return corner_rounding(self.run.machine, self.limits.most if self.limits else self.data.tool.feed)
 
 

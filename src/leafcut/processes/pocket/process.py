@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.message import Message
 from leafcut.model.kinds import Head
+from leafcut.model.pace_change import PaceChange
 from leafcut.options import (
     FeedOptions,
     FireflyOptions,
@@ -253,7 +254,6 @@ class Pocketing(Process):
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> PocketDetail:
         """Return the results of all strategies, the time saved by load-dependent feeds, and the stock and entries."""
-        from leafcut.model.pace_change import PaceChange
         from leafcut.processes.pocket.clearing import clearing_motion, strategy_programs
         from leafcut.processes.pocket.model import PocketDetail
 

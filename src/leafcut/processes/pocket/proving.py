@@ -13,6 +13,10 @@ from leafcut.model.pocket import UNCOVERED
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.job import refuse_differences
 from leafcut.processes.pocket.job import PocketJob, PocketMotion, raise_path, required_holes
+from leafcut.processes.pocket.plan.rules import finishing_levels
+from leafcut.processes.zones import crossing_heights, parse_zones
+from leafcut.proof.program import check_program, read_back
+from leafcut.report.wording import area_words
 from leafcut.units import MM_PER_INCH
 
 if TYPE_CHECKING:
@@ -50,7 +54,6 @@ def prove_pockets(
     Return the toolpath read back, warnings about uncut areas and, with load-dependent feeds, the chips. Raises
     VerifyError with the first difference, gouge or danger, and their number.
     """
-    from leafcut.processes.pocket.plan.rules import finishing_levels
     from leafcut.processes.pocket.proof.pocket import (
         air_differences,
         check_pockets,
@@ -60,8 +63,6 @@ def prove_pockets(
         step_over_differences,
         stock_top_differences,
     )
-    from leafcut.processes.zones import crossing_heights, parse_zones
-    from leafcut.proof.program import check_program, read_back
 
     job.run.report(Message("verifying"))
     heights, tool = job.heights, job.data.tool
@@ -112,7 +113,6 @@ def prove_pockets(
 def _uncut_area_issues(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
     """Return a warning for each pocket whose uncut area exceeds the tolerance."""
     from leafcut.geometry.regions import polygons
-    from leafcut.report.wording import area_words
 
     issues = []
     for number, removal in removed:

@@ -12,6 +12,7 @@ from leafcut.geometry.zones import widen_zones
 from leafcut.message import Message
 from leafcut.model.cutter import bodies_of, widest_below
 from leafcut.model.issue import Issue
+from leafcut.model.mesh import Mesh
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
@@ -27,9 +28,19 @@ from leafcut.processes.job import (
     refuse_too_large,
 )
 from leafcut.processes.milling.clamps import Clamp, clamps_of, refuse_clamped
+from leafcut.processes.milling.mill import assumed_number, library_mill_for, milling_data
+from leafcut.processes.placing import place_mesh, place_part, placement_text
 from leafcut.processes.pocket.job import PocketJob, PocketSolid, raise_path
 from leafcut.processes.pocket.options import PocketOptions
+from leafcut.processes.pocket.plan.feed_limits import feed_limits
+from leafcut.processes.pocket.plan.rules import enclosing_pockets, levels_of, milled_pockets, rules_of
+from leafcut.processes.pocket.plan.stock_top import fill_pockets, stock_tops
+from leafcut.processes.pocket.plan.toolpath import PocketHeights
+from leafcut.processes.pocket.strategies import check_algorithm
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
+from leafcut.proof.envelope import check_envelope
+from leafcut.read import read_pockets
+from leafcut.read.work_materials import load_material
 
 if TYPE_CHECKING:
     from leafcut.model.part import Part
@@ -41,15 +52,6 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
 
     Raises ReadError, OptionError, PlanError or VerifyError.
     """
-    from leafcut.processes.milling.mill import assumed_number, library_mill_for, milling_data
-    from leafcut.processes.placing import place_part, placement_text
-    from leafcut.processes.pocket.plan.feed_limits import feed_limits
-    from leafcut.processes.pocket.plan.rules import enclosing_pockets, levels_of, milled_pockets, rules_of
-    from leafcut.processes.pocket.plan.toolpath import PocketHeights
-    from leafcut.processes.pocket.strategies import check_algorithm
-    from leafcut.proof.envelope import check_envelope
-    from leafcut.read import read_pockets
-
     settings = run.settings
     check_algorithm(settings)
     options, milling = settings.of(PocketOptions), settings.of(MillingOptions)
@@ -138,9 +140,6 @@ def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> 
         return None, [0.0] * len(part.pockets)
     if any(one.top is None for one in part.pockets):
         raise OptionError("--pocket-top surface: only a STEP file has a surface; leave it out, or give a STEP file")
-    from leafcut.model.mesh import Mesh
-    from leafcut.processes.placing import place_mesh
-    from leafcut.processes.pocket.plan.stock_top import fill_pockets, stock_tops
     from leafcut.read.step import Pose, step_mesh
 
     run.report(Message("reading the surface"))
@@ -170,8 +169,6 @@ def _material(settings: Settings) -> WorkMaterial | None:
 
     Raises OptionError if a material file is invalid.
     """
-    from leafcut.read.work_materials import load_material
-
     named = settings.job.material
     if "material" not in settings.given:
         return None

@@ -14,6 +14,7 @@ from leafcut.options import Settings
 from leafcut.order.stop import Deadline
 from leafcut.processes.job import Job
 from leafcut.processes.pocket.options import PocketOptions
+from leafcut.processes.pocket.plan.arcs import fit_arcs_to_path
 
 if TYPE_CHECKING:
     from leafcut.geometry.arrays import Points
@@ -47,7 +48,6 @@ def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
     as in the program, because arcs shift passes by a few micrometres.
     """
     from leafcut.material.step_over import WidePlaceFinder
-    from leafcut.processes.pocket.plan.arcs import fit_arcs_to_path
 
     wide, tolerance = WidePlaceFinder(region.polygon, region.rules), region.rules.tolerance
     return lambda path: wide(fit_arcs_to_path(path, tolerance))

@@ -34,11 +34,22 @@ from leafcut.processes.keep_out import obstacle_hits
 from leafcut.processes.plan import Plan
 from leafcut.processes.program.options import ResequenceOptions, pace_flags
 from leafcut.processes.program.plan.corners import rows_with_free_rounding
-from leafcut.processes.program.plan.pace import KeptFeed, plan_pace, why_kept
+from leafcut.processes.program.plan.heights import HeightLowering
+from leafcut.processes.program.plan.pace import KeptFeed, arcs_in_air, plan_pace, why_kept
+from leafcut.processes.program.post.pace_writer import with_heights, with_pace, with_returns
+from leafcut.processes.program.proof.new_speeds import (
+    changed_stretches,
+    check_limits,
+    check_lowered,
+    rows_changed_to_rapid,
+)
 from leafcut.processes.program.proof.stock_judge import StockJudge
+from leafcut.processes.program.reading import read_new
 from leafcut.processes.program.tools import tools_of
 from leafcut.processes.program.workpiece import BELOW, block_of, check_size, field_of
 from leafcut.read.step import ChosenSolid
+from leafcut.read.work_materials import load_material
+from leafcut.timing.toolpath import measure_toolpath, time_rows
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
@@ -211,16 +222,12 @@ class _PaceSteps:
 
     def read(self, text: str) -> Program:
         """Interpret a new program. Raises VerifyError if that fails."""
-        from leafcut.processes.program.reading import read_new
-
         try:
             return read_new(self.job, self.plan.dialect, text)
         except ReadError as problem:
             raise VerifyError("the new program cannot be read: {}", problem) from None
 
     def seconds(self, program: Program) -> float:
-        from leafcut.timing.toolpath import measure_toolpath
-
         return measure_toolpath(program.path, self.job.machine).time_s
 
     # -- heights -----------------------------------------------------------------------------------------------------
@@ -229,9 +236,6 @@ class _PaceSteps:
         """Return the program with lower retracts, cycle returns and R planes; unchanged if no lower height can be
         proved safe.
         """
-        from leafcut.processes.program.plan.heights import HeightLowering
-        from leafcut.processes.program.post.pace_writer import with_heights, with_returns
-
         found = replace(found, change=replace(found.change, retracts_s=0.0))
         before = self.seconds(found.program)
         kept: set[int] = set()
@@ -274,8 +278,6 @@ class _PaceSteps:
         """Raise VerifyError unless the new program differs only in lower moves, and these moves stay clear of the
         material.
         """
-        from leafcut.processes.program.proof.new_speeds import check_lowered
-
         bent = self.top if self.job.machine.rapid_style == "dogleg" else -math.inf
         check_lowered(
             program.path,
@@ -344,8 +346,6 @@ class _PaceSteps:
         """Return the rows of arcs through air that a rapid along their chord can replace without touching material or
         obstacles.
         """
-        from leafcut.processes.program.plan.pace import arcs_in_air
-
         path = program.path
         rows = [
             row
@@ -363,8 +363,6 @@ class _PaceSteps:
         return set(rows) - set(tried.source[met].tolist())
 
     def written(self, program: Program, pace: Pace) -> tuple[str, Program]:
-        from leafcut.processes.program.post.pace_writer import with_pace
-
         text = sign_program(
             with_pace(program, pace, self.plan.dialect.max_line, self.job.start_step(Message("writing")))
         )
@@ -375,9 +373,6 @@ class _PaceSteps:
 
         A raised speed may cost time because a divided cut changes the look-ahead of the controller.
         """
-        from leafcut.processes.program.proof.new_speeds import changed_stretches
-        from leafcut.timing.toolpath import time_rows
-
         machine, path = self.job.machine, program.path
         own = _seconds_by_row(time_rows(path, machine), np.arange(len(path)))
         text, new = self.written(program, pace)
@@ -413,8 +408,6 @@ class _PaceSteps:
 
         Raises VerifyError if the path or the stock changes, or if a new rapid comes too near to the material.
         """
-        from leafcut.processes.program.proof.new_speeds import changed_stretches, check_limits, rows_changed_to_rapid
-
         found = changed_stretches(program.path, new.path)
         speed = check_limits(loads, found, pace.limits, self.rules, self.cutters)
         fast, chords = rows_changed_to_rapid(program.path, found)
@@ -617,8 +610,6 @@ def _spindle(job: Job) -> SpindleLoad | None:
     """Return the limits of power and torque, or None without ``--material``. Raises OptionError for an unknown
     material.
     """
-    from leafcut.read.work_materials import load_material
-
     if "material" not in job.settings.given:
         return None
     material = load_material(job.settings.job.material)

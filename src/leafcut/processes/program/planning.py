@@ -22,11 +22,14 @@ from leafcut.model.problem import Metric
 from leafcut.model.sequence import Section, Sequence
 from leafcut.model.solution import Solution
 from leafcut.model.toolpath import PLACES, STILL, Kind
+from leafcut.processes.job import dialect_of, library_of
 from leafcut.processes.plan import Plan
 from leafcut.processes.program.options import ResequenceOptions, pace_flags
+from leafcut.processes.program.plan.program_rows import known_process
 from leafcut.processes.program.reading import ProgramRead, controller_motion, read_foreign
 from leafcut.processes.program.stock_proof import stock_judge
 from leafcut.processes.program.tools import other_tools
+from leafcut.timing.travel import travel_metric
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
@@ -98,8 +101,6 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
     VerifyError
         ``--strict`` refuses the dangers of the program.
     """
-    from leafcut.processes.job import dialect_of
-
     post_dialect = dialect_of(job)
     if post_dialect.one_command or post_dialect.language != "g-code":
         reason = Message("has one command per line") if post_dialect.language == "g-code" else Message("is not G-code")
@@ -187,7 +188,6 @@ class _TooManySteps(Exception):
 
 def _sections(job: Job, original: Program, process: str) -> Sequence:
     """Return the sections of a program. If planning takes too many steps, the whole program stays."""
-    from leafcut.processes.program.plan.program_rows import known_process
     from leafcut.processes.program.plan.resequencing import find_sequence, unchanged_sequence
 
     options, steps = job.settings.of(ResequenceOptions), 0
@@ -222,8 +222,6 @@ def _tool_diameter(job: Job) -> float:
     It is ``--tool-diameter``, or the diameter of the largest tool in the library if that is larger; 0 without the
     option.
     """
-    from leafcut.processes.job import library_of
-
     given = job.settings.job.tool_diameter
     if given is None:
         return 0.0
@@ -253,8 +251,6 @@ def _metric(job: Job, section: Section, obstacles: Obstacles | None) -> Metric:
     """Return the travel metric of a section, in which moves across an obstacle cost a rise above it or a path around
     it.
     """
-    from leafcut.timing.travel import travel_metric
-
     objective = job.settings.solve.objective
     if obstacles is None:
         return travel_metric(job.machine, objective)

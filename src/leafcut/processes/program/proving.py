@@ -18,10 +18,15 @@ from leafcut.model.difference import Difference
 from leafcut.model.issue import Issue
 from leafcut.model.measure import Measure
 from leafcut.model.plan import Candidate, Order
+from leafcut.post.words import comment_lines
 from leafcut.processes.plan import OrderRefused, Plan
 from leafcut.processes.program.model import AvoidedAreas
 from leafcut.processes.program.options import ResequenceOptions
+from leafcut.processes.program.plan.program_rows import dark_rows
+from leafcut.processes.program.post.rewriter import rewrite
 from leafcut.processes.program.reading import read_new
+from leafcut.timing.grbl import sent_lines
+from leafcut.timing.toolpath import corner_style, measure_toolpath
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -50,14 +55,9 @@ def measure_program(plan: Plan, program: Program) -> Measure:
 
     On GRBL, the time includes the transfer of the lines to the board.
     """
-    from leafcut.processes.program.plan.program_rows import dark_rows
-    from leafcut.timing.toolpath import corner_style, measure_toolpath
-
     machine = plan.job.machine
     lines = None
     if corner_style(machine) == "grbl":
-        from leafcut.timing.grbl import sent_lines
-
         lines = sent_lines(program.lines)
     return measure_toolpath(program.path, machine, dark_rows(program, plan.kind), plan.work.stands, lines)
 
@@ -184,7 +184,6 @@ def kept_issues(work: ForeignWork, order: Order) -> Iterator[Issue]:
 
 def _text_in_order(plan: Plan, order: Order) -> str:
     from leafcut.processes.program.plan.resequencing import piece_order
-    from leafcut.processes.program.post.rewriter import rewrite
 
     sections = plan.work.sequence.sections
     pieces = [np.arange(len(section.pieces), dtype=np.int32) for section in sections]
@@ -252,8 +251,6 @@ def _section_at(work: ForeignWork, line: int) -> int:
 
 def with_comments(text: str, comments: Iterable[str], dialect: Dialect) -> str:
     """Insert comments near the top of a program, below the percent sign and the program number."""
-    from leafcut.post.words import comment_lines
-
     lines = text.splitlines(keepends=True)
     end = "\r\n" if lines and lines[0].endswith("\r\n") else "\n"
     at = 0

@@ -8,14 +8,27 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from leafcut.errors import OptionError, ReadError
+from leafcut.files.whole_files import read_program
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.languages import other_language
+from leafcut.gcode.material import with_controller_moves
+from leafcut.gcode.program import Program
+from leafcut.gcode.tool_comments import sizes_in_other_unit
 from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import Head, ProgramKind
+from leafcut.model.toolpath import Kind
 from leafcut.options import FeedOptions, MachineOptions, Settings, flag_name
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
 from leafcut.processes.job import machine_of
+from leafcut.processes.program.router_timing import router_for, timed_as
+from leafcut.proof.doubts import find_doubts
+from leafcut.read.machine import load_machine
+from leafcut.read.registry import format_name
 from leafcut.units import SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
@@ -69,7 +82,6 @@ class ProgramRead:
         """
         from leafcut.processes.program.stated_part import stated_part
         from leafcut.proof.dangers import RANK, find_dangers
-        from leafcut.proof.doubts import find_doubts
 
         # On a laser machine, S is the beam power in every program.
         process = ProgramKind.LASER if self.machine.head is Head.LASER else self.process
@@ -90,9 +102,6 @@ def read_file(
     base: ProgramRead | None = None,
 ) -> ProgramRead:
     """Read a program file for the machine and dialect of the settings, or for those of another program (`base`)."""
-    from leafcut.files.whole_files import read_program
-    from leafcut.gcode.dialects import dialect
-
     machine = base.machine if base else machine_of(settings)
     program_dialect = base.dialect if base else dialect(dialect_name or machine.controller)
     return read_foreign(
@@ -102,8 +111,6 @@ def read_file(
 
 def controller_motion(program: Program, program_dialect: Dialect, clearance: float) -> tuple[Toolpath, list[Issue]]:
     """Return the motion with the moves that the controller adds at each cut, and a warning about unknown materials."""
-    from leafcut.gcode.material import with_controller_moves
-
     if program_dialect.torch is None or not program_dialect.torch.material_comment:
         return program.path, []
     path, unknown = with_controller_moves(program.path, program.lines, clearance)
@@ -132,9 +139,6 @@ def read_new(job: Job, program_dialect: Dialect, text: str) -> Program:
 
 def refuse_other_languages(text: str, source: str) -> None:
     """Raise OptionError for a drawing, and ReadError for a language other than G-code; both name the format."""
-    from leafcut.gcode.languages import other_language
-    from leafcut.read.registry import format_name
-
     if Path(source).suffix.lower() in DRAWINGS and (kind := format_name(source)) not in ("", "gcode"):
         raise OptionError("{}: a drawing ({}), not a program; make its program first: leafcut {}", source, kind, source)
     if what := other_language(text):
@@ -237,9 +241,6 @@ def _read_for_plasma(
 
 def _timed_on_router(read: ProgramRead) -> ProgramRead:
     """Return the program timed on the router that it indicates; the limits of the default machine still apply."""
-    from leafcut.processes.program.router_timing import router_for, timed_as
-    from leafcut.read.machine import load_machine
-
     if (found := router_for(read.program)) is None:
         return read
     name, word = found
@@ -261,8 +262,6 @@ def _process(read: ProgramRead, process: str) -> str:
 
 
 def _other_machine(settings: Settings, name: str) -> tuple[Machine, Dialect]:
-    from leafcut.gcode.dialects import dialect
-
     machine = machine_of(settings.but(replace(settings.machine, machine=name)))
     return machine, dialect(machine.controller)
 
@@ -277,11 +276,6 @@ def _assumed_machine_note(machine: Machine, what: str) -> Issue:
 
 def _laser_for(program: Program) -> str:
     """Return the slowest laser profile that is fast and large enough for the program."""
-    import numpy as np
-
-    from leafcut.model.toolpath import Kind
-    from leafcut.read.machine import load_machine
-
     path = program.path
     feeds = path.value[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)]
     fastest = float(np.max(feeds, initial=0.0))
@@ -299,7 +293,6 @@ def _read_leafcut_language(
 ) -> ProgramRead:
     """Read a program in a language other than G-code, which must be output of leafcut."""
     from leafcut.gcode.own_program import interpret
-    from leafcut.gcode.program import Program
     from leafcut.gcode.program_interpreter import split_lines
 
     if "units" in settings.asked:
@@ -313,7 +306,6 @@ def _read(
 ) -> ProgramRead:
     """Read a G-code program for a machine, with notes on assumed units and feeds."""
     from leafcut.gcode.program_interpreter import interpret_program
-    from leafcut.gcode.tool_comments import sizes_in_other_unit
 
     units = settings.read.units or machine.units
     if units not in ("mm", "in"):

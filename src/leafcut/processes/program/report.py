@@ -11,6 +11,7 @@ from leafcut.model.json_values import plain
 from leafcut.model.outcome import Outcome
 from leafcut.model.shown_stock import ShownStock
 from leafcut.processes.program.model import ProgramDetail, StockProof
+from leafcut.report.pace_words import pace_facts
 from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import time_facts
 from leafcut.report.wording import count, replace_unprintable
@@ -79,7 +80,6 @@ class ProgramReport(PathReport[ProgramDetail]):
         pace = self.outcome.detail.pace
         if pace is None:
             return []
-        from leafcut.report.pace_words import pace_facts
 
         return pace_facts(pace)
 

@@ -13,6 +13,10 @@ from leafcut.model.issue import Issue
 from leafcut.model.simulation import Simulation
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import Settings
+from leafcut.processes.job import assumed_machine
+from leafcut.processes.program.reading import controller_motion, read_file
+from leafcut.timing.grbl import sent_lines
+from leafcut.timing.toolpath import measure_toolpath, starved_rows
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,11 +38,6 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
 
     An exception that `progress` raises cancels the simulation.
     """
-    from leafcut.processes.job import assumed_machine
-    from leafcut.processes.program.reading import controller_motion, read_file
-    from leafcut.timing.grbl import sent_lines
-    from leafcut.timing.toolpath import measure_toolpath
-
     read = read_file(program, settings, dialect, heartbeat_for_step(progress, Message("reading")))
     _check_lifts(settings, read.dialect)
     run, unknown = controller_motion(read.program, read.dialect, settings.job.clearance_height)
@@ -59,8 +58,6 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
 
 def _starvation_issue(path: Toolpath, machine: Machine, lines: SentLines, seconds: float) -> list[Issue]:
     """Return a warning if a GRBL board waits for lines for more than `WORTH_TELLING` of the program time."""
-    from leafcut.timing.toolpath import starved_rows
-
     rows, lost = starved_rows(path, machine, lines)
     if not lost.sum() > WORTH_TELLING * seconds:
         return []

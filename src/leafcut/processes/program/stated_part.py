@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from leafcut.material.height_field import HeightField
 from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part
 from leafcut.options import ReadOptions
+from leafcut.processes.placing import place_mesh, turn_mesh_up
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
@@ -65,8 +67,6 @@ def stated_part(program: Program) -> StatedPart | None:
 
 def part_as_placed(mesh: Mesh, stated: StatedPart | None) -> Mesh:
     """Return the part in program coordinates; without a stated placement it is unchanged."""
-    from leafcut.processes.placing import place_mesh, turn_mesh_up
-
     if stated is None:
         return mesh
     return place_mesh(turn_mesh_up(mesh, stated.up, stated.z), Part(mesh.name), stated.placing)
@@ -81,7 +81,6 @@ def stock_before_cuts(
     Raises PlanError if the height field would have too many cells.
     """
     from leafcut.material.cutting import cut
-    from leafcut.material.height_field import HeightField
     from leafcut.material.mesh_field import block_of_mesh, field_of_mesh
 
     field = field_of_mesh(mesh, cell)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import PlanError, count_of
 from leafcut.material.height_field import COARSEST, HeightField, StockBlock, usual_cell
+from leafcut.material.mesh_field import block_of_mesh
 from leafcut.material.same_stock import stock_differences
 from leafcut.material.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
 from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, undivided_moves
@@ -86,8 +87,6 @@ def cut_stock(
     PlanError
         The program drives a laser or torch, it never touches the stock, or the simulation has too many cells or moves.
     """
-    from leafcut.material.mesh_field import block_of_mesh
-
     check_cancelled = heartbeat_for_step(progress, Message("reading"))
     mine = _read(program, settings, dialect, check_cancelled)
     every = [mine] if same_as is None else [mine, _read(same_as, settings, dialect, check_cancelled)]

@@ -5,9 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from leafcut.errors import OptionError, PlanError
+from leafcut.material.height_field import usual_cell
+from leafcut.material.straight_moves import smallest_tool, undivided_moves
 from leafcut.message import Message
+from leafcut.model.cutter import body_of, cutter_of
 from leafcut.model.issue import Issue
 from leafcut.model.kinds import BEAMS
+from leafcut.processes.job import dialect_of
 from leafcut.processes.program.model import StockProof
 from leafcut.processes.program.tools import known_tools
 
@@ -44,8 +48,6 @@ def stock_judge(job: Job, program: Program, source: str, process: str) -> Judgin
     PlanError
         The given stock has too many cells.
     """
-    from leafcut.processes.job import dialect_of
-
     if process in BEAMS:
         return Judging()
     tools, unknown = known_tools(program, job.settings, job.machine, flat=True)
@@ -61,9 +63,6 @@ def stock_judge(job: Job, program: Program, source: str, process: str) -> Judgin
         )
         why = why if unknown else Message("nothing is cut")
         return Judging(proof=StockProof(unknown=left_out, reason=why))
-    from leafcut.material.height_field import usual_cell
-    from leafcut.material.straight_moves import smallest_tool, undivided_moves
-    from leafcut.model.cutter import body_of, cutter_of
     from leafcut.processes.program.proof.stock_judge import StockJudge
     from leafcut.processes.program.workpiece import block_around, block_of, field_of, stock_issues
     from leafcut.read.step import ChosenSolid

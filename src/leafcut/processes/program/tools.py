@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.errors import LeafcutError, OptionError
+from leafcut.gcode.tool_comments import tool_in_comments, tool_width
 from leafcut.message import Message
 from leafcut.model.heartbeat import ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
@@ -16,7 +17,10 @@ from leafcut.model.kinds import BEAMS
 from leafcut.model.machine import Machine
 from leafcut.model.shown_stock import CUT_THROUGH, ShownStock
 from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.toolpath import Kind
 from leafcut.options import Settings
+from leafcut.processes.job import library_of
+from leafcut.processes.program.reading import read_file
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
@@ -56,8 +60,6 @@ def tools_of(
 
 def other_tools(program: Program, settings: Settings, machine: Machine) -> list[Issue]:
     """Return a warning for each tool whose diameter in the library differs from the comments of the program."""
-    from leafcut.gcode.tool_comments import tool_width
-
     if not settings.job.tools:
         return []
     found = []
@@ -77,9 +79,6 @@ def other_tools(program: Program, settings: Settings, machine: Machine) -> list[
 
 def _tools_in_use(program: Program, settings: Settings, machine: Machine) -> list[tuple[int, int, Tool | None]]:
     """Return number, first cutting block and library entry of each cutting tool, in the order of use."""
-    from leafcut.model.toolpath import Kind
-    from leafcut.processes.job import library_of
-
     whole = library_of(settings, machine)
     library = whole.by_number if whole is not None else {}
     kind = program.path.kind
@@ -98,8 +97,6 @@ def known_tools(
     Both are by tool number, in the order of use. With `flat`, a tool with only a known diameter counts as a flat end
     mill.
     """
-    from leafcut.gcode.tool_comments import tool_in_comments, tool_width
-
     found: dict[int, Tool] = {}
     unknown: dict[int, int] = {}
     for number, first, listed in _tools_in_use(program, settings, machine):
@@ -139,8 +136,6 @@ def shown_stock(
 
 def stock_of_file(program: Input, settings: Settings, *, by_options: bool = True) -> ShownStock:
     """Return the known stock and tools of a program file; see `tools_of` for `by_options`."""
-    from leafcut.processes.program.reading import read_file
-
     try:
         read = read_file(program, settings, None, ignore_heartbeat)
         return shown_stock(read.program, str(program), settings, read.machine, read.process, by_options=by_options)

@@ -9,6 +9,7 @@ from leafcut.message import Message
 from leafcut.model.certificate import Certificate
 from leafcut.model.heartbeat import OnProgress, heartbeat_for_step
 from leafcut.options import Settings
+from leafcut.processes.program.reading import read_file
 
 if TYPE_CHECKING:
     from leafcut.read import Input
@@ -26,7 +27,6 @@ def verify(
     """Return a certificate that two programs do the same work on the machine in `settings`, or their differences."""
     from leafcut.processes.program.proof.avoided_areas import avoided_areas
     from leafcut.processes.program.proof.certificate import certify
-    from leafcut.processes.program.reading import read_file
 
     check_cancelled = heartbeat_for_step(progress, Message("verifying"))
     first = read_file(original, settings, dialect, check_cancelled)

@@ -11,6 +11,7 @@ import numpy as np
 
 from leafcut.errors import OptionError, PlanError, ReadError, count_of, printable
 from leafcut.material.height_field import HeightField, StockBlock
+from leafcut.material.mesh_field import block_of_mesh, field_of_mesh, overhang
 from leafcut.material.straight_moves import StraightMoves, undivided_moves
 from leafcut.message import Message
 from leafcut.model.issue import Issue
@@ -50,8 +51,6 @@ def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
         The file contains no closed solid.
     """
     if _is_file(text):
-        from leafcut.material.mesh_field import block_of_mesh
-
         return block_of_mesh(solid_file(text, which))
     if which != THE_ONLY:
         raise OptionError("--solid, --up and --z-zero apply to STEP files only, not to a block; leave them out")
@@ -79,7 +78,6 @@ def field_of(options: StockOptions, block: StockBlock, cell: float, which: Chose
     """Return the material before the first cut as a height field. Raises PlanError if the field has too many cells."""
     if not options.workpiece or not _is_file(options.workpiece):
         return HeightField.of_block(block, cell)
-    from leafcut.material.mesh_field import field_of_mesh
 
     return field_of_mesh(solid_file(options.workpiece, which), cell)
 
@@ -97,8 +95,6 @@ def stock_issues(
     outside = first_cut_beyond(program, cutters, block)
     found = [outside.issue(in_other_unit(options.workpiece, program, cutters, block))] if outside else []
     if _is_file(options.workpiece):
-        from leafcut.material.mesh_field import overhang
-
         area = overhang(solid_file(options.workpiece, which))
         if area > _SMALL_AREA:
             message = Message(

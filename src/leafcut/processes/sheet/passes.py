@@ -22,8 +22,10 @@ from leafcut.processes.ordering import find_order
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.costs import measure_cuts
 from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTravel, bands, build_problem
+from leafcut.processes.sheet.plan.heat import heat_issue, spread_starts
 from leafcut.processes.sheet.plan.moved_starts import clear_pierces, leads_apart, slide_starts, starts_apart
 from leafcut.processes.sheet.plan.toolpath import TorchSetup, generate_cuts
+from leafcut.timing.toolpath import measure_toolpath, seconds_by_row
 
 if TYPE_CHECKING:
     from leafcut.model.cutting import PlanFile
@@ -90,7 +92,6 @@ def keep_off_heat(plan: Plan, order: Order) -> Order:
     cuts, options = cuts_in_order(plan, order), plan.job.settings.of(CutOptions)
     if options.heat_distance <= 0.0:
         return order
-    from leafcut.processes.sheet.plan.heat import spread_starts
 
     with plan.job.deadline.part(1.0).running(plan.job.cancelled) as late:
         groups = bands(cuts.cutting, options)
@@ -269,8 +270,6 @@ def cached_motion(plan: Plan, order: Order) -> Candidate:
 
 
 def _generate_motion(plan: Plan, order: CutSequence) -> Candidate:
-    from leafcut.timing.toolpath import measure_toolpath
-
     work, machine, settings = plan.work, plan.job.machine, plan.job.settings
     cuts, end = tuple(order.cutting.cut(s) for s in order.starts), work.head.end
     routes = None if work.parts is None else work.parts.routes(cuts, work.head.start, end)
@@ -285,8 +284,6 @@ def _generate_motion(plan: Plan, order: CutSequence) -> Candidate:
 
 
 def _cut_seconds(path: Toolpath, rows: Sequence[slice], machine: Machine) -> list[tuple[float, float, float]]:
-    from leafcut.timing.toolpath import seconds_by_row
-
     moving = seconds_by_row(path, machine)
     rapid = path.kind == Kind.RAPID
     finding = path.kind == Kind.PROBE
@@ -299,8 +296,6 @@ def order_issues(plan: Plan, best: Candidate) -> list[Issue]:
     """Return issues about starts in hot metal, starts beyond the sheet, and parts that the head may hit."""
     (cut_plan, routes), apart, issues = best.detail, plan.job.settings.of(CutOptions).heat_distance, list[Issue]()
     if apart > 0.0:
-        from leafcut.processes.sheet.plan.heat import heat_issue
-
         issues.append(heat_issue(cuts_in_order(plan, best.order).starts, apart))
     # If the torch probed beyond the sheet, it would touch a slat, or nothing.
     torch, beyond = plan.dialect.torch, [c.path.start for c in cut_plan.cuts if c.kind == "cut" and not c.pierce]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut.model.kinds import Head
+from leafcut.model.tool import Tool, ToolKind
 from leafcut.options import (
     CutDataOptions,
     JobOptions,
@@ -166,7 +167,6 @@ class SheetCutting(Process):
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
         """Return the result of each search, which orders all cuts or the cuts of one band."""
         from leafcut.model.outcome import OperationOutcome
-        from leafcut.model.tool import Tool, ToolKind
 
         data = plan.work.torch.data
         tool = Tool(number=1, diameter=data.kerf, kind=ToolKind.TORCH, name=data.process, feed=data.feed)

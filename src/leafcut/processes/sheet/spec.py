@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, printable
+from leafcut.gcode.dialects import dialect, dialects
+from leafcut.gcode.torch import KERF_REGISTER
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
@@ -18,6 +20,7 @@ from leafcut.model.cutting import CutData, PlanFile
 from leafcut.model.heartbeat import progress_of_search
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod, Head, method_of
+from leafcut.model.obstacles import Obstacles
 from leafcut.model.plan import Order
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.processes.contours import SAME_THICKNESS, prepare_sheet, read_placed_contours, without_excluded_holes
@@ -50,6 +53,8 @@ from leafcut.processes.sheet.post import check_words
 from leafcut.processes.sheet.proof.matched_runs import CutRequest
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 from leafcut.proof.envelope import check_envelope
+from leafcut.read.cutchart import find_cut_data, is_kind_of_process, load_chart
+from leafcut.timing.profile import trapezoid_time
 from leafcut.timing.travel import travel_metric
 
 if TYPE_CHECKING:
@@ -255,7 +260,6 @@ def _obstacles(job: Job, moves_z: bool) -> Obstacles | None:
     zones = parse_zones(settings.keep_out)
     if not len(zones):
         return None
-    from leafcut.model.obstacles import Obstacles
 
     heights = np.full(len(zones), math.inf)
     if moves_z:
@@ -288,8 +292,6 @@ def _read_sheet(job: Job, source: Source) -> tuple[Part, Sheet]:
 
 
 def _cut_data(job: Job) -> tuple[CutData, list[Issue]]:
-    from leafcut.read.cutchart import find_cut_data, load_chart
-
     data, options, thickness = job.settings.cut_data, job.settings.of(CutOptions), job.settings.job.thickness
     machine_kind = job.machine.head.method
     if machine_kind is None:
@@ -324,8 +326,6 @@ def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue
 
     Raises OptionError if the machine cuts by another method.
     """
-    from leafcut.read.cutchart import is_kind_of_process
-
     own = machine.cut_process.lower() or str(machine.head.method)
     if asked is None or is_kind_of_process(own, asked):
         return own, []
@@ -362,8 +362,6 @@ def _check_process(asked: str, kind: str, machine: str) -> None:
 
 
 def _check_dialect(post_dialect: Dialect, process: str) -> None:
-    from leafcut.gcode.dialects import dialect, dialects
-
     how = method_of(process)
     if post_dialect.torch is not None and how in tuple(CutMethod) and how not in post_dialect.torch.cuts:
         able = [name for name in dialects(torch=True) if how in (dialect(name).torch or post_dialect.torch).cuts]
@@ -416,8 +414,6 @@ def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
 
 def _register_issues(post_dialect: Dialect, data: CutData, options: CutOptions) -> list[Issue]:
     """Return a warning if the controller takes the kerf from a register, which the program does not set."""
-    from leafcut.gcode.torch import KERF_REGISTER
-
     if options.compensation != "controller" or post_dialect.torch is None or post_dialect.torch.compensation != "G41":
         return []
     text = Message(
@@ -442,8 +438,6 @@ def _probe_issues(probe: Probe | None) -> list[Issue]:
 
 def _lowering_time(machine: Machine, torch: TorchSetup) -> float:
     """Return the time to lower the head, touch off and retract for each cut, s."""
-    from leafcut.timing.profile import trapezoid_time
-
     data, probe, clearance = torch.data, torch.probe, torch.clearance
     velocity, acceleration = machine.rapid_velocity[2], machine.acceleration[2] * machine.acceleration_factor
     strokes = [clearance - data.pierce_height, clearance - data.cut_height]

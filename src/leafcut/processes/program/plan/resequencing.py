@@ -25,6 +25,7 @@ from leafcut.processes.program.plan.find_sections import STAYING, SectionFinder
 from leafcut.processes.program.plan.merging import changes_saved, merge_sections
 from leafcut.processes.program.plan.operations import keep_apart
 from leafcut.processes.program.plan.program_rows import known_process, read_rows
+from leafcut.processes.program.plan.reversing import with_reversible
 
 
 def find_sequence(
@@ -65,8 +66,6 @@ def find_sequence(
         sequence = replace(sequence, mergeable=changes_saved(program, sequence, finder.rows, check_cancelled))
     sequence = keep_apart(program, sequence, finder.rows, mix_operations)
     if allow_reverse:
-        from leafcut.processes.program.plan.reversing import with_reversible
-
         sequence = with_reversible(program, sequence, finder.rows)
     return sequence
 

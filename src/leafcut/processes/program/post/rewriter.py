@@ -29,6 +29,7 @@ from leafcut.gcode.modal_dependencies import (
     with_fields,
 )
 from leafcut.gcode.program import Modal, Program
+from leafcut.gcode.reversible_cut import find_reversible_cut
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.kinds import BEAMS, ProgramKind
 from leafcut.model.sequence import FixedBlocks, ProgramTask, Section, Sequence
@@ -260,8 +261,6 @@ class _Rewriter:
         return floor
 
     def _reversed_lines(self, piece: ProgramTask, lines: list[str]) -> tuple[list[str], Modal]:
-        from leafcut.gcode.reversible_cut import find_reversible_cut
-
         stroke = find_reversible_cut(self.program, piece.begin, piece.end)
         if stroke is None:
             raise PostError("line {}: the cut there cannot be reversed", piece.line)
