@@ -12,7 +12,7 @@ from leafcut.options.option_spec import flag_name, typed_text
 from leafcut.options.removed import REMOVED, why_removed
 from leafcut.processes import registry
 from leafcut.read import formats
-from leafcut.read.machine import machine_descriptions
+from leafcut.read.machine import load_machine, machine_names
 from leafcut.read.machine_keys import PROFILE_KEYS
 
 PAGE = Path(__file__).parents[1] / "docs" / "reference.md"
@@ -103,7 +103,7 @@ def reference() -> str:
     lines += removed_options()
     lines += named_list("Algorithms", ALGORITHM_TITLES.items())
     lines += named_list("Formats", ((f.name, " ".join((*f.extensions, f.help))) for f in formats()))
-    lines += named_list("Machines", machine_descriptions().items())
+    lines += named_list("Machines", ((name, load_machine(name).description) for name in machine_names()))
     lines += profile_table()
     lines += named_list("Dialects", ((name, dialect(name).description) for name in dialects()))
     lines += named_list("Issues", CODES.items())

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from benchmarks import boards
-from leafcut.read.tsplib import read_tour
+from shared_data import tour_nodes
 
 
 @pytest.mark.parametrize("name", ["kroA100", "pcb442"])
 def test_the_judge_agrees_with_published_optima(name: str, data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("LEAFCUT_DATA", str(data))
-    board, tour = boards.load(name), read_tour(data / "tsplib" / f"{name}.opt.tour")
+    board, tour = boards.load(name), tour_nodes(data / "tsplib" / f"{name}.opt.tour")
     assert boards.checked_length(board, tour, stated=board.reference) == board.reference
     assert boards.matrix(board, "int64")[tour, np.roll(tour, -1)].sum() == board.reference
 

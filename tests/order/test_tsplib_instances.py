@@ -8,22 +8,20 @@ import pytest
 
 import leafcut
 from leafcut.api import solve
+from shared_data import tour_nodes
 
 ANTS = ("as", "eas", "asrank", "mmas", "acs")
 
 
 def test_the_published_optimal_tour_has_the_published_length(data: Path) -> None:
     """Reader, TSPLIB's rounding and the sum of costs agree with the optimum in the file."""
-    import numpy as np
-
     from leafcut.model.problem import Metric, RoutingProblem
     from leafcut.order.instance import path_cost
-    from leafcut.read.tsplib import read_tour
 
     for name in ("kroA100", "pcb442"):
         part = leafcut.read_part(data / "tsplib" / f"{name}.tsp")
         problem = RoutingProblem.of_points(part.hole_xy, Metric(part.edge_weight_type), closed=True)
-        tour = read_tour(data / "tsplib" / f"{name}.opt.tour").astype(np.int32)
+        tour = tour_nodes(data / "tsplib" / f"{name}.opt.tour")
         assert path_cost(problem, tour) == part.optimum
 
 

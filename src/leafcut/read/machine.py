@@ -68,11 +68,6 @@ def machine_names() -> list[str]:
     return [*shipped_machines(), *(plugin.name for plugin in MACHINES.plugins() if plugin.adds is not None)]
 
 
-def machine_descriptions() -> dict[str, str]:
-    """Return name → description of all machines, in order."""
-    return {name: load_machine(name).description for name in machine_names()}
-
-
 def machine_list() -> list[tuple[str, str]]:
     """Return the name, description and controller of each machine; for a broken plug-in, its name and error."""
     known = {name: load_machine(name) for name in machine_names()}

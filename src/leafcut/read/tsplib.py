@@ -1,4 +1,4 @@
-"""TSPLIB: read symmetric ``.tsp`` problems, read and write ``.tour`` files.
+"""TSPLIB: read symmetric ``.tsp`` problems, and write ``.tour`` files.
 
 Source: G. Reinelt, TSPLIB 95 (Heidelberg 1995), sections 1.1 and 1.2. Numbers are taken as mm.
 """
@@ -254,25 +254,3 @@ def tour_text(name: str, order: Sequence[int] | NDArray[np.integer], every: bool
         raise LeafcutError("{}: a tour visits every node once; this order does not", name)
     lines = [f"NAME : {printable(name)}", "TYPE : TOUR", f"DIMENSION : {len(nodes)}", "TOUR_SECTION"]
     return "\n".join([*lines, *(str(i + 1) for i in nodes), "-1", "EOF", ""])
-
-
-def read_tour(path: str | Path) -> NDArray[np.int64]:
-    """Return the visiting order of a TSPLIB ``.tour`` file, int64[n], nodes from 0.
-
-    Raises
-    ------
-    ReadError
-        The file is not a tour, or does not visit every node once.
-    """
-    source = load(path)
-    keys, sections = split_file(source)
-    if "TOUR_SECTION" not in sections:
-        raise ReadError(path, "TOUR_SECTION is missing")
-    values = numbers(source.path, sections["TOUR_SECTION"])
-    ends = np.flatnonzero(values == -1)
-    order = (values[: ends[0]] if len(ends) else values) - 1
-    if "DIMENSION" in keys and node_count(source.path, keys) != len(order):
-        raise ReadError(path, Message("DIMENSION is {}, but the tour has {} nodes", keys["DIMENSION"][0], len(order)))
-    if not len(order) or not np.array_equal(np.sort(order), np.arange(len(order))):
-        raise ReadError(path, Message("the tour does not visit each of its {} nodes once", len(order)))
-    return order.astype(np.int64)

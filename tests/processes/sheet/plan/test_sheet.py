@@ -18,7 +18,6 @@ from leafcut.errors import LeafcutError, PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Severity
-from leafcut.model.json_values import from_json, to_json
 from leafcut.model.part import Part
 from leafcut.model.sheet import Sheet
 from leafcut.options import SheetOptions
@@ -341,13 +340,6 @@ def test_depths_and_areas_are_those_of_shapely() -> None:
         assert c.depth == len(holders)
         assert c.parent == min(holders, key=lambda k: shapes[k].area, default=-1)
         assert c.path.area == pytest.approx(shape.area, rel=1e-3)
-
-
-def test_a_sheet_is_saved_and_loaded() -> None:
-    found = sheet(box(0, 0, 100, 50, "SHEET"), box(5, 5, 10, 10), disc(10, 10, 2))
-    again = from_json(Sheet, to_json(found))
-    assert to_json(again) == to_json(found)
-    assert again.outline is not None and again.outline.area == 5000
 
 
 #: Real drawings: numbers of parts, holes and marks, or the refusal. Each was checked by eye.

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from leafcut.geometry.polyline import Polyline
-from leafcut.model.contour import Contour
-from leafcut.model.cutting import Cut, CutChoice, CutData, CutPlan, CutTimes, Lead
-from leafcut.model.json_values import from_json, to_json
-from leafcut.model.sheet import Sheet
+from leafcut.model.cutting import Cut, CutChoice, CutTimes, Lead
 
 
 def slow_start() -> Cut:
@@ -20,17 +16,6 @@ def slow_start() -> Cut:
 
 def test_the_time_of_a_cut_is_the_sum_over_its_speeds() -> None:
     assert slow_start().seconds == pytest.approx(10 / 5 + 90 / 20)  # 2 s of lead-in, then 90 mm at 20 mm/s
-
-
-def test_a_plan_is_saved_and_loaded_again() -> None:
-    square = Polyline.of_points([(0, 0), (50, 0), (50, 50), (0, 50)], closed=True)
-    sheet = Sheet("plate", (Contour(square, part=1),))
-    plan = CutPlan(sheet, CutData("plasma", "mild_steel", 6.0, 23.8, 1.5, amps=45.0), (slow_start(),))
-    text = to_json(plan)
-    again = from_json(CutPlan, text)
-    assert to_json(again) == text
-    assert again.cuts[0].choice == plan.cuts[0].choice
-    assert np.array_equal(again.cuts[0].path.vertices, plan.cuts[0].path.vertices)
 
 
 def test_a_batch_is_so_many_sheets() -> None:
