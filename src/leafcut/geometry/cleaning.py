@@ -1,4 +1,4 @@
-"""Clean paths: remove segments of length 0, arcs beyond a half circle, and arcs with a huge radius."""
+"""Clean paths: remove segments that are too short, arcs beyond a half circle, and arcs with a huge radius."""
 
 from __future__ import annotations
 
@@ -14,6 +14,9 @@ from leafcut.geometry.polyline import Polyline
 SAME = 1e-5
 #: Bulge of a half circle, with a tolerance for rounding.
 _HALF = 1.0 + 1e-9
+#: Distance below which two points may be rounded to the same point, mm: the diagonal of one step of an inch program
+#: with four decimals.
+LEAST_STEP = 0.0037
 #: Maximum arc radius, mm. Larger arcs become lines, because controllers reject them and no real part has them.
 LARGEST_RADIUS = 5000.0
 #: Maximum chord error of such lines, mm.
@@ -74,6 +77,22 @@ def without_huge_arcs(path: Polyline, tolerance: float) -> Polyline:
     if not path.closed:
         rows.append((*path.end, 0.0))
     return Polyline(np.array(rows), path.closed)
+
+
+def without_short_steps(path: Polyline) -> Polyline:
+    """Remove from an open path all segments so short that the program would round them to a single point."""
+    lengths, rows = path.lengths, path.vertices
+    if lengths.min(initial=math.inf) >= LEAST_STEP:
+        return path
+    kept: list[tuple[float, float, float]] = []
+    x, y, left_out = float(rows[0, 0]), float(rows[0, 1]), 0.0
+    for length, row, after in zip(lengths.tolist(), rows.tolist(), rows[1:].tolist(), strict=False):
+        left_out += length
+        if left_out < LEAST_STEP:
+            continue
+        kept.append((x, y, row[2] if length >= LEAST_STEP else 0.0))
+        x, y, left_out = after[0], after[1], 0.0
+    return Polyline(np.array([*(kept or [(x, y, 0.0)]), (*path.end, 0.0)]))
 
 
 def counter_clockwise(path: Polyline) -> Polyline:

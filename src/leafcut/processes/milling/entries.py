@@ -9,6 +9,7 @@ from typing import Any
 import shapely
 
 from leafcut.geometry.arrays import Point
+from leafcut.geometry.cleaning import without_short_steps
 from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.toolpath import Arc, ToolpathBuilder
 from leafcut.processes.milling.mill import MillingData
@@ -193,6 +194,7 @@ def _helix(
 
 def follow(builder: ToolpathBuilder, path: Polyline, feed: float, heights: tuple[float, float] | None = None) -> None:
     """Cut along an open path, at the current height, or at a constant slope between two `heights` (start, end), mm."""
+    path = without_short_steps(path)
     length, gone = path.length, 0.0
     level = builder.position[2]
     for index, s in enumerate(path.segments()):

@@ -13,6 +13,7 @@ import numpy as np
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point
+from leafcut.geometry.cleaning import LEAST_STEP, without_short_steps
 from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.cutting import Cut, CutData
 from leafcut.model.machine import Probe
@@ -26,9 +27,6 @@ SHORTEST = 1e-6
 #: Minimum chord of an arc, mm: slightly more than two steps of an inch program with four decimals. Shorter arcs become
 #: lines.
 SHORTEST_ARC = 0.006
-#: Distance below which two points may be rounded to the same point, mm: the diagonal of one step of an inch program
-#: with four decimals.
-LEAST_STEP = 0.0037
 #: Spindle speed for torches: most controllers require S with M3.
 TORCH_ON = 1.0
 
@@ -213,22 +211,6 @@ def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
             builder.arc(s.bulge < 0.0, (*s.end, z), Arc((*s.center, z)), feed=feed)
         elif abs(s.end[0] - s.start[0]) > SHORTEST or abs(s.end[1] - s.start[1]) > SHORTEST:
             builder.feed(*s.end, feed=feed)
-
-
-def without_short_steps(path: Polyline) -> Polyline:
-    """Remove from an open path all segments so short that the program would round them to a single point."""
-    lengths, rows = path.lengths, path.vertices
-    if lengths.min(initial=math.inf) >= LEAST_STEP:
-        return path
-    kept: list[tuple[float, float, float]] = []
-    x, y, left_out = float(rows[0, 0]), float(rows[0, 1]), 0.0
-    for length, row, after in zip(lengths.tolist(), rows.tolist(), rows[1:].tolist(), strict=False):
-        left_out += length
-        if left_out < LEAST_STEP:
-            continue
-        kept.append((x, y, row[2] if length >= LEAST_STEP else 0.0))
-        x, y, left_out = after[0], after[1], 0.0
-    return Polyline(np.array([*(kept or [(x, y, 0.0)]), (*path.end, 0.0)]))
 
 
 def _writable_segments(path: Polyline) -> Iterator[Segment]:
