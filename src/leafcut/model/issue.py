@@ -124,6 +124,7 @@ CODES: dict[str, str] = {
     "L706": "material of a pocket starts below the highest point of the solid",
     "L707": "an edge of a part is not milled, or not completely",
     "L708": "a slug of a window comes loose",
+    "L709": "an outline has fewer tabs than requested",
     "L711": "a path leaves material that the tool could reach",
     "L801": "a program has a rapid below the surface",
     "L802": "a program has a rapid into uncut material",

@@ -83,10 +83,13 @@ def test_the_material_after_the_program_is_the_drawn_part_with_its_tabs(milling:
         ({"tool_diameter": None}, "give --tool-diameter"),
         ({"tab_height": 3.0}, "--tab-height 3 mm: the plate is only 3 mm thick"),
         ({"mark_layers": "*"}, "nothing to mill: the drawing has no closed outlines except those that are marked"),
-        ({"tab_width": 30.0}, "has no room for 3 tabs of 30 mm"),
+        ({"tab_width": 60.0}, "has no room for 2 tabs of 60 mm; give --tab-width 41.8mm, or --tabs 0"),
         ({"tabs": 0}, "only used with --tabs; add --tabs or leave out --tab-"),
         ({"machine": "plasma-table"}, "cannot mill"),
-        ({"tool_diameter": 70.0, "spindle_speed": 500}, "has no room for 3 tabs"),
+        (
+            {"tool_diameter": 70.0, "spindle_speed": 500, "tab_width": 30.0},
+            "no room for 2 tabs of 30 mm; give --tab-width",
+        ),
     ],
 )
 def test_a_part_that_cannot_be_milled_as_asked_is_refused_in_one_line(
@@ -136,6 +139,17 @@ def test_a_tab_at_a_corner_has_its_width_between_the_cuts(
     options = FAST | {"tool_diameter": diameter, "spindle_speed": 2000}
     outcome = leafcut.part(drawing(tmp_path, teeth), tabs=tabs, tab_width=width, **options)
     assert remaining_width(outcome, teeth, diameter) >= width - 0.15
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("side, tabs", [(9.0, 2), (12.0, 3), (24.0, 4)])
+def test_a_small_part_has_as_many_tabs_as_it_has_room_for(side: float, tabs: int, tmp_path: Path) -> None:
+    """A tab of 4 mm needs 18 mm of the path of a mill of 2 mm, which is 2π mm longer than the outline."""
+    square = [(0.0, 0.0), (side, 0.0), (side, side), (0.0, side)]
+    options = FAST | {"tool_diameter": 2.0, "spindle_speed": 4000, "tab_width": 4.0}
+    outcome = leafcut.part(drawing(tmp_path, square), **options)
+    assert outcome.detail.tabs == tabs and ("L709" in [issue.code for issue in outcome.issues]) == (tabs < 4)
+    assert remaining_width(outcome, square, 2.0) >= 3.85
 
 
 @pytest.mark.hazard
@@ -295,6 +309,14 @@ def test_a_notch_or_slot_narrower_than_the_mill_is_named_as_missing_work(
     assert sum(issue.missing.count for issue in outcome.issues if issue.missing is not None) == missing
 
 
+def test_the_place_of_a_narrow_gap_is_named(tmp_path: Path) -> None:
+    """The notch goes from (39, 30) to (42, 50)."""
+    outcome = leafcut.part(drawing(tmp_path, NOTCH), **FAST)
+    (issue,) = [issue for issue in outcome.issues if issue.missing is not None]
+    x, y = (float(word) for word in issue.place.split("(")[1].split(")")[0].split(", "))
+    assert 39 <= x <= 42 and 30 <= y <= 50
+
+
 @pytest.mark.hazard
 def test_tabs_that_reach_the_edge_of_the_sheet_are_refused(tmp_path: Path) -> None:
     """The mill of 4 mm cuts away the margin of the sheet, and a tab of 6 mm needs 3 mm more."""
@@ -359,7 +381,26 @@ def test_an_edge_in_a_gap_narrower_than_the_mill_is_named_and_not_milled(tmp_pat
     squares = [[(a, a), (100 - a, a), (100 - a, 100 - a), (a, 100 - a)] for a in (0.0, 30.0, 33.5)]
     outcome = leafcut.part(drawing(tmp_path, *squares), tabs=0, **FAST)
     missing = [(issue.missing.what, issue.missing.count) for issue in outcome.issues if issue.missing is not None]
-    assert missing == [("place", 2)] and outcome.detail.outlines == 1 and outcome.detail.openings == 0
+    assert missing == [("edge", 2)] and outcome.detail.outlines == 1 and outcome.detail.openings == 0
+
+
+def test_parts_closer_than_the_mill_are_named(tmp_path: Path) -> None:
+    squares = [[(x, 0), (x + 50, 0), (x + 50, 50), (x, 50)] for x in (0.0, 53.0)]
+    with pytest.raises(OptionError, match=r"2 edges closer to another one than the mill of 4 mm.*\(51.5, .*move them"):
+        leafcut.part(drawing(tmp_path, *squares), **FAST)
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("rule", ["profile", "engrave 0.3mm"])
+@pytest.mark.parametrize("units", ["mm", "inch"])
+def test_steps_of_a_drawing_finer_than_the_program_are_merged(rule: str, units: str, tmp_path: Path) -> None:
+    """Corners of exported letters have points a few micrometres apart."""
+    fine = [(40.0 + step, 60.0 - step / 4) for step in (0.00003, 0.0002, 0.0007, 0.0015, 0.003, 0.006)]
+    source = drawing(tmp_path, [(0, 0), (80, 0), (80, 50), *reversed(fine), (40, 60), (0, 50)])
+    (tmp_path / "rules.toml").write_text(f'[layer]\n"0" = "{rule}"\n')
+    outcome = leafcut.part(source, operations=tmp_path / "rules.toml", output_units=units, **FAST)
+    ends = outcome.written.end[outcome.written.kind == Kind.FEED][:, :2]
+    assert np.hypot(*np.diff(ends, axis=0).T)[1:].max() > 1.0
 
 
 @pytest.mark.hazard

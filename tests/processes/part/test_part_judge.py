@@ -23,7 +23,7 @@ SQUARES = [[(a, a), (100 - a, a), (100 - a, 100 - a), (a, 100 - a)] for a in (0,
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="100mm" viewBox="0 0 100 100">{}</svg>'
 REQUEST = PartRequest(
     (
-        Edge(Polyline.of_points(SQUARES[0], closed=True), inside=False, name="outline"),
+        Edge(Polyline.of_points(SQUARES[0], closed=True), inside=False, name="outline", tabs=2),
         Edge(Polyline.of_points(SQUARES[1], closed=True), inside=True, within=(0,), name="window"),
     ),
     (),

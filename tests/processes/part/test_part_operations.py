@@ -239,6 +239,19 @@ def test_a_deep_pocket_leaves_a_wall_for_the_tabs(wall: float, refused: bool, tm
     assert leafcut.part(source, operations=file, **FAST, **MILL).detail.tabs == 4
 
 
+@pytest.mark.hazard
+def test_a_step_at_the_edge_is_a_pocket_that_crosses_the_outline(tmp_path: Path) -> None:
+    """The step is cleared up to the edge of the part; the material beside it keeps its height."""
+    source = rectangles(tmp_path, OUTLINE=(0, 0, 60, 50), STEP=(50, -5, 66, 55))
+    (tmp_path / "rules.toml").write_text('[layer]\n"OUTLINE" = "profile"\n"STEP" = "pocket 2mm"\n')
+    leafcut.part(source, tmp_path / "part.nc", operations=tmp_path / "rules.toml", **FAST, **MILL)
+    x, y, heights = field_after(tmp_path / "part.nc")
+    part = (x > CELL) & (x < 60 - CELL) & (y > CELL) & (y < 50 - CELL)
+    step = part & (x > 50 + CELL)
+    assert (np.round(heights[step], 3) == -2.0).all()
+    assert (heights[part & (x < 50 - CELL)] == 0.0).all()
+
+
 @pytest.mark.parametrize("pocket, island", [((10, 10, 40, 20), (25, 14.25, 3)), ((10, 10, 40, 13), None)])
 def test_a_pocket_with_a_passage_as_wide_as_the_mill_or_narrower_is_milled(
     pocket: tuple[float, float, float, float], island: tuple[float, float, float] | None, tmp_path: Path
@@ -278,7 +291,6 @@ def test_a_pocket_in_the_slug_of_an_opening_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "shape, rule, words",
     [
-        ((52, 10, 70, 40), "pocket 3mm", r"the pocket at \(52, 10\) on layer B crosses outline at \(0, 0\)"),
         (
             (20, 20, 40, 30),
             "pocket 2mm",

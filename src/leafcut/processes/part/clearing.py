@@ -16,7 +16,7 @@ from leafcut.model.part import Part
 from leafcut.model.pocket import EITHER, POCKET, USUAL, Pocket
 from leafcut.options import MillingOptions, Settings
 from leafcut.processes.job import Job, plane_point
-from leafcut.processes.part.model import Edge, Engraving, PocketArea, TabRules
+from leafcut.processes.part.model import Edge, Engraving, PocketArea, TabRules, material_of
 from leafcut.processes.part.operations import LayeredPart, Operation, open_shape
 from leafcut.processes.part.plan.outlines import OutlineCut
 from leafcut.processes.part.plan.pockets import PocketTask
@@ -68,20 +68,17 @@ def check_pockets(
     thickness: float,
     diameter: float,
 ) -> None:
-    """Raise PlanError for a pocket that is narrower than the mill, crosses an edge, lies outside of the parts, makes
-    tabs thinner or their walls thinner than their height, or has engraved paths in it.
+    """Raise PlanError for a pocket that is narrower than the mill, lies outside of the parts, makes tabs thinner or
+    their walls thinner than their height, or has engraved paths in it. A pocket may cross edges, as a step does.
     """
-    shapes = [shapely.Polygon(edge.path.flattened(_TOUCH)) for edge in edges]
+    lines = [shapely.LinearRing(edge.path.flattened(_TOUCH)) for edge in edges]
     with_tabs = {cut.edge for cut in cuts if cut.tabs}
-    has_parts = not all(edge.inside for edge in edges)
+    material = None if all(edge.inside for edge in edges) else material_of(edges)
     for area in areas:
         if area.region.buffer(_TOUCH - 0.5 * diameter).is_empty:
             raise PlanError("{} is narrower than the mill of {:g} mm; use a smaller mill", area.name, diameter)
         inner = area.region.buffer(-_TOUCH)
-        for number, (edge, shape) in enumerate(zip(edges, shapes, strict=True)):
-            line = shape.exterior
-            if inner.intersects(line) and not inner.covers(line):
-                raise PlanError("{} crosses {}; a pocket must lie within the part", area.name, edge.name)
+        for number, (edge, line) in enumerate(zip(edges, lines, strict=True)):
             # A wall lower than a tab would break before the tab.
             if (
                 number in with_tabs
@@ -94,8 +91,7 @@ def check_pockets(
                     edge.name,
                     tabs.height,
                 )
-        around = [(shape.area, edge.inside) for edge, shape in zip(edges, shapes, strict=True) if shape.covers(inner)]
-        if has_parts and (not around or min(around)[1]):  # the innermost edge around it is an opening
+        if material is not None and not material.intersects(inner):
             raise PlanError("{} lies outside of the parts; move it, or choose 'ignore' for its layer", area.name)
         for engraving in engravings:
             if inner.intersects(shapely.LineString(engraving.path.flattened(_TOUCH))):

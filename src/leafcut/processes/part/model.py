@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import shapely
@@ -14,6 +16,8 @@ from leafcut.geometry.polyline import Polyline
 
 #: Maximum distance of chords from the arcs of the drawing, mm.
 CHORD = 0.002
+#: Share of the tool path for each tab, in lengths of its interval: two thirds are free for cuts.
+_SHARE = 3.0
 
 
 @dataclass(frozen=True)
@@ -22,7 +26,8 @@ class Edge:
 
     `inside` means that the tool runs inside the edge of an opening. `within` are the indices of the edges around
     this edge, in no order; they are milled later. `layer` is the layer in the drawing. `is_bore` means a round hole of
-    at most two diameters of the mill: it has no tabs, and no slug comes loose.
+    at most two diameters of the mill: it has no tabs, and no slug comes loose. `tabs` is the number of tabs
+    of an outline.
     """
 
     path: Polyline
@@ -31,6 +36,22 @@ class Edge:
     name: str = ""
     layer: str = ""
     is_bore: bool = False
+    tabs: int = 0
+
+
+def shape_of(edge: Edge) -> shapely.Polygon:
+    """Return the area inside an edge."""
+    return shapely.Polygon(edge.path.flattened(CHORD))
+
+
+def material_of(edges: Sequence[Edge]) -> Any:
+    """Return the area of the finished part, prepared for queries."""
+    material: Any = shapely.Polygon()
+    # An edge inside another one always has the smaller area.
+    for shape, inside in sorted(((shape_of(edge), edge.inside) for edge in edges), key=lambda pair: -pair[0].area):
+        material = material.difference(shape) if inside else material.union(shape)
+    shapely.prepare(material)
+    return material
 
 
 @dataclass(frozen=True)
@@ -68,9 +89,18 @@ class TabRules:
     width: float
     height: float
 
-    def needed_length(self, diameter: float) -> float:
-        """Return the shortest tool path, mm, that has tabs: each has two thirds of its share free for cuts."""
-        return 3.0 * self.count * (self.width + diameter)
+    @property
+    def fewest(self) -> int:
+        """Smallest number of tabs that hold an outline."""
+        return min(self.count, 2)
+
+    def number_on(self, length: float, diameter: float) -> int:
+        """Return the number of tabs for which a tool path of this length, mm, has room, at most the requested one."""
+        return min(self.count, math.floor(length / (_SHARE * (self.width + diameter)) + 1e-9))
+
+    def width_of_fewest(self, length: float, diameter: float) -> float:
+        """Return the largest width of the fewest tabs, mm, for which a tool path of this length has room."""
+        return math.floor(10.0 * (length / (_SHARE * self.fewest) - diameter)) / 10.0
 
     @property
     def web(self) -> float:

@@ -126,7 +126,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     if not (edges or drilled or engravings or areas) and not any(issue.missing for issue in issues):
         raise PlanError("{}: nothing to mill: --operations ignores all layers", part.name)
     if not (cuts or groups or engravings or areas):
-        raise OptionError("{}: no edge is wider than the mill of {:g} mm; use a smaller mill", part.name, diameter)
+        raise OptionError("{}: nothing can be milled: {}", part.name, next(one for one in issues if one.missing))
     issues += [*assumed_number(milling, mill, data.tool), *of_data]
     mills, more = engraving_mills(divided, job, main, library)
     issues += more
@@ -135,7 +135,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     check_dialect_options(settings, post_dialect)
     check_tool_changes(job.machine, post_dialect)
     request = PartRequest(
-        edges=tuple(edges),
+        edges=_with_tabs(edges, cuts),
         holes=tuple(PartHole(hole.x, hole.y, hole.drill.number, bottom - hole.drill.point_length) for hole in drilled),
         tool=data.tool.number,
         radius=0.5 * diameter,
@@ -208,6 +208,12 @@ def _prepare_sheet(divided: LayeredPart, settings: Settings) -> Sheet:
             raise open_shape(divided.rules[contour.layer], contour)
     sheet = prepare_sheet(part, options, settings.read.concentric, "drop")
     return without_excluded_holes(sheet, settings.read)
+
+
+def _with_tabs(edges: Sequence[Edge], cuts: Sequence[OutlineCut]) -> tuple[Edge, ...]:
+    """Return the edges with the number of their tabs."""
+    tabs_of = {cut.edge: len(cut.tabs) for cut in cuts}
+    return tuple(replace(edge, tabs=tabs_of.get(number, 0)) for number, edge in enumerate(edges))
 
 
 def _layer_works(

@@ -88,12 +88,13 @@ def plan_cuts(
 ) -> tuple[list[OutlineCut], list[Issue]]:
     """Return the tool paths of all edges, and issues about edges that are not milled completely or without tabs.
 
-    Raises PlanError if an outline is too short for its tabs, or if a cut would go through one. A tab lies within the
-    `sheet`, if it is known.
+    An outline that is too short for its tabs has fewer. Raises PlanError if it is too short for two, or if a cut would
+    go through a tab. A tab lies within the `sheet`, if it is known.
     """
     milled: list[tuple[int, Polyline]] = []
-    narrow, loose = [], []
-    necks: dict[int, Edge] = {}
+    narrow, loose, fewer = [], [], []
+    necks: dict[int, tuple[Edge, Point]] = {}
+    crowded: dict[int, tuple[Edge, Point]] = {}
     lines = shapely.STRtree([_ring(edge.path) for edge in edges])
     for number, edge in enumerate(edges):
         rings = offset(edge.path, -radius if edge.inside else radius, TOLERANCE)
@@ -101,29 +102,28 @@ def plan_cuts(
         rings, closed_notches = [ring for ring in rings if ring.area > 0.0], [ring for ring in rings if ring.area < 0.0]
         if not rings:
             narrow.append(edge)
-        if len(rings) > 1 or closed_notches or _has_narrow_branch(edge, radius):
-            necks[number] = edge
+        branch = _narrow_branch(edge, radius)
+        if len(rings) > 1 or closed_notches or branch:
+            necks[number] = edge, branch or edge.path.start
         for ring in rings:
             near = lines.query(_ring(ring), predicate="dwithin", distance=radius - 2.0 * TOLERANCE)
             if len(near):
-                necks[number] = edge
+                link = shapely.shortest_line(_ring(edge.path), lines.geometries[near[0]])
+                crowded[number] = edge, link.interpolate(0.5, normalized=True).coords[0]
                 continue
             milled.append((number, ring if climb == edge.inside else ring.reversed()))
     cuts = []
     all_paths = shapely.STRtree([_ring(path) for _, path in milled])
     for own, (number, path) in enumerate(milled):
         edge = edges[number]
-        room = tabs.count > 0 and not edge.is_bore and path.length >= tabs.needed_length(2.0 * radius)
-        if tabs.count and not room and not edge.inside:
-            raise PlanError(
-                "{}: the tool path of {:.4g} mm has no room for {} tabs of {:g} mm; give fewer --tabs or a smaller "
-                "--tab-width. For a hole, draw the outline around it",
-                edge.name,
-                path.length,
-                tabs.count,
-                tabs.width,
-            )
-        intervals = _tab_intervals(path, edge.inside, tabs, radius, all_paths, own, sheet) if room else ()
+        number_of_tabs = 0 if edge.is_bore else tabs.number_on(path.length, 2.0 * radius)
+        if edge.inside:
+            number_of_tabs = number_of_tabs if number_of_tabs == tabs.count else 0
+        elif number_of_tabs < tabs.fewest:
+            raise _no_room(edge, path.length, tabs, radius)
+        elif number_of_tabs < tabs.count:
+            fewer.append(edge)
+        intervals = _tab_intervals(path, edge.inside, number_of_tabs, tabs, radius, all_paths, own, sheet)
         if intervals is None and not edge.inside:
             raise PlanError(
                 "{}: another cut, or the cut on the other side of a corner, would cut through a tab, or a tab would "
@@ -138,7 +138,7 @@ def plan_cuts(
             loose.append(edge)
         intervals = intervals or ()
         # A start point near a tab would leave no room for a ramp.
-        margin = 0.0 if not intervals else _RAMP_ROOM * path.length / tabs.count
+        margin = 0.0 if not intervals else _RAMP_ROOM * path.length / number_of_tabs
         starts = tuple(
             s
             for s in (np.arange(STARTS) * path.length / STARTS).tolist()
@@ -148,12 +148,27 @@ def plan_cuts(
     return cuts, [
         *_narrow_issues(narrow, radius),
         *_neck_issues(list(necks.values()), radius),
+        *_crowded_issues(list(crowded.values()), radius),
         *_loose_issues(loose, tabs),
+        *_fewer_issues(fewer, tabs),
     ]
 
 
-def _has_narrow_branch(edge: Edge, radius: float) -> bool:
-    """Return whether an edge has a notch or a slot that is narrower than the mill.
+def _no_room(edge: Edge, length: float, tabs: TabRules, radius: float) -> PlanError:
+    """Return the error for an outline that is too short for its tabs, with the options that suit."""
+    width = tabs.width_of_fewest(length, 2.0 * radius)
+    return PlanError(
+        "{}: the tool path of {:.4g} mm has no room for {} of {:g} mm; {}. For a hole, draw the outline around it",
+        edge.name,
+        length,
+        count_of(tabs.fewest, "tab"),
+        tabs.width,
+        Message("give --tab-width {:g}mm, or --tabs 0", width) if width >= 1.0 else Message("give --tabs 0"),
+    )
+
+
+def _narrow_branch(edge: Edge, radius: float) -> Point | None:
+    """Return a place in a notch or a slot of an edge that is narrower than the mill; None if it has none.
 
     The rest that the mill leaves in a corner of 60° is one radius deep and holds a circle of a third of the radius.
     """
@@ -162,29 +177,35 @@ def _has_narrow_branch(edge: Edge, radius: float) -> bool:
     milled = shape.buffer(first, quad_segs=32).buffer(-first, quad_segs=32)
     rest = shape.difference(milled) if edge.inside else milled.difference(shape)
     if rest.is_empty or milled.is_empty:
-        return False
-    corners = shapely.points(shapely.get_coordinates(rest))
-    deep = shapely.distance(corners, milled.boundary).max() > _DEEPEST_CORNER * radius
-    return bool(deep) or not rest.buffer(-_WIDEST_CORNER * radius).is_empty
+        return None
+    corners = shapely.get_coordinates(rest)
+    depths = shapely.distance(shapely.points(corners), milled.boundary)
+    wide = rest.buffer(-_WIDEST_CORNER * radius)
+    if depths.max() <= _DEEPEST_CORNER * radius and wide.is_empty:
+        return None
+    x, y = corners[depths.argmax()] if wide.is_empty else wide.representative_point().coords[0]
+    return float(x), float(y)
 
 
 def _tab_intervals(
     path: Polyline,
     inside: bool,
+    count: int,
     tabs: TabRules,
     radius: float,
     all_paths: shapely.STRtree,
     own: int,
     sheet: shapely.Polygon | None,
 ) -> tuple[tuple[float, float], ...] | None:
-    """Return the intervals along the path where the tool rises over a tab, in order; None if a tab has no position.
+    """Return the intervals along the path where the tool rises over one of `count` tabs, in order; None if a tab has no
+    position.
 
     The cuts end in half circles, so the ends of an interval are one tool diameter farther apart than the tab is wide.
     No cut goes through a tab. `own` is the index of the path in `all_paths`.
     """
-    share = path.length / tabs.count
+    share = path.length / max(count, 1)
     intervals = []
-    for number in range(tabs.count):
+    for number in range(count):
         middles = [(number + position) * share for position in _TAB_POSITIONS]
         places = [(s - half, s + half) for s in middles if (half := _half_length(path, s, tabs, radius, share))]
         straight = [place for place in places if _is_straight(path.piece(*place))]
@@ -282,14 +303,30 @@ def _narrow_issues(narrow: Sequence[Edge], radius: float) -> list[Issue]:
     return [Issue("L707", words, where, missing=missing_paths("opening", [edge.path for edge in narrow]))]
 
 
-def _neck_issues(necks: Sequence[Edge], radius: float) -> list[Issue]:
+def _neck_issues(necks: Sequence[tuple[Edge, Point]], radius: float) -> list[Issue]:
     if not necks:
         return []
     number = count_of(len(necks), "edge")
     words = Message("{} with a gap narrower than the mill of {:g} mm, not milled completely", number, 2.0 * radius)
-    x, y = necks[0].path.start
-    where = Message("the first at ({:.4g}, {:.4g})", x, y)
-    return [Issue("L707", words, where, missing=missing_paths("place", [edge.path for edge in necks]))]
+    where = Message("the first at ({:.4g}, {:.4g}): use a smaller mill", *necks[0][1])
+    return [Issue("L707", words, where, missing=missing_paths("place", [edge.path for edge, _ in necks]))]
+
+
+def _crowded_issues(crowded: Sequence[tuple[Edge, Point]], radius: float) -> list[Issue]:
+    if not crowded:
+        return []
+    number = count_of(len(crowded), "edge")
+    words = Message("{} closer to another one than the mill of {:g} mm, not milled", number, 2.0 * radius)
+    where = Message("the first at ({:.4g}, {:.4g}): move them apart, or use a smaller mill", *crowded[0][1])
+    return [Issue("L707", words, where, missing=missing_paths("edge", [edge.path for edge, _ in crowded]))]
+
+
+def _fewer_issues(fewer: Sequence[Edge], tabs: TabRules) -> list[Issue]:
+    if not fewer:
+        return []
+    words = Message("{} too short for {} tabs: held by fewer", count_of(len(fewer), "outline"), tabs.count)
+    x, y = fewer[0].path.start
+    return [Issue("L709", words, Message("the first at ({:.4g}, {:.4g})", x, y), severity=Severity.NOTE)]
 
 
 def _loose_issues(loose: Sequence[Edge], tabs: TabRules) -> list[Issue]:

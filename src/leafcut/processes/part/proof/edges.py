@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from leafcut.message import Message
 from leafcut.model.difference import Difference
-from leafcut.processes.part.model import CHORD, Edge, PartRequest
+from leafcut.processes.part.model import Edge, PartRequest, shape_of
 from leafcut.processes.part.proof.cuts import HEIGHT, STRIP, TOLERANCE, Cuts, FaceWork, Verdict, strip_along
 from leafcut.proof.difference import position_text
 
@@ -47,21 +47,6 @@ def check_edges(request: PartRequest, cuts: Cuts, others: NDArray[np.bool_], mat
         works.append(FaceWork(edge.name, mine[~others[mine]], shapes[number]))
     differences += _check_held(request, cuts.lines[cuts.highest <= HEIGHT - request.thickness], material)
     return Verdict(owner >= 0, differences, works)
-
-
-def shape_of(edge: Edge) -> shapely.Polygon:
-    """Return the area inside an edge."""
-    return shapely.Polygon(edge.path.flattened(CHORD))
-
-
-def material_of(edges: Sequence[Edge]) -> Any:
-    """Return the area of the finished part, prepared for queries."""
-    material: Any = shapely.Polygon()
-    # An edge inside another one always has the smaller area.
-    for shape, inside in sorted(((shape_of(edge), edge.inside) for edge in edges), key=lambda pair: -pair[0].area):
-        material = material.difference(shape) if inside else material.union(shape)
-    shapely.prepare(material)
-    return material
 
 
 def _centre_rings(shape: Any, edge: Edge, radius: float, material: Any) -> list[Any]:
@@ -96,7 +81,7 @@ def _check_ring(
     lines, highest = cuts.lines[mine], cuts.highest[mine]
     through = ring.difference(strip_along(lines[highest <= request.bottom + HEIGHT]))
     left = [piece for piece in shapely.get_parts(_joined(through)) if piece.length > TOLERANCE]
-    wanted = 0 if edge.is_bore else None if edge.inside else tabs.count
+    wanted = 0 if edge.is_bore else None if edge.inside else edge.tabs
     differences = []
     if wanted is not None and len(left) != wanted:
         words = Message(

@@ -17,9 +17,9 @@ from leafcut.material.straight_moves import straight_moves
 from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Toolpath
-from leafcut.processes.part.model import CHORD, PartRequest
+from leafcut.processes.part.model import CHORD, PartRequest, material_of
 from leafcut.processes.part.proof.cuts import HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict
-from leafcut.processes.part.proof.edges import check_edges, material_of
+from leafcut.processes.part.proof.edges import check_edges
 from leafcut.processes.part.proof.engraving import check_engravings
 from leafcut.processes.part.proof.holes import check_holes
 from leafcut.processes.part.proof.pockets import check_pockets
