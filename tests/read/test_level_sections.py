@@ -226,7 +226,7 @@ def test_openings_are_holes_of_the_shadow(hole: Any, diameter: float, area: floa
 
 def outlines(shape: Any) -> dict[str, Any]:
     faces, triangles = meshed(shape)
-    return outlines_of(shape, triangles, faces)
+    return outlines_of(shape, triangles, faces, everywhere)
 
 
 def test_a_sheet_has_the_outlines_of_a_section_that_equals_its_shadow() -> None:

@@ -178,7 +178,7 @@ class Part:
         Length of the best known tour if the file states it, else None.
     contours
         Contours to cut from sheet or to mark, in file order. A drawing is read either for its holes and slots, for its
-        contours, or for its pockets.
+        contours, or for its pockets. A plate read from a solid has contours and pockets.
     grouping
         Clusters of a generalised travelling salesman problem, else None.
     pockets

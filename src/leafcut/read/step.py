@@ -130,24 +130,31 @@ def read_pockets_of_step(
         for opening in data["openings"]
         if opening["diameter"]
     )
-    pockets = tuple(
-        Pocket(
-            _oriented_path(pocket["outline"], clockwise=False),
-            tuple(_oriented_path(row, clockwise=True) for row in pocket["islands"]),
-            source.name if len(pocket_data) == 1 else str(number),
-            depth=round(data["highest"] - pocket["z"], 6),
-            top=round(data["highest"], 6) + 0.0,
-        )
-        for number, pocket in enumerate(pocket_data, 1)
-    )
+    pockets = _pockets(data, source.name)
     part = Part(
         source.name, issues=tuple(issues), source=source.path, format="step", pockets=pockets, openings=openings
     )
     return _with_zero(part, data, options)
 
 
+def _pockets(data: dict[str, Any], name: str) -> tuple[Pocket, ...]:
+    return tuple(
+        Pocket(
+            _oriented_path(pocket["outline"], clockwise=False),
+            tuple(_oriented_path(row, clockwise=True) for row in pocket["islands"]),
+            name if len(data["pockets"]) == 1 else str(number),
+            depth=round(data["highest"] - pocket["z"], 6),
+            top=round(data["highest"], 6) + 0.0,
+        )
+        for number, pocket in enumerate(data["pockets"], 1)
+    )
+
+
 def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
     """Return the outlines of a flat sheet in top view: its edge and all its through openings.
+
+    An issue states that its pockets and other features are not cut. For a process that clears pockets, the part also
+    has these, and its `besides` are the issues about the other features.
 
     Raises
     ------
@@ -161,9 +168,10 @@ def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
     message = Message("the sheet also has pockets, steps or chamfers: they are not cut")
     issues = (Issue("L219", message, missing=MissingWork("feature")),) if data["uneven"] else ()
     contours = tuple(Contour(Polyline(np.array(row), True), z=0.0) for row in data["outlines"])
-    part = _with_zero(
-        Part(source.name, issues=issues, source=source.path, format="step", contours=contours), data, options
-    )
+    part = Part(source.name, issues=issues, source=source.path, format="step", contours=contours)
+    if data["uneven"]:
+        part = replace(part, pockets=_pockets(data, source.name), besides=_issues_of_plate(data))
+    part = _with_zero(part, data, options)
     # The program of a sheet has its own Z0, the surface of the sheet.
     return replace(part, zero=ProgramZero(up=Pose.of(options).up))
 
@@ -255,6 +263,17 @@ def _issues(data: dict[str, Any], up: str) -> list[Issue]:
             )
         )
     return issues
+
+
+def _issues_of_plate(data: dict[str, Any]) -> tuple[Issue, ...]:
+    """Return the issues about the features of a plate that are neither openings nor pockets."""
+    issues = tuple(_issues_of_pockets({**data, "openings": []}))
+    if issues or not data["other"]:
+        return issues
+    message = Message(
+        "the solid has other features than outlines and pockets, such as countersinks: they are not milled"
+    )
+    return (Issue("L219", message, missing=MissingWork("feature")),)
 
 
 def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:

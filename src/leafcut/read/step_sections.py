@@ -156,10 +156,13 @@ def _openings(triangles: NDArray[np.float64]) -> list[dict[str, Any]]:
     return openings
 
 
-def outlines_of(shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]) -> dict[str, Any]:
+def outlines_of(
+    shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any], seen: Callable[[float, float, float], bool]
+) -> dict[str, Any]:
     """Return the outlines of a solid in top view, from a section equal to its shadow; or a problem.
 
-    `uneven` is true if other sections differ: these features of the solid are not cut.
+    `uneven` is true if other sections differ: these features of the solid are not cut. Then the result also has its
+    pockets, and `other` is true if it has other features. `seen` is the test for visibility of a point from above.
     """
     highest, lowest = float(triangles[:, :, 2].max()), float(triangles[:, :, 2].min())
     steps = sorted({round(face.z, 3) for face in (*_level_faces(faces), *_level_faces(faces, down=True))})
@@ -185,7 +188,24 @@ def outlines_of(shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]
         }
     material = sections[best].material
     uneven = any(shapely.area(material.symmetric_difference(section.material)) > allowed for section in sections)
-    return {"outlines": [ring.path.vertices.tolist() for ring in sections[best].rings], "uneven": uneven}
+    result: dict[str, Any] = {
+        "outlines": [ring.path.vertices.tolist() for ring in sections[best].rings],
+        "uneven": uneven,
+    }
+    if not uneven:
+        return result
+    result |= pockets_of(shape, triangles, faces, seen)
+    pockets = [(pocket["z"], _region_of(pocket)) for pocket in result["pockets"]]
+    cut_at = [shapely.union_all([region for floor, region in pockets if floor < z]) for z in heights]
+    rests = [material - section.material - cut for section, cut in zip(sections, cut_at, strict=True)]
+    return result | {"other": any(shapely.area(rest) > allowed for rest in rests)}
+
+
+def _region_of(pocket: dict[str, Any]) -> Any:
+    outline, *islands = [
+        Polyline(np.array(path), True).flattened(CHORD) for path in (pocket["outline"], *pocket["islands"])
+    ]
+    return shapely.Polygon(outline, islands)
 
 
 def section_at(shape: Any, z: float) -> LevelSection:

@@ -288,13 +288,10 @@ def _features_of(features: str, shape: Any, triangles: NDArray[np.float64], face
         return _hole_data(shape, triangles)
     from leafcut.read.step_sections import outlines_of, pockets_of
 
-    if features == "outlines":
-        return outlines_of(shape, triangles, faces)
-
     def seen(x: float, y: float, z: float) -> bool:
         return not _line_meets(shape, x, y, z + DEFLECTION, float(triangles[:, :, 2].max()) + 1.0)
 
-    return pockets_of(shape, triangles, faces, seen)
+    return (outlines_of if features == "outlines" else pockets_of)(shape, triangles, faces, seen)
 
 
 def _transform(shape: Any, rows: Sequence[Sequence[int]], lift: float) -> Any:

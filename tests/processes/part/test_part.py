@@ -390,7 +390,6 @@ def test_parts_closer_than_the_mill_are_named(tmp_path: Path) -> None:
         leafcut.part(drawing(tmp_path, *squares), **FAST)
 
 
-@pytest.mark.hazard
 @pytest.mark.parametrize("rule", ["profile", "engrave 0.3mm"])
 @pytest.mark.parametrize("units", ["mm", "inch"])
 def test_steps_of_a_drawing_finer_than_the_program_are_merged(rule: str, units: str, tmp_path: Path) -> None:

@@ -171,6 +171,14 @@ def test_a_layer_of_profiles_is_milled_even_if_the_library_has_the_drill(tmp_pat
     assert [operation.tool.number for operation in outcome.operations] == [7]
 
 
+def test_lines_that_two_drawn_paths_share_are_engraved_for_both(tmp_path: Path) -> None:
+    """Letters and their shadow have common lines; the squares share a side."""
+    source = rectangles(tmp_path, OUTLINE=(0, 0, 60, 50), A=(10, 10, 25, 30), B=(25, 10, 40, 30), C=(10, 10, 25, 20))
+    (tmp_path / "rules.toml").write_text('[layer]\n"OUTLINE" = "profile"\n"?" = "engrave 0.3mm"\n')
+    outcome = leafcut.part(source, operations=tmp_path / "rules.toml", **FAST, **MILL)
+    assert [row.shapes for row in outcome.detail.layers] == [1, 1, 1, 1]
+
+
 def test_deep_engraving_takes_several_passes(tmp_path: Path) -> None:
     outcome = milled(tmp_path, RULES.replace("0.3mm", "2.5mm"))
     assert {-1.25, -2.5} <= set(outcome.written.end[:, 2].round(3).tolist())

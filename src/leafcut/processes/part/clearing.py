@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from leafcut.errors import PlanError
+from leafcut.errors import PlanError, count_of
 from leafcut.gcode.dialects import Dialect
 from leafcut.message import Message
 from leafcut.model.issue import Issue
@@ -18,7 +18,7 @@ from leafcut.options import MillingOptions, Settings
 from leafcut.processes.job import Job, plane_point
 from leafcut.processes.part.model import Edge, Engraving, PocketArea, TabRules, material_of
 from leafcut.processes.part.operations import LayeredPart, Operation, open_shape
-from leafcut.processes.part.plan.outlines import OutlineCut
+from leafcut.processes.part.plan.outlines import OutlineCut, missing_paths
 from leafcut.processes.part.plan.pockets import PocketTask
 from leafcut.processes.part.plan.task import Mill
 from leafcut.processes.pocket.options import PocketOptions
@@ -29,8 +29,17 @@ _CLEARING = 0.5
 _TOUCH = 0.01
 
 
-def pocket_areas(divided: LayeredPart, settings: Settings) -> tuple[list[PocketArea], list[Issue]]:
-    """Return the areas on the layers of pockets with their islands, and issues about repaired lines.
+def with_pockets(part: Part) -> Part:
+    """Return a part whose pockets are milled: of a solid, only the features `besides` them are missing."""
+    if not (part.pockets or part.besides):
+        return part
+    issues = (issue for issue in part.issues if issue.code != "L219")
+    return replace(part, issues=(*issues, *part.besides), besides=())
+
+
+def pocket_areas(divided: LayeredPart, settings: Settings, diameter: float) -> tuple[list[PocketArea], list[Issue]]:
+    """Return the areas on the layers of pockets and the pockets of a solid, with their islands. The issues are about
+    repaired lines, and about pockets of a solid that are narrower than the mill.
 
     Raises PlanError or ReadError, with the line in the file of operations, if an outline is open or crosses another.
     """
@@ -56,7 +65,22 @@ def pocket_areas(divided: LayeredPart, settings: Settings) -> tuple[list[PocketA
                 if area.region.intersection(other.region).area > _TOUCH * _TOUCH:
                     raise PlanError("{}: {} overlaps {}; make it an island there", rule.place, name, other.name)
             areas.append(area)
+    solid = [PocketArea(pocket.outline, pocket.islands, pocket.depth or 0.0) for pocket in divided.edges.pockets]
+    narrow = [area for area in solid if _is_narrow(area, diameter)]
+    if narrow:
+        words = Message("{} narrower than the mill of {:g} mm, not milled", count_of(len(narrow), "pocket"), diameter)
+        where = Message("the first at ({:.4g}, {:.4g}): drill it, or use a smaller mill", *narrow[0].outline.start)
+        missing = missing_paths("pocket", [area.outline for area in narrow])
+        issues.append(Issue("L707", words, where, missing=missing))
+    for area in solid:
+        if area not in narrow:
+            name = Message("the pocket at ({:.4g}, {:.4g})", *area.outline.start)
+            areas.append(replace(area, name=name))
     return areas, issues
+
+
+def _is_narrow(area: PocketArea, diameter: float) -> bool:
+    return bool(area.region.buffer(_TOUCH - 0.5 * diameter).is_empty)
 
 
 def check_pockets(
@@ -75,7 +99,7 @@ def check_pockets(
     with_tabs = {cut.edge for cut in cuts if cut.tabs}
     material = None if all(edge.inside for edge in edges) else material_of(edges)
     for area in areas:
-        if area.region.buffer(_TOUCH - 0.5 * diameter).is_empty:
+        if _is_narrow(area, diameter):
             raise PlanError("{} is narrower than the mill of {:g} mm; use a smaller mill", area.name, diameter)
         inner = area.region.buffer(-_TOUCH)
         for number, (edge, line) in enumerate(zip(edges, lines, strict=True)):

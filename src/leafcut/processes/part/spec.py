@@ -32,7 +32,7 @@ from leafcut.processes.contours import (
 from leafcut.processes.job import Job, check_dialect_options, check_tool_changes, dialect_of, library_of, plane_point
 from leafcut.processes.milling.clamps import clamps_of, refuse_clamped
 from leafcut.processes.milling.mill import assumed_number, library_mill_for, milling_data
-from leafcut.processes.part.clearing import check_pockets, pocket_areas, pocket_tasks
+from leafcut.processes.part.clearing import check_pockets, pocket_areas, pocket_tasks, with_pockets
 from leafcut.processes.part.copies import repeat_part
 from leafcut.processes.part.engraving import engraving_mills, engravings_of
 from leafcut.processes.part.model import Edge, LayerWork, PartHole, PartRequest, TabRules
@@ -95,7 +95,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     """
     settings, milling, asked = job.settings, job.settings.of(MillingOptions), job.settings.job
     thickness = _thickness(settings)
-    part = repeat_part(read_placed_contours(job, source), settings)
+    part = repeat_part(with_pockets(read_placed_contours(job, source)), settings)
     divided = _divide(part, settings, thickness)
     sheet = _prepare_sheet(divided, settings)
     bottom = -thickness - asked.break_through
@@ -118,7 +118,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     issues += more
     groups, more = hole_groups(drilled, bottom, asked.retract_height, asked.retract == "initial", job.machine)
     issues += more
-    areas, more = pocket_areas(divided, settings)
+    areas, more = pocket_areas(divided, settings, diameter)
     issues += more
     engravings, more = engravings_of(divided, settings, data.tool.number)
     issues += more

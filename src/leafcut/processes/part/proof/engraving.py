@@ -21,12 +21,21 @@ def check_engravings(request: PartRequest, cuts: Cuts) -> Verdict:
     """Return the cuts that engrave a path, and the differences of the engraved paths from the request."""
     explained = np.zeros(len(cuts), dtype=np.bool_)
     differences, works = [], []
-    for engraving in request.engravings:
-        line = line_of(engraving)
+    lines = [line_of(engraving) for engraving in request.engravings]
+    tree = shapely.STRtree(lines)
+    for engraving, line in zip(request.engravings, lines, strict=True):
         along = cuts.along(line)
         own = along[(cuts.tools[along] == engraving.tool) & (cuts.lowest[along] >= -engraving.depth - HEIGHT)]
         explained[own] = True
-        differences += _check_path(engraving, line, cuts, own[cuts.highest[own] <= -engraving.depth + HEIGHT])
+        floor = own[cuts.highest[own] <= -engraving.depth + HEIGHT]
+        strip = line.buffer(TOLERANCE)
+        # Drawn paths may share lines, which are engraved once for each path.
+        drawn = [
+            lines[k].intersection(strip).length
+            for k in tree.query(strip, predicate="intersects").tolist()
+            if (request.engravings[k].tool, request.engravings[k].depth) == (engraving.tool, engraving.depth)
+        ]
+        differences += _check_path(engraving, line, sum(drawn), cuts, floor)
         works.append(FaceWork(engraving.name, own, line))
     return Verdict(explained, differences, works)
 
@@ -37,15 +46,15 @@ def line_of(engraving: Engraving) -> Any:
     return shapely.LinearRing(points) if engraving.path.closed else shapely.LineString(points)
 
 
-def _check_path(engraving: Engraving, line: Any, cuts: Cuts, floor: Any) -> list[Difference]:
-    """Check the length of the path that the cuts at full depth cover, and their own length."""
+def _check_path(engraving: Engraving, line: Any, drawn: float, cuts: Cuts, floor: Any) -> list[Difference]:
+    """Check the length of the path that the cuts at full depth cover, and that their own length is the `drawn` one."""
     left = line.difference(strip_along(cuts.lines[floor]))
     if left.length > TOLERANCE:
         x, y = shapely.get_coordinates(left)[0].tolist()
         words = Message("{} is not engraved {:g} mm deep at {}", engraving.name, engraving.depth, position_text(x, y))
         return [Difference(Message("not cut"), 0, 0, words)]
     length = float(shapely.length(cuts.lines[floor]).sum())
-    if length > _ONCE * line.length + 2.0 * TOLERANCE:
+    if length > _ONCE * drawn + 2.0 * TOLERANCE:
         words = Message("{} is engraved {:.2g} times", engraving.name, length / line.length)
         return [cuts.difference(Message("cut twice"), int(floor[-1]), words)]
     return []
