@@ -230,6 +230,16 @@ def test_a_slug_in_a_bore_is_found() -> None:
 
 
 @pytest.mark.hazard
+def test_a_slug_under_a_bore_that_is_cleared_above_is_found() -> None:
+    """The hole of 9 mm is cleared to Z-2; below, a single turn leaves a slug."""
+    hole = Edge(Polyline.circle(20.0, 20.0, 4.5), inside=True, name="hole", is_bore=True)
+    wide, full = "G3 I-2.5", "G1 X20 Y20\nG1 X22.5"
+    text = f"G21 G90 G17 G94\nT1 M6\nG0 X22.5 Y20 Z2\nG1 Z-2 F90\n{wide}\n{full}\nG1 Z-3.5\n{wide}\nG0 Z5\nM2\n"
+    differences = judge_part(replace(REQUEST, edges=(hole,)), read_back(text, dialect("linuxcnc")))
+    assert "not cut" in [str(one.what) for one in differences if "has a slug" in str(one.text)]
+
+
+@pytest.mark.hazard
 def test_a_small_place_in_a_wide_pocket_that_is_not_cleared_is_found() -> None:
     """Lines 3.5 mm apart clear an area of 200 mm × 200 mm, except for a piece of 8 mm of one of them."""
     corners = [(0, 0), (200, 0), (200, 200), (0, 200)]

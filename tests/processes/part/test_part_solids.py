@@ -24,14 +24,14 @@ OPTIONS: dict[str, Any] = {
 
 @pytest.mark.hazard
 def test_the_pockets_of_a_solid_are_cleared_to_their_floors(tmp_path: Path) -> None:
-    """A hole with a counterbore, and a pocket with a deeper pocket in its floor. A blind hole is too narrow."""
+    """A hole has a counterbore, and a pocket has a deeper one in its floor. A blind hole is as wide as the mill."""
     solid = cut(
         box(0, 0, 0, 60, 40, THICKNESS),
         cylinder((12, 20, 4), UP, 6, 3),
         cylinder((12, 20, -1), UP, 3, 8),
         rounded(25, 5, 4, 55, 35, THICKNESS, 3),
         rounded(35, 12, 2, 50, 28, THICKNESS, 3),
-        cylinder((5, 5, 3), UP, 1, 4),
+        cylinder((5, 5, 3), UP, 0.5 * DIAMETER, 4),
     )
     program = tmp_path / "part.ngc"
     outcome = leafcut.part(saved(tmp_path / "plate.step", solid), program, **OPTIONS)

@@ -27,6 +27,8 @@ from leafcut.processes.pocket.options import PocketOptions
 _CLEARING = 0.5
 #: Overlap of shapes that touch, mm.
 _TOUCH = 0.01
+#: Perimeter of the area of the mill's centre in a round pocket as wide as the mill, mm.
+_PLUNGE = 0.1
 
 
 def with_pockets(part: Part) -> Part:
@@ -80,7 +82,8 @@ def pocket_areas(divided: LayeredPart, settings: Settings, diameter: float) -> t
 
 
 def _is_narrow(area: PocketArea, diameter: float) -> bool:
-    return bool(area.region.buffer(_TOUCH - 0.5 * diameter).is_empty)
+    """Return whether a pocket has no room for the mill, or only for a plunge. A slot may be as wide as the mill."""
+    return bool(area.region.buffer(_TOUCH - 0.5 * diameter).length < _PLUNGE)
 
 
 def check_pockets(

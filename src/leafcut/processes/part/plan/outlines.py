@@ -307,7 +307,9 @@ def _neck_issues(necks: Sequence[tuple[Edge, Point]], radius: float) -> list[Iss
     if not necks:
         return []
     number = count_of(len(necks), "edge")
-    words = Message("{} with a gap narrower than the mill of {:g} mm, not milled completely", number, 2.0 * radius)
+    words = Message(
+        "{} with a gap or corner too narrow for the mill of {:g} mm, not milled completely", number, 2.0 * radius
+    )
     where = Message("the first at ({:.4g}, {:.4g}): use a smaller mill", *necks[0][1])
     return [Issue("L707", words, where, missing=missing_paths("place", [edge.path for edge, _ in necks]))]
 

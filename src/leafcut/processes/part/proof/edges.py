@@ -43,7 +43,8 @@ def check_edges(request: PartRequest, cuts: Cuts, others: NDArray[np.bool_], mat
         for ring in own_rings:
             differences += _check_ring(request, edge, ring, cuts, mine, into_tabs)
         if edge.is_bore and own_rings:
-            differences += _check_bore(request, edge, shapes[number], cuts.lines[mine])
+            through = mine[cuts.highest[mine] <= request.bottom + HEIGHT]
+            differences += _check_bore(request, edge, shapes[number], cuts.lines[through])
         works.append(FaceWork(edge.name, mine[~others[mine]], shapes[number]))
     differences += _check_held(request, cuts.lines[cuts.highest <= HEIGHT - request.thickness], material)
     return Verdict(owner >= 0, differences, works)
