@@ -152,6 +152,15 @@ def test_a_small_part_has_as_many_tabs_as_it_has_room_for(side: float, tabs: int
     assert remaining_width(outcome, square, 2.0) >= 3.85
 
 
+def test_a_tab_of_the_width_that_a_refusal_proposes_has_room(tmp_path: Path) -> None:
+    source = drawing(tmp_path, OUTLINE, circles=((100.0, 20.0, 3.0),))
+    options = FAST | {"tool_diameter": 2.0, "spindle_speed": 4000}
+    with pytest.raises(PlanError, match=r"no room for 2 tabs of 6 mm; give --tab-width 2.1mm, or --tabs 0") as refused:
+        leafcut.part(source, **options)
+    width = str(refused.value).partition("--tab-width ")[2].partition(",")[0]
+    assert leafcut.part(source, tab_width=width, **options).detail.tabs == 6
+
+
 @pytest.mark.hazard
 def test_a_tab_that_the_cut_of_a_neighbour_would_go_through_is_refused(tmp_path: Path) -> None:
     """The strip of 7 mm between two parts is narrower than both cuts together; a mill of 2 mm leaves 3 mm of it."""

@@ -28,8 +28,10 @@ STARTS = 16
 #: Positions of a tab within its share of the path, in order of preference: the first on a straight section is taken.
 _TAB_POSITIONS = (0.5, 0.4, 0.6, 0.3, 0.7, *(0.3 + 0.02 * k for k in range(1, 20) if k % 5))
 #: Largest half length of the interval of a tab, and distance of start points from tabs, as parts of the share of a tab.
-#: The start of the path is always a start point.
+#: Without other start points, the start of the path is one.
 _LONGEST_TAB, _RAMP_ROOM = 0.25, 0.04
+#: Shortest room for a ramp between a start point and a tab, mm: 24 legs go down 1.2 mm at 3°.
+_LEAST_ROOM = 1.0
 #: Depth and inscribed circle of the rest in a corner, in radii of the mill; a larger rest is a missing notch or slot.
 _DEEPEST_CORNER, _WIDEST_CORNER = 1.02, 0.35
 #: Precision of the length of an interval, mm.
@@ -138,13 +140,13 @@ def plan_cuts(
             loose.append(edge)
         intervals = intervals or ()
         # A start point near a tab would leave no room for a ramp.
-        margin = 0.0 if not intervals else _RAMP_ROOM * path.length / number_of_tabs
+        margin = max(_RAMP_ROOM * path.length / number_of_tabs, _LEAST_ROOM) if intervals else 0.0
         starts = tuple(
             s
             for s in (np.arange(STARTS) * path.length / STARTS).tolist()
             if not any(low - margin <= s <= high + margin for low, high in intervals)
         )
-        cuts.append(OutlineCut(number, path, intervals, starts, edge.within))
+        cuts.append(OutlineCut(number, path, intervals, starts or (0.0,), edge.within))
     return cuts, [
         *_narrow_issues(narrow, radius),
         *_neck_issues(list(necks.values()), radius),
