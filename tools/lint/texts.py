@@ -1,4 +1,4 @@
-"""Check that each language of the studio has the same keys, that all are used, and that each option has a text."""
+"""Check that all texts of the studio have a translation and are used, and that each option has a text."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.processes.settings import all_options, group_of
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.page import forms
 from leafcut.studio.page.panel_live import PACES
-from leafcut.studio.wording import LANGUAGES, words
+from leafcut.studio.wording import LANGUAGES, label_of, texts_of, words
 
 STUDIO = sources.PACKAGE / "studio"
 EN, ES = words("en"), words("es")
@@ -42,10 +42,9 @@ def faults() -> Iterator[str]:
     """Yield every fault."""
     labels = {f"option.{name}" for _, name, _ in all_options()}
     yield from _differences(ES_FILE, ES.table.keys(), EN.table.keys() | labels)
-    for key in sorted(labels & EN.table.keys()):
-        name = key.removeprefix("option.")
-        if EN.table[key] == name.replace("_", " ").capitalize():
-            yield f"{EN_FILE}: {key} equals the label derived from the name; leave it out"
+    for key, text in texts_of("en").items():
+        if text == label_of(key):
+            yield f"{EN_FILE}: {key} equals the label derived from the key; leave it out"
     for key in EN.table.keys() & ES.table.keys():
         if _fields(EN.table[key]) != _fields(ES.table[key]):
             yield f"{ES_FILE}: {key} has other fields than en.toml"

@@ -1,4 +1,4 @@
-"""The texts of the studio: one TOML file per language, all with the same keys."""
+"""The texts of the studio: one TOML file per language. In English, most labels are derived from their keys."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Words:
 
         An item of a plug-in has no text; its name is `english` or `name` itself.
         """
-        return self.table.get(f"{kind}.{name}") or english or name.replace("_", " ").capitalize()
+        return self.table.get(f"{kind}.{name}") or english or label_of(name)
 
     def option(self, name: str) -> str:
         """Return the label of an option; without a text, its name."""
@@ -116,10 +116,14 @@ def _option_names() -> frozenset[str]:
 @cache
 def words(language: str) -> Words:
     """Return the texts of a language; English for an unknown language."""
-    known = language if language in LANGUAGES else "en"
-    if known == "en":
-        return Words(known, _texts(known))
-    return Words(known, _texts(known), _texts(f"options_{known}"), _templates(f"messages_{known}"))
+    if language == "en" or language not in LANGUAGES:
+        return Words("en", {key: label_of(key) for key in texts_of("es")} | texts_of("en"))
+    return Words(language, texts_of(language), texts_of(f"options_{language}"), _templates(f"messages_{language}"))
+
+
+def label_of(key: str) -> str:
+    """Return the English label of a key: ``From hole`` for ``flag.from_hole``."""
+    return key.rpartition(".")[2].replace("_", " ").capitalize()
 
 
 def _templates(name: str) -> dict[str, str]:
@@ -127,7 +131,8 @@ def _templates(name: str) -> dict[str, str]:
     return {template: spanish for section in tomllib.loads(text).values() for template, spanish in section.items()}
 
 
-def _texts(name: str) -> dict[str, str]:
+def texts_of(name: str) -> dict[str, str]:
+    """Return the texts of a file: key → text."""
     text = (files("leafcut.studio") / "texts" / f"{name}.toml").read_text(encoding="utf-8")
     return dict(_flat("", tomllib.loads(text)))
 
