@@ -33,13 +33,21 @@ def test_each_run_is_the_one_of_its_algorithm_and_seed(tmp_path: Path) -> None:
             threads=1,
             seed=row.seed,
             algorithm=row.levels["algorithm"],
+            **({"n_ants": 3} if row.levels["algorithm"] == "acs" else {}),
         )
         assert row.responses["machining"] == pytest.approx(alone.after.time_s, abs=1e-9)
 
 
-def test_settings_that_only_some_ways_have_are_left_out() -> None:
-    of = comparison_experiment("x", PLATE, "solve", {"n_ants": 7, "seed": 2, "preset": "fast"}, ["as", "2opt"], 1)
-    assert dict(of.options) == {"threads": 1, "preset": "fast"}
+def test_each_algorithm_runs_with_the_settings_that_it_uses() -> None:
+    settings = {"n_ants": 5, "absorption": 0.1, "greedy_probability": 0.5, "local_search": False, "seed": 2}
+    of = comparison_experiment("x", PLATE, "solve", settings, ["mmas", "acs", "firefly", "2opt"], 1)
+    used = {plan.options["algorithm"]: plan.options.keys() & settings.keys() - {"seed"} for plan in of.runs()}
+    assert used == {
+        "mmas": {"n_ants", "local_search"},
+        "acs": {"n_ants", "greedy_probability", "local_search"},
+        "firefly": {"absorption", "local_search"},
+        "2opt": {"local_search"},
+    }
     assert of.seeds == (2,)
 
 

@@ -24,10 +24,9 @@ from leafcut._version import __version__
 from leafcut.errors import OptionError, VerifyError
 from leafcut.lab import running
 from leafcut.lab.analysis_blocks import analysis_blocks
-from leafcut.lab.experiment import search_curve
 from leafcut.lab.loading import load
 from leafcut.lab.results import Results
-from leafcut.lab.running import Answer, RunTask, execute_run, executor_performer, rows_of, run, task_of
+from leafcut.lab.running import Answer, RunTask, execute_run, executor_performer, rows_of, run, search_curve, task_of
 from leafcut.lab.store import Store
 from leafcut.model.heartbeat import Progress
 from leafcut.model.study import Study

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from statistics import fmean
 from typing import Any
 
 import pytest
 
-from leafcut.studio.page.charts import box_plots, brightness_chart, convergence_chart, learning_chart, run_curves
+from leafcut.studio.page.charts import brightness_chart, convergence_chart, learning_chart
 from leafcut.studio.wording import words
 
 WORDS = words("en").section("chart")
@@ -41,29 +40,6 @@ def test_a_learning_curve_has_a_line_for_each_figure_of_an_iteration(by: str) ->
 def test_a_search_without_rounds_has_only_its_best() -> None:
     options, _ = learning_chart([[1, 0.1, 90.0, None, None, None, None]], 80.0, "", WORDS, "iteration")
     assert len(options["series"]) == 1
-
-
-def test_the_mean_of_several_runs_is_that_of_their_costs_at_every_improvement() -> None:
-    curves = [
-        {"algorithm": "acs", "points": [[1, 0.1, 10.0], [4, 0.4, 6.0]]},
-        {"algorithm": "acs", "points": [[2, 0.2, 20.0], [3, 0.3, 8.0]]},
-        {"algorithm": "mmas", "points": [[1, 0.1, 9.0]]},
-    ]
-    options, label = run_curves(curves, 5.0, WORDS, "iteration")
-    costs = {2: (10.0, 20.0), 3: (10.0, 8.0), 4: (6.0, 8.0)}
-    assert named(options, "acs")[:-1] == [[x, fmean(values)] for x, values in costs.items()]
-    assert options["legend"]["data"] == ["acs", "mmas"]
-    assert label == "All runs: acs, mmas"
-
-
-def test_a_box_has_the_quartiles_and_the_whiskers_of_its_algorithm() -> None:
-    row = {"algorithm": "acs", "low": 1, "lower": 2, "median": 3, "upper": 4, "high": 5, "mean": 3.1, "outliers": [9]}
-    options, label = box_plots([row], None, WORDS)
-    tukey, points = options["series"]
-    assert tukey["data"][0]["value"] == [1, 2, 3, 4, 5]
-    assert [point["value"] for point in points["data"]] == [[3.1, "acs"], [9, "acs"]]
-    assert options["xAxis"]["max"] > 9
-    assert label == "Lengths: acs 3.0"
 
 
 def test_the_brightest_firefly_is_marked() -> None:

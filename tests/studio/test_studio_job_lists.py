@@ -101,11 +101,6 @@ def test_a_job_is_found_by_letters_beyond_ascii_and_by_what_is_in_a_list(studio:
     assert [studio.jobs.find(search_terms(text, EN), 50)[1] for text in ("fräse", "größe", "plasma")] == [1, 1, 0]
 
 
-def test_a_study_is_found_by_its_algorithms(studio: Studio) -> None:
-    studio.history.add("a", "berlin52", Task("study", ("random:9:1",), algorithms=("mmas",), runs=3), 1e9)
-    assert [studio.jobs.find(search_terms(text, EN), 50)[1] for text in ("study mmas", "study eas")] == [1, 0]
-
-
 def test_jobs_are_found_by_the_words_of_the_language_that_is_spoken(studio: Studio) -> None:
     noted(studio, 2, kerf="1.5")
     assert studio.jobs.find(search_terms("sangría", ES), 50)[1] == 2

@@ -12,6 +12,7 @@ from nicegui.page import page as page_of
 
 from leafcut.message import Message
 from leafcut.studio.drawing.editing import HoleOrder
+from leafcut.studio.jobs.history import Artefact, JobState
 from leafcut.studio.jobs.jobs import LiveJob
 from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.task import Task, prepare
@@ -44,6 +45,20 @@ def test_an_outcome_is_shown_once_the_page_knows_that_the_run_is_over(studio: St
         page.run.watching = False
         panel.draw()
         assert "result-panel" in [e.props.get("id") for e in panel.place.descendants()]
+
+
+def test_a_result_of_a_command_of_an_earlier_version_is_named_and_its_files_remain(studio: Studio) -> None:
+    source = studio.folder.add_input("map.csv", b"0,0")
+    job = "abcdefghijkl"
+    studio.history.add(job, "map", Task("study", (source,)), 1e9)
+    tour = Artefact("map.tour", "text/plain", b"1")
+    studio.history.finish(job, JobState.DONE, answer={"runs": []}, artefacts={"tour": tour})
+    page: Any = SimpleNamespace(run=SimpleNamespace(watching=False, tell_earlier=lambda _: None))
+    with Client(page_of("/")):
+        view = View(studio, words("en"))
+        view.job, view.source, view.work = job, source, "solve"
+        texts = [getattr(e, "text", "") for e in ResultPanel(view, page).place.descendants()]
+    assert {words("en")("result.unknown"), words("en")("file.tour")} <= set(texts)
 
 
 def test_of_what_is_tried_the_least_cost_is_the_best_so_far_and_what_is_not_over_is_told_so(studio: Studio) -> None:

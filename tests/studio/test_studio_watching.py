@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import csv
+import io
+import json
 import threading
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -222,3 +225,20 @@ def test_a_search_that_does_not_answer_is_not_flooded_by_the_looks_of_pages(monk
             watch.poll()
         assert sent.count(("look",)) == looks
         watch.receive(watching.LOOKED)
+
+
+def test_the_iterations_of_an_algorithm_of_the_literature_are_stored_and_of_no_other(studio: Studio) -> None:
+    options = {"iterations": "5", "threads": "1", "local_search": False, "n_ants": "4"}
+    job = studio.jobs.start(Task("solve", ("random:30:1",), options={**options, "algorithm": "mmas"}))
+    assert studio.jobs.wait(job, 120) is JobState.DONE
+    (search,) = json.loads(studio.history.artefact(job, "search").data)
+    rows = search["iterations"]
+    assert [row[0] for row in rows] == [1, 2, 3, 4, 5]
+    assert all(row[2] <= row[3] <= row[4] <= row[5] for row in rows)
+    assert rows[-1][2] == studio.history.answer(job)["length"]
+    table = list(csv.DictReader(io.StringIO(studio.history.artefact(job, "iterations").text)))
+    assert [int(row["number"]) for row in table] == [1, 2, 3, 4, 5]
+    assert [float(row["mean"]) for row in table] == [row[4] for row in rows]
+    job = studio.jobs.start(Task("solve", ("random:30:1",), options={"preset": "fast"}))
+    assert studio.jobs.wait(job, 120) is JobState.DONE
+    assert "iterations" not in studio.history.artefacts(job)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Set
 
 import sources
 
-from leafcut.lab.experiment import COMPARED
+from leafcut.lab.own_experiment import COMPARED
 from leafcut.options import AcoOptions
 from leafcut.processes.settings import all_options, group_of
 from leafcut.studio.jobs.history import JobState

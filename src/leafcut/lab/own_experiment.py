@@ -17,11 +17,14 @@ from leafcut.lab.description import (
     Level,
     Response,
 )
-from leafcut.lab.experiment import COMPARED
+from leafcut.options import ALGORITHM_TITLES
+from leafcut.options.option_spec import OptionSpec
 from leafcut.processes.settings import group_of
 
 #: Name under which the runs are stored. The hash of the file distinguishes runs of different parts.
 OWN_PART = "open_part"
+#: Algorithms that can be compared, which are those that search for a tour.
+COMPARED = tuple(name for name in ALGORITHM_TITLES if name not in ("auto", "none"))
 
 _TIME = Response("time", "Time of the computer", "s", PROCESSOR)
 _PROGRAM = Response("machining", "Machining time", "s", "after.time_s")
@@ -50,8 +53,8 @@ def comparison_experiment(
 ) -> Description:
     """Return an experiment that runs a part with several values of an option, using the same seeds for each value.
 
-    Options that apply only to some of these values are dropped, so each value runs with its defaults for them. `values`
-    must be among the values that `compared_option_values` returns.
+    Each value runs with the options that it uses. `values` must be among the values that `compared_option_values`
+    returns.
 
     Raises
     ------
@@ -68,12 +71,11 @@ def comparison_experiment(
         raise OptionError("runs of each: choose 1 to {}", MAX_SEEDS)
     first = int(options.get("seed") or 1)
     specs = {key: group_of(key).specs()[key] for key in options if key not in (option, "seed")}
-    shared = {
-        key: options[key]
-        for key, spec in specs.items()
-        if not spec.is_output and not any(option in condition.names for condition in spec.needs)
-    }
-    levels = tuple(Level(value, {option: value}) for value in dict.fromkeys(values))
+    shared = {key: options[key] for key, spec in specs.items() if not spec.is_output}
+    levels = tuple(
+        Level(value, {option: value}, without=tuple(key for key in shared if not _uses(value, option, specs[key])))
+        for value in dict.fromkeys(values)
+    )
     responses = responses_of(command)
     comparisons = tuple(Analysis("compare", response.name, (option,)) for response in responses[:2])
     pareto = Analysis("pareto", responses[0].name, against=_TIME.name)
@@ -91,3 +93,8 @@ def comparison_experiment(
         listed=False,
         notes=("One part: the proof holds for this part only.",),
     )
+
+
+def _uses(value: str, option: str, spec: OptionSpec) -> bool:
+    """Return whether a run with this value of the compared option uses another option."""
+    return all(condition.holds(lambda _: value, "") for condition in spec.needs if condition.names == (option,))

@@ -37,10 +37,10 @@ from leafcut.lab.description import (
     Description,
     RunPlan,
 )
-from leafcut.lab.experiment import curve_of, search_curve
 from leafcut.lab.store import Row, Store, key_of
 from leafcut.message import Message
 from leafcut.model.heartbeat import OnProgress, Progress
+from leafcut.model.solution import Solution
 from leafcut.model.study import Study
 from leafcut.options.option_spec import flag_name
 from leafcut.order.executors import WatchedExecutor, run_tasks
@@ -343,6 +343,37 @@ def _search_figures(study: SearchStudy | None) -> dict[str, float]:
 
 def _search_curve(study: Study | None) -> tuple[tuple[int, float, float], ...]:
     return () if study is None else tuple(search_curve(study, _MAX_SEARCH_POINTS))
+
+
+def search_curve(study: Study, max_points: int) -> Iterator[tuple[int, float, float]]:
+    """Yield (iteration, seconds, cost) of each improvement in the latest search, and of its end.
+
+    Improvements are thinned out to about `max_points`.
+    """
+    points: list[tuple[int, float, float]] = []
+    rows = study.iterations()
+    for row in rows:
+        if not points or row.shortest < points[-1][2]:
+            points.append((row.number, row.seconds, row.shortest))
+    yield from points[:: len(points) // max_points + 1]
+    if rows:
+        yield (rows[-1].number, rows[-1].seconds, rows[-1].shortest)
+
+
+def curve_of(solution: Solution, study: Study, max_points: int) -> Iterator[tuple[int, float, float]]:
+    """Yield (iteration, seconds, cost) of the initial tour, each improvement, and the end.
+
+    Improvements are thinned out to about `max_points`.
+    """
+    started, cost = solution.history[0]
+    points, rows = [(0, started, cost)], study.iterations()
+    # For a map with sets of points, a search may know only the lengths through the centres.
+    known = bool(rows) and math.isclose(rows[-1].shortest, solution.cost, rel_tol=1e-9)
+    for row in rows if known else ():
+        if row.shortest < points[-1][2]:
+            points.append((row.number, row.seconds, row.shortest))
+    yield from points[:: len(points) // max_points + 1]
+    yield (solution.iterations, solution.seconds, solution.cost)
 
 
 def _answer(

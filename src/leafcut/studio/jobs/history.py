@@ -313,7 +313,7 @@ _COLUMNS = "id, title, task, state, created, finished, line, line_parts, figures
 #: Columns and JSON fields in which a term is searched.
 _PLACES = (
     "title", "line", "date(created, 'unixepoch', 'localtime')",
-    *(f"json_extract(task, '$.{of}')" for of in ("command", "process", "algorithms")),
+    *(f"json_extract(task, '$.{of}')" for of in ("command", "process")),
 )  # fmt: skip
 #: Condition on an option of a job. The rows have `key` and `atom`; list elements are rows as well.
 _OPTIONS = "EXISTS (SELECT 1 FROM json_tree(task, '$.options') WHERE {})"

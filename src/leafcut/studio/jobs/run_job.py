@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import threading
 import zlib
@@ -15,12 +17,11 @@ from numpy.typing import NDArray
 
 from leafcut import api
 from leafcut.files.whole_files import read_program
-from leafcut.lab.tables import iterations_as_csv
-from leafcut.message import Message, messages_to_json
-from leafcut.model.heartbeat import OnProgress, heartbeat_for_step
+from leafcut.message import messages_to_json
+from leafcut.model.heartbeat import OnProgress
 from leafcut.model.shown_stock import CUT_THROUGH
 from leafcut.model.snapshot import Observer
-from leafcut.model.study import Study
+from leafcut.model.study import Iteration, Study
 from leafcut.options.sheet_word import OFFERED
 from leafcut.studio.drawing.line_match import line_pairs
 from leafcut.studio.jobs.history import Artefact
@@ -70,8 +71,6 @@ def run(link: Link, call: ReadyTask, names: tuple[str, ...]) -> JobResult:
         return _nest(call, names, on_progress, cancelled)
     if call.command == "solve":
         return _solve(call, names[0], on_progress, cancelled, observe)
-    if call.command == "study":
-        return _study(call, names[0], on_progress, cancelled, observe)
     if call.command == "simulate":
         simulation = replace(api.simulate(call.sources[0], progress=on_progress, **call.options), program=names[0])
         return JobResult(simulation_as_json(simulation), {"time_s": simulation.measure.time_s}, {})
@@ -281,35 +280,17 @@ def _solve(
         **_tour_scenes(part, solution.nodes),
     }
     if isinstance(observe, Study):
-        text = iterations_as_csv(observe.iterations())
+        text = _iterations_csv(observe.iterations())
         artefacts["iterations"] = Artefact(program_name(name, "_iterations.csv"), _CSV, text.encode())
     return JobResult(answer, figures, artefacts)
 
 
-def _study(
-    call: ReadyTask, name: str, on_progress: OnProgress, cancelled: threading.Event, observe: Observer
-) -> JobResult:
-    from leafcut.lab.experiment import run_experiment
-    from leafcut.lab.tables import curves_as_json, experiment_as_json, runs_as_csv, summary_as_csv
-    from leafcut.processes.settings import collect_settings
-    from leafcut.read import read
-    from leafcut.read.tsplib import tour_text
-
-    part = read(
-        call.sources[0], collect_settings(call.options).read, heartbeat_for_step(on_progress, Message("reading"))
-    )
-    experiment = run_experiment(
-        part, call.algorithms, call.runs, call.options, progress=on_progress, observe=observe, cancelled=cancelled
-    )
-    tour = tour_text(part.name, experiment.best.nodes, every=part.grouping is None)
-    artefacts = {
-        "runs": Artefact(program_name(name, "_runs.csv"), _CSV, runs_as_csv(experiment).encode()),
-        "comparison": Artefact(program_name(name, "_algorithms.csv"), _CSV, summary_as_csv(experiment).encode()),
-        "curves": Artefact("", "application/json", json.dumps(curves_as_json(experiment)).encode()),
-        "tour": Artefact(program_name(name, ".tour"), _TEXT, tour.encode()),
-        **_tour_scenes(part, experiment.best.nodes),
-    }
-    return JobResult(experiment_as_json(experiment), {"length": experiment.best.cost}, artefacts)
+def _iterations_csv(rows: Sequence[Iteration]) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(Iteration._fields)
+    writer.writerows(rows)
+    return text.getvalue()
 
 
 def _tour_scenes(part: Part, nodes: NDArray[np.int32]) -> dict[str, Artefact]:

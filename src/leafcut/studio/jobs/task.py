@@ -11,7 +11,6 @@ from typing import Any
 
 from leafcut.errors import OptionError, name_suggestion, printable
 from leafcut.files.user_files import has_defaults
-from leafcut.lab.experiment import check_experiment
 from leafcut.message import Message
 from leafcut.options import LITERATURE
 from leafcut.options.option_spec import flag_name, split_names
@@ -23,7 +22,7 @@ from leafcut.studio.folder import BUILT_IN, OWN, Folder
 from leafcut.studio.jobs.nest_request import WantedPart, needs_list
 
 #: Number of input files per command; 0 for any number.
-COMMANDS = {"optimize": 1, "nest": 0, "solve": 1, "study": 1, "simulate": 1, "verify": 2}
+COMMANDS = {"optimize": 1, "nest": 0, "solve": 1, "simulate": 1, "verify": 2}
 LIST, NEST = "parts.csv", "nest.dxf"
 #: Maximum number of drawings named in a title.
 _MAX_NAMED = 4
@@ -38,7 +37,7 @@ class Task:
     Inputs are ids of uploads or names of built-in parts; inputs of a nest are encoded as
     `nest_request.WantedPart.word`. Option values are texts, booleans or numbers. A file among the options is the id
     of an upload, or ``mine:`` and the name of one of the user's own files. `origin` is the nested sheet from which
-    the input comes: job, variant and layout, separated by slashes. A study runs each of `algorithms` `runs` times.
+    the input comes: job, variant and layout, separated by slashes.
     """
 
     command: str
@@ -46,8 +45,6 @@ class Task:
     process: str = "auto"
     options: dict[str, Any] = field(default_factory=dict)
     origin: str = ""
-    algorithms: tuple[str, ...] = ()
-    runs: int = 0
 
     def as_json(self) -> str:
         """Return the task as one line of JSON."""
@@ -63,22 +60,18 @@ class Task:
             plain["process"],
             plain["options"],
             plain.get("origin", ""),
-            tuple(plain.get("algorithms", ())),
-            plain.get("runs", 0),
         )
 
 
 @dataclass(frozen=True)
 class ReadyTask:
-    """A checked task, with paths instead of ids. `parts` are for a nest, `algorithms` and `runs` for a study."""
+    """A checked task, with paths instead of ids. `parts` are for a nest."""
 
     command: str
     sources: tuple[str, ...]
     process: str
     options: dict[str, Any]
     parts: tuple[WantedPart, ...] = ()
-    algorithms: tuple[str, ...] = ()
-    runs: int = 0
 
     @property
     def studied(self) -> bool:
@@ -108,8 +101,6 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
     if task.command != "nest" and len(task.inputs) != COMMANDS[task.command]:
         files = Message("one file") if COMMANDS[task.command] == 1 else Message("{} files", COMMANDS[task.command])
         raise OptionError("{} needs {}", task.command, files)
-    if task.command == "study":
-        check_experiment(task.algorithms, task.runs)
     registry.check_asked(task.process)
     options = {name: _resolved(name, value, folder) for name, value in set_options(task.options).items()}
     if drawn:
@@ -122,7 +113,7 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
     sources = [str(folder.input_path(part.input)) for part in parts] or [folder.source(word) for word in task.inputs]
     if parts and any(source.lower().endswith(".csv") for source in sources):
         raise OptionError("the studio cannot read the files of a parts list; open the drawings themselves")
-    return ReadyTask(task.command, tuple(sources), task.process, options, parts, task.algorithms, task.runs)
+    return ReadyTask(task.command, tuple(sources), task.process, options, parts)
 
 
 def parts_of(task: Task) -> tuple[WantedPart, ...]:

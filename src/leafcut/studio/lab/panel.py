@@ -21,7 +21,6 @@ from leafcut.studio.lab.runs import LabRuns
 from leafcut.studio.page.elements import Form, box, button, link, table, text
 from leafcut.studio.page.forms import plain_field, plain_group
 from leafcut.studio.page.page_state import View
-from leafcut.studio.page.panel_bench import label
 
 if TYPE_CHECKING:
     from leafcut.studio.page.pages import Page
@@ -33,6 +32,11 @@ _PACE = 1.0
 _MAX_FAILED = 5
 #: Kinds of work that have alternatives to compare on a part.
 _COMPARABLE = ("solve", "drill", "program", "cut", "pocket")
+#: Names in the literature of algorithms that leafcut abbreviates.
+_TITLES = {
+    "as": "Ant System", "eas": "Elitist AS", "asrank": "Rank-based AS", "mmas": "MAX–MIN AS",
+    "acs": "Ant Colony System", "nn": "Nearest Neighbour",
+}  # fmt: skip
 
 
 class LabPanel:
@@ -134,14 +138,14 @@ class LabPanel:
             text("p", w("lab.no_source" if not view.source else "lab.no_ways"), "hint", role="note")
         else:
             option, names = compared_option_values(self._command())
-            flags = [plain_field(n, label(n), "flag", help=w.table.get(f"algorithm.{n}", "")) for n in names]
-            groups = [plain_group(plain_field("runs", w("bench.runs"), help=w("bench.runs_help")), *flags)]
+            flags = [plain_field(n, _label(n), "flag", help=w.table.get(f"algorithm.{n}", "")) for n in names]
+            groups = [plain_group(plain_field("runs", w("lab.runs_of_each"), help=w("lab.runs_help")), *flags)]
             form = Form([], {"help": w("form.help")}, self._put, lambda line: self.page.show_message(line, True))
             form.show({"runs": self.runs, **{name: name in self.ways[option] for name in names}}, groups=groups)
             count = int(self.runs) * len(self.ways[option] & set(names)) if self.runs.isdecimal() else 0
             if not self.lab.running:
                 with box("div", "actions"):
-                    button(w("bench.begin", runs=f"{count:,}"), self._begin_own, "primary")
+                    button(w("lab.begin_runs", runs=f"{count:,}"), self._begin_own, "primary")
         if self.lab.own is not None:
             self._draw_experiment(self.lab.own)
 
@@ -163,7 +167,7 @@ class LabPanel:
         view, words = self.view, self.view.words
         try:
             if not self.runs.isdecimal():
-                raise OptionError("{}: '{}' is not a whole number", words("bench.runs"), self.runs)
+                raise OptionError("{}: '{}' is not a whole number", words("lab.runs_of_each"), self.runs)
             ready, command = prepare(view.task(), view.studio.folder), self._command()
             option, names = compared_option_values(command)
             values = [name for name in names if name in self.ways[option]]
@@ -266,3 +270,9 @@ class LabPanel:
                 shown.append([*cell, str(count), *(number(fmean(values)) if values else "–" for values in known)])
         text("h3", w("lab.means"))
         table(head, shown, w("lab.means"))
+
+
+def _label(name: str) -> str:
+    """Return a strategy's or an algorithm's name, followed by its name in the literature."""
+    title = _TITLES.get(name)
+    return f"{name} – {title}" if title else name

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from statistics import fmean
 from typing import Any
 
 from nicegui import ui
@@ -21,9 +19,6 @@ ChartRows = Sequence[Sequence[float | None]]
 
 #: Ratio of the last to the first value above which a horizontal axis becomes logarithmic.
 _LOG_FROM = 60.0
-_COLOURS = 8
-#: Height of a row of a box plot, and height of its axis, pixels.
-_BOX_ROW, _BOX_FOOT = 34, 30
 _NUMBER = "v => v == null ? '–' : v.toLocaleString('en-US', {maximumFractionDigits: 3})"
 _TOOLTIP = {
     "trigger": "axis", "confine": True, ":valueFormatter": _NUMBER, "backgroundColor": "var(--card)",
@@ -132,77 +127,6 @@ def learning_chart(
     return options, label + (f", {words['branching']} {branching[-1][1]:.2f}" if branching else "")
 
 
-def run_curves(
-    curves: Sequence[Mapping[str, Any]], bound: float | None, words: ChartWords, by: str
-) -> tuple[ChartOptions, str]:
-    """Return the chart of all curves (`lab.tables.curves_as_json`), with the mean per algorithm, and its label."""
-    names = list(dict.fromkeys(curve["algorithm"] for curve in curves))
-    k = 0 if by == "iteration" else 1
-    lines = {name: [[(p[k], p[2]) for p in c["points"]] for c in curves if c["algorithm"] == name] for name in names}
-    at, axis = _axis_of([point for curve in curves for point in curve["points"]], by, words)
-    series, end = [], max(at)
-    for number, (name, of_name) in enumerate(lines.items()):
-        colour = f"--t{number % _COLOURS}"
-        for points in of_name:
-            thin = _line("", [*points, (end, points[-1][1])], colour, 1.0, step="end")
-            thin["lineStyle"]["opacity"] = 0.35
-            series.append({**thin, "tooltip": {"show": False}})
-        mean = _mean(of_name)
-        series.append(_line(name, [*mean, (end, mean[-1][1])], colour, 2.4, step="end"))
-    series[-1]["markLine"] = _bound(bound, words)
-    costs = [cost for of_name in lines.values() for points in of_name for _, cost in points]
-    return _axes(series, costs, axis, bound, top=30, legend=names), f"{words['runs']}: {', '.join(names)}"
-
-
-def _mean(curves: Sequence[Sequence[tuple[float, float]]]) -> list[tuple[float, float]]:
-    """Return the mean of several curves at every improvement, from the time at which all curves have started."""
-    begun = max(points[0][0] for points in curves)
-    places = sorted({x for points in curves for x, _ in points if x >= begun})
-    starts = [[x for x, _ in points] for points in curves]
-    return [(at, fmean(p[bisect_right(x, at) - 1][1] for p, x in zip(curves, starts, strict=True))) for at in places]
-
-
-def box_plots(
-    algorithms: Sequence[Mapping[str, Any]], bound: float | None, words: ChartWords
-) -> tuple[ChartOptions, str]:
-    """Return Tukey box plots of each algorithm's tour lengths (`lab.tables.experiment_as_json`), and their label."""
-    names = [row["algorithm"] for row in algorithms]
-    values = [v for row in algorithms for v in (row["low"], row["high"], *row["outliers"])]
-    colours = [f"var(--t{number % _COLOURS})" for number in range(len(names))]
-    tukey = [
-        {
-            "value": [row[key] for key in ("low", "lower", "median", "upper", "high")],
-            "itemStyle": {"borderColor": colour, "color": f"color-mix(in srgb, {colour} 20%, transparent)"},
-        }
-        for row, colour in zip(algorithms, colours, strict=True)
-    ]
-    points = [
-        {"value": [value, row["algorithm"]], "itemStyle": {"color": inner, "borderColor": colour, "borderWidth": 1.5}}
-        for row, colour in zip(algorithms, colours, strict=True)
-        for value, inner in ((row["mean"], "var(--card)"), *((v, "none") for v in row["outliers"]))
-    ]
-    still = {"silent": True, "emphasis": {"disabled": True}}
-    series = [
-        {"type": "boxplot", "data": tukey, "boxWidth": [8, 18], "markLine": _bound(bound, words, named=False), **still},
-        {"type": "scatter", "data": points, "symbolSize": 7, **still},
-    ]
-    options = _axes(series, values, {}, bound, top=4)
-    value_axis = {**options["yAxis"], "position": "bottom", "splitNumber": 4}
-    options["grid"]["left"] = 66
-    name_axis = {
-        "type": "category", "data": names, "inverse": True, "axisLine": {"show": False}, "axisTick": {"show": False},
-        "axisLabel": {"color": "var(--ink)", "fontWeight": 600},
-    }  # fmt: skip
-    options |= {"xAxis": value_axis, "yAxis": name_axis, "tooltip": {"show": False}}
-    medians = ", ".join(f"{row['algorithm']} {row['median']:,.1f}" for row in algorithms)
-    return options, f"{words['boxes']}: {medians}"
-
-
-def boxes_style(algorithms: Sequence[Any]) -> str:
-    """Return the CSS height of a chart of box plots."""
-    return f"height: {len(algorithms) * _BOX_ROW + _BOX_FOOT}px"
-
-
 def brightness_chart(values: Sequence[float], words: ChartWords) -> tuple[ChartOptions, str]:
     """Return a bar chart of the brightness of each firefly, with the brightest marked, and the label of the chart."""
     most = max(values)
@@ -244,9 +168,9 @@ def _line(
     return {**line, "step": step} if step else line
 
 
-def _bound(bound: float | None, words: ChartWords, *, named: bool = True) -> ChartOptions:
-    data = [] if bound is None else [{"yAxis" if named else "xAxis": bound}]
-    label = {"show": named, "position": "insideStartTop", "color": "var(--ink-2)", "fontSize": 11}
+def _bound(bound: float | None, words: ChartWords) -> ChartOptions:
+    data = [] if bound is None else [{"yAxis": bound}]
+    label = {"position": "insideStartTop", "color": "var(--ink-2)", "fontSize": 11}
     return {
         "silent": True, "symbol": "none", "data": data,
         "label": {**label, "formatter": f"{words['bound']} {bound or 0.0:,.2f}"},
@@ -286,7 +210,6 @@ def _axes(
     bound: float | None,
     *,
     top: int,
-    legend: list[str] | None = None,
 ) -> ChartOptions:
     """Return the options of a chart with both axes. The vertical axis contains all values and the bound."""
     seen = [*values, bound] if bound is not None else values
@@ -303,7 +226,6 @@ def _axes(
         "legend": {
             "show": top > 20, "left": 0, "top": 0, "itemWidth": 16, "itemHeight": 8, "itemGap": 12,
             "textStyle": {"color": "var(--ink-2)"}, "inactiveColor": "var(--line-2)", "icon": "roundRect",
-            **({"data": legend} if legend else {}),
         },
         "tooltip": _TOOLTIP,
         "xAxis": horizontal,

@@ -23,7 +23,6 @@ from leafcut.studio.page.elements import Form, Opener, box, button, link, text
 from leafcut.studio.page.form_values import Setter
 from leafcut.studio.page.forms import plain_field, plain_group
 from leafcut.studio.page.page_state import OF_READING, View
-from leafcut.studio.page.panel_bench import BenchPanel
 from leafcut.studio.page.panel_live import pace_field
 from leafcut.studio.page.panel_parts import PartsPanel
 from leafcut.studio.page.panel_reading import PreviewReading
@@ -68,7 +67,7 @@ class InputPanel:
                 self.options = Form([], self.form_words, self._put, self._refuse, searchable=True)
                 self.kept = Form([self._options_field()], self.form_words, self._take_options, self._refuse)
                 self.pace = Form([pace_field(view)], self.form_words, self._set_pace, self._refuse)
-                self.bench = BenchPanel(view, page)
+                self.without_local_search = text("p", w("choose.no_local_search"), "hint", role="note")
         with box("footer", "foot"):
             with box("div", "command"):
                 self.command = box("code", "", id="command", tabindex="0", aria_label=w("command.title"))
@@ -370,7 +369,8 @@ class InputPanel:
     def _show_values(self) -> None:
         view = self.view
         view.follow_study()
-        self.bench.draw()
+        off = view.work == "solve" and view.studied and view.values.get("local_search") is False
+        self.without_local_search.set_visibility(off)
         self.options.show(view.values, view.table.shown, view.field_errors(), view.form())
         self.draw_pace()
         self._show_command()
@@ -398,7 +398,6 @@ class InputPanel:
         view.process, view.work = task.process, work_of(task, view.name)
         removed = {name: line for name in task.options if (line := why_removed(name))}
         options = {name: value for name, value in task.options.items() if name not in removed}
-        self.bench.restore(task, options)
         shown = {name: self._named(value) for name, value in options.items() if isinstance(value, str)}
         view.table.take_job(options, shown, of_input=("plan", "quantity") if task.origin else ("plan",))
         newest = await self.resume()
@@ -542,7 +541,7 @@ def _read(view: View, work: str, reading: PreviewReading) -> tuple[Preview | Non
 def work_of(task: Task, name: str) -> str:
     """Return the kind of work of a task."""
     if task.command != "optimize":
-        return "solve" if task.command == "study" else task.command
+        return "solve" if task.command == "study" else task.command  # leafcut 0.2 had studies
     if task.process in forms.works() and task.process != "drill":
         return task.process
     from leafcut.read.registry import BUILT_IN as FORMATS

@@ -18,7 +18,6 @@ from leafcut.studio.page.panel_nest import NestPanel
 from leafcut.studio.page.panel_program import is_program, show_made, show_opened
 from leafcut.studio.page.panel_search import draw_searches
 from leafcut.studio.page.panel_strategies import StrategiesPanel
-from leafcut.studio.page.panel_study import StudyPanel
 from leafcut.studio.page.panel_trials import TriedPanel
 from leafcut.studio.page.stale_mark import StaleMark
 from leafcut.studio.wording import Words
@@ -214,12 +213,12 @@ class ResultPanel:
             self._saved(record, answer)
         elif command == "solve":
             self._tour(answer)
-        elif command == "study":
-            StudyPanel(self.view, self.page).draw(record, answer)
         elif command == "verify":
             self._verified(answer)
-        else:
+        elif command == "simulate":
             self._times(answer)
+        else:  # a command of an earlier version
+            text("p", self.view.words("result.unknown"), "quiet")
 
     def _nest_link(self, record: JobRecord) -> None:
         job, _, place = record.task.origin.partition("/")

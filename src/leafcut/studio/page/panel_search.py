@@ -34,7 +34,7 @@ def _learning(view: View, record: JobRecord, search: dict[str, Any]) -> None:
     with box("section"):
         with box("div", "chart-head"):
             text("h3", search["name"])
-            button("PNG", None, "small plain", title=w("study.png"), data_picture=f"{record.id}.png")
+            button("PNG", None, "small plain", title=w("chart.png"), data_picture=f"{record.id}.png")
             files = view.studio.history.artefacts(record.id)
             if "iterations" in files:
                 address = f"/api/jobs/{record.id}/files/iterations"

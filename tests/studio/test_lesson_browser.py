@@ -1,10 +1,9 @@
-"""The student's bench in Chromium: pheromone is shown, explained and compared."""
+"""Algorithms of the literature in Chromium: their steps are drawn and explained."""
 
 from __future__ import annotations
 
 import csv
 import re
-import statistics
 import struct
 from pathlib import Path
 
@@ -25,10 +24,6 @@ def unfolded(page: Page, title: str) -> Locator:
     details.locator("summary").click()
     expect(details).to_have_attribute("open", "")
     return details
-
-
-def switch(page: Page, name: str) -> Locator:
-    return page.locator(".bench").get_by_label(name, exact=True)
 
 
 def stepped(page: Page, algorithm: str, steps: int) -> None:
@@ -99,6 +94,11 @@ def test_a_step_is_drawn_with_best_mean_worst_and_branching_and_explained_in_its
     page.get_by_role("tab", name="Search").click()
     expect(page.locator(".result .learned svg")).to_contain_text("λ-branching")
     with page.expect_download() as waiting:
+        page.get_by_role("button", name="PNG", exact=True).click()
+    picture = Path(waiting.value.path()).read_bytes()
+    assert picture[:8] == b"\x89PNG\r\n\x1a\n"
+    assert struct.unpack(">II", picture[16:24])[0] > 1500
+    with page.expect_download() as waiting:
         page.get_by_role("link", name="CSV", exact=True).click()
     with Path(waiting.value.path()).open() as file:
         rows = list(csv.DictReader(file))
@@ -118,78 +118,7 @@ def test_a_flight_of_fireflies_is_explained(page: Page) -> None:
     expect(page.locator(".headline")).to_be_visible(timeout=LONG)
 
 
-def compared(page: Page) -> Locator:
-    """Compare three algorithms with three seeds each on forty places; return the table of lengths."""
-    make_map(page, 40, "auto")
-    typed(page, "Time limit", "")
-    typed(page, "Iterations", "8")
-    unfolded(page, "Repeat and compare")
-    switch(page, "as – Ant System").uncheck()
-    switch(page, "firefly").check()
-    switch(page, "Runs of each").fill("3")
-    switch(page, "Runs of each").press("Tab")
-    page.get_by_role("button", name="Start 9 runs").click()
-    table = page.get_by_role("table", name="Lengths of the tours")
-    expect(table).to_be_visible(timeout=LONG)
-    return table
-
-
-def test_runs_of_several_algorithms_are_compared_in_table_boxes_and_curves_and_can_be_taken(page: Page) -> None:
-    table = compared(page)
-    page.get_by_role("link", name="All runs (CSV)").scroll_into_view_if_needed()
-    with page.expect_download() as waiting:
-        page.get_by_role("link", name="All runs (CSV)").click()
-    with Path(waiting.value.path()).open() as file:
-        runs = list(csv.DictReader(file))
-    lengths = {
-        name: [float(run["length"]) for run in runs if run["algorithm"] == name] for name in ("mmas", "acs", "firefly")
-    }
-    assert [len(found) for found in lengths.values()] == [3, 3, 3]
-    for row, (name, found) in zip(table.locator("tbody tr").all(), lengths.items(), strict=True):
-        figures = (min(found), statistics.mean(found), statistics.stdev(found), max(found))
-        assert row.locator("th").inner_text() == name
-        assert row.locator("td").all_inner_texts() == [f"{value:,.2f}" for value in figures]
-    alone = api.solve("random:40:1", algorithm="acs", seed=2, iterations=8, local_search=False, bound=False)
-    assert alone.solution.cost == lengths["acs"][1]
-    for chart in (page.locator(".scrolls > section .boxes svg"), page.locator(".scrolls > section .study-runs svg")):
-        for name in lengths:
-            expect(chart).to_contain_text(name)
-    curves = page.locator(".scrolls > section .study-runs")
-    curves.get_by_role("button", name="Time").click()
-    expect(curves.get_by_text("s", exact=True)).to_be_visible()
-    with page.expect_download() as waiting:
-        page.get_by_role("button", name="Lengths of the tours: PNG").click()
-    picture = Path(waiting.value.path()).read_bytes()
-    assert picture[:8] == b"\x89PNG\r\n\x1a\n"
-    assert struct.unpack(">II", picture[16:24])[0] > 1500
-    page.get_by_role("button", name="Enlarge").click()
-    dialog = page.get_by_role("dialog", name="Comparison of algorithms")
-    expect(dialog.locator("svg")).to_have_count(2)
-    dialog.get_by_role("button", name="Close").click()
-    page.reload()
-    expect(table).to_be_visible(timeout=LONG)
-    page.get_by_role("button", name="Jobs", exact=True).click()
-    expect(page.locator("table.jobs tbody tr").first).to_contain_text("random:40:1")
-
-
-def test_a_comparison_can_be_ended_and_wrong_settings_are_told(page: Page) -> None:
-    make_map(page, 40, "auto")
-    unfolded(page, "Repeat and compare")
-    switch(page, "Runs of each").fill("many")
-    switch(page, "Runs of each").press("Tab")
-    page.locator(".bench > .button").click()
-    expect(page.locator("#said")).to_contain_text("'many' is not a whole number")
-    typed(page, "Time limit", "")
-    typed(page, "Iterations", "500")
-    switch(page, "Runs of each").fill("900")
-    switch(page, "Runs of each").press("Tab")
-    page.get_by_role("button", name="Start 2,700 runs").click()
-    expect(page.locator(".progress .what")).to_contain_text("of 2700", timeout=LONG)
-    page.get_by_role("button", name="Stop, keep the best").click()
-    expect(page.locator(".result")).to_contain_text("Stopped after", timeout=LONG)
-
-
-def test_axe_finds_nothing_serious_on_the_bench(browser: Browser, server: Server) -> None:
+def test_axe_finds_nothing_serious_in_a_lesson(browser: Browser, server: Server) -> None:
     # The policy of the page would not let axe in.
     context = browser.new_context(viewport={"width": 1280, "height": 720}, bypass_csp=True, locale="en-US")
     server.let_in(context)
@@ -201,11 +130,5 @@ def test_axe_finds_nothing_serious_on_the_bench(browser: Browser, server: Server
     found = serious(page, "lesson")
     page.get_by_role("button", name="Stop, keep the best").click()
     expect(page.locator(".headline")).to_be_visible(timeout=LONG)
-    page.goto(f"{server.origin}/?lang=en")
-    compared(page)
-    found += serious(page, "comparison")
-    page.get_by_role("button", name="Enlarge").click()
-    expect(page.get_by_role("dialog").locator("svg")).to_have_count(2)
-    found += serious(page, "dialog")
     context.close()
     assert found == []
