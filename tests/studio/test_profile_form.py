@@ -7,14 +7,13 @@ from typing import Any
 
 import pytest
 
-from leafcut.errors import OptionError
+from leafcut.errors import DataError, OptionError
 from leafcut.model.tool import CONES
 from leafcut.read.machine import shipped_machines
 from leafcut.read.machine_keys import PROFILE_KEYS, ProfileKey
 from leafcut.read.tool_keys import HOLE_KEYS, TOOL_KEYS
 from leafcut.studio.page import library, profile_form
 from leafcut.studio.page.profile_form import add_entry, entries_of, form_values, groups, remove_entry, set_value
-from leafcut.studio.page.toml_place import place_of
 from leafcut.studio.wording import words
 
 TOOLS = library.shipped_text("tools", "example")
@@ -140,9 +139,9 @@ def test_what_is_wrong_with_a_key_of_a_machine_is_marked_at_its_line(key: Profil
     at = next(k for k in range(head, end) if lines[k].startswith(f"{key.key} ="))
     lines[at] = f"{key.key} = {wrong_value(key)}"
     broken = "\n".join(lines)
-    with pytest.raises(OptionError) as refused:
+    with pytest.raises(DataError) as refused:
         library.check_profile("machines", "mine", broken)
-    place = place_of(broken, refused.value)
+    place = refused.value
     assert (place.line, f"{place.table}.{place.key}".strip(".")) == (at + 1, key.name)
 
 
@@ -154,10 +153,10 @@ def test_what_is_wrong_with_a_tool_is_marked_in_that_tool(key: ProfileKey) -> No
     start = heads[number]
     lines = [line for at, line in enumerate(lines) if not (start < at < start + 9 and line.startswith(f"{key.key} ="))]
     lines.insert(start + 1, f"{key.key} = {wrong_value(key)}")
-    with pytest.raises(OptionError) as refused:
+    with pytest.raises(DataError) as refused:
         library.check_profile("tools", "mine", "\n".join(lines))
-    place = place_of("\n".join(lines), refused.value)
-    assert place == type(place)(array, number + 1, key.key, start + 2)
+    place = refused.value
+    assert (place.table, place.number, place.key, place.line) == (array, number + 1, key.key, start + 2)
 
 
 @pytest.mark.parametrize(
@@ -172,9 +171,9 @@ def test_what_is_wrong_with_a_tool_is_marked_in_that_tool(key: ProfileKey) -> No
     ],
 )
 def test_a_file_that_cannot_be_read_is_marked_where_it_breaks(text: str, line: int) -> None:
-    with pytest.raises(OptionError) as refused:
+    with pytest.raises(DataError) as refused:
         library.check_profile("machines", "mine", text)
-    assert place_of(text, refused.value).line == line
+    assert refused.value.line == line
 
 
 @pytest.mark.parametrize("language", ["en", "es"])

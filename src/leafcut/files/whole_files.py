@@ -187,27 +187,24 @@ def _line_of_syntax_error(message: str, toml: str) -> int | None:
     return int(match[1]) if match else None
 
 
-def line_of(toml: str, section: str, name: str = "") -> int | None:
+def line_of(toml: str, section: str, name: str = "", entry: int = 0) -> int | None:
     """Return the line number of a key in a section of TOML text, or None.
 
     If `name` is empty, return the line number of the section header. A table is also a key of the top level, where
-    `section` is empty.
+    `section` is empty. `entry` is the number of a table in an array, from 1.
     """
-    current_section, header = "", section if not name else "" if section else name
+    current_section, count, header = "", 0, section if not name else "" if section else name
+    full_name = f"{section}.{name}".lstrip(".")
     for number, line in enumerate(toml.splitlines(), 1):
         words = line.partition("#")[0].strip()
         if words.startswith("["):
             current_section = words.strip("[] \t").strip("\"'")
-            if header and current_section == header:
+            count += current_section == section
+            if header and current_section == header and (not entry or count == entry):
                 return number
         key = ".".join(part.strip().strip("\"'") for part in words.partition("=")[0].split("."))
-        if (
-            name
-            and "=" in words
-            and (
-                (current_section == section and key == name) or f"{section}.{name}" in (key, f"{current_section}.{key}")
-            )
-        ):
+        is_key = name and "=" in words and f"{current_section}.{key}".lstrip(".") == full_name
+        if is_key and (not entry or count == entry):
             return number
     return None
 

@@ -8,6 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from leafcut.errors import DataError, OptionError
+from leafcut.files.whole_files import line_of
 from leafcut.message import map_text
 from leafcut.studio.folder import Folder
 
@@ -41,7 +42,10 @@ def own_text(folder: Folder, kind: str, name: str) -> str:
 
 
 def check_profile(kind: str, name: str, text: str) -> None:
-    """Check a text with the reader for such files; raise `OptionError` if it is invalid."""
+    """Check a text with the reader for such files; raise `OptionError` if it is invalid.
+
+    A `DataError` has the line of the error; if a key is missing, the line of its table.
+    """
     if len(text) > MAX_CHARACTERS:
         raise OptionError("{}.toml: longer than {:,} characters, too long for a profile", name, MAX_CHARACTERS)
     from leafcut.read.machine import load_machine
@@ -57,7 +61,14 @@ def check_profile(kind: str, name: str, text: str) -> None:
                 load_tools(file)
         except DataError as problem:
             problem.args = (map_text(str(problem), lambda text: text.replace(f"{Path(place)}{os.sep}", "")),)
+            problem.line = problem.line or _line_of_error(text, problem)
             raise
+
+
+def _line_of_error(text: str, problem: DataError) -> int | None:
+    table, number, key = problem.table, problem.number, problem.key
+    line = line_of(text, table, key, number) if key else None
+    return line or (line_of(text, table, "", number) if table else 1)
 
 
 def save_profile(folder: Folder, kind: str, name: str, text: str) -> None:

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui.elements.mixins.text_element import TextElement
 
-from leafcut.errors import LeafcutError, OptionError
+from leafcut.errors import DataError, LeafcutError, OptionError
 from leafcut.studio.jobs.jobs import line_of
 from leafcut.studio.page import library, profile_form
 from leafcut.studio.page.elements import Editor, Form, box, button, text
 from leafcut.studio.page.page_state import View
-from leafcut.studio.page.toml_place import TomlPlace, place_of
 
 if TYPE_CHECKING:
     from leafcut.studio.page.pages import Page
@@ -269,11 +268,11 @@ class LibraryPanel:
             part.set_visibility(self.now != self._saved)
         if not self.own:
             return
-        problem, place = "", TomlPlace()
+        problem, place = "", DataError("")
         try:
             library.check_profile(self.kind, self.chosen, self.now)
         except OptionError as refusal:
-            place = place_of(self.now, refusal)
+            place = refusal if isinstance(refusal, DataError) else place
             problem = self.view.words.plain(str(refusal))
         line = place.line or 0
         self._show_problem(problem, line)
