@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from nicegui.elements.mixins.text_element import TextElement
 
-from leafcut.studio.control.fields import Field, JogPad, enable
+from leafcut.studio.control.fields import JogPad, MachineForm, enable
 from leafcut.studio.control.state import MachineState, MachineTask
 from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.page.page_state import View
@@ -76,7 +76,8 @@ class ByHandPanel:
                 }
                 text("span", "mm", "quiet small")
             self.pad = JogPad(w("machine.jog"), w("machine.jog_hint"), self._move, self._let_go)
-            self.feed = Field("jog-feed", w("machine.feed"), "1000", "mm/min")
+            self.jog_fields = MachineForm(w)
+            self.jog_fields.add("jog-feed", w("machine.feed"), "1000", unit="mm/min")
             text("p", w("machine.jog_hint"), "quiet small")
 
     def _choose(self, step: str) -> None:
@@ -88,7 +89,11 @@ class ByHandPanel:
         if axis not in _AXES:
             return
         distances = {axis: (1 if sign > 0 else -1) * float(self.step)}
-        await self.panel.ask(lambda key: self.link.jog(key, distances, self.feed.number(), held=is_held))
+        await self.panel.ask(lambda key: self.link.jog(key, distances, self.jog_feed(), held=is_held))
+
+    def jog_feed(self) -> float:
+        """Return the jog feed, mm/min."""
+        return self.jog_fields.number("jog-feed")
 
     async def _let_go(self) -> None:
         await self.panel.ask(self.link.cancel)
@@ -99,16 +104,18 @@ class ByHandPanel:
             text("summary", w("machine.probe"))
             with box("div", "fields"):
                 text("p", w("machine.probe_hint"), "quiet small")
-                self.plate = Field("plate", w("machine.plate"), "1.5", "mm")
-                self.probe_feed = Field("probe-feed", w("machine.feed"), "50", "mm/min")
-                self.limit = Field("probe-limit", w("machine.limit"), "15", "mm")
+                self.probe_fields = MachineForm(w)
+                self.probe_fields.add("plate", w("machine.plate"), "1.5", unit="mm")
+                self.probe_fields.add("probe-feed", w("machine.feed"), "50", unit="mm/min")
+                self.probe_fields.add("probe-limit", w("machine.limit"), "15", unit="mm")
                 with box("div", "ends"):
                     self.probe = button(w("machine.probe_now"), self._probe_now, "")
         self.probe_place = place
 
     async def _probe_now(self) -> None:
+        number = self.probe_fields.number
         await self.panel.ask(
-            lambda key: self.link.probe(key, self.plate.number(), self.probe_feed.number(), self.limit.number())
+            lambda key: self.link.probe(key, number("plate"), number("probe-feed"), number("probe-limit"))
         )
 
     def show(self, state: MachineState, commands: bool) -> None:

@@ -1,115 +1,82 @@
-"""Fields of the machine panel. They report input at once and are never redrawn while the user types."""
+"""Fields of the machine panel, whose values the page keeps."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 from nicegui.element import Element
 
 from leafcut.errors import OptionError
-from leafcut.studio.page.elements import box, text
+from leafcut.studio.page.elements import Form
+from leafcut.studio.page.forms import plain_field, plain_group
+from leafcut.studio.wording import Words
 
 
-class _Typed(Element, component="../static/machine_field.js"):
-    def __init__(self, name: str, value: str, unit: str, *, numbers: bool, offered: str) -> None:
-        super().__init__()
-        self.props.update(field=f"machine-{name}", value=value, version=0, unit=unit)
-        self.props.update(numbers=numbers, offered=offered, placeholder="")
+class MachineForm(Form):
+    """A form that keeps its values. An empty field has its default.
 
-
-class Field:
-    """A labelled text field. `numbers` shows the numeric keyboard on phones.
-
-    `offered` is the id of a list of suggestions. An empty field shows its default as a placeholder.
+    Texts are reported while they are typed, because the jog pad acts before a field loses the focus.
     """
 
-    def __init__(
-        self, name: str, label: str, value: str = "", unit: str = "", *, numbers: bool = True, offered: str = ""
-    ) -> None:
-        self.typed, self.usual, self.label = value, "", label
-        with box("div", "field machine-field") as self.place:
-            text("label", label, for_=f"machine-{name}")
-            self.input = _Typed(name, value, unit, numbers=numbers, offered=offered)
-        self.input.on("typed", self._take)
+    def __init__(self, words: Words) -> None:
+        super().__init__(words, self._take)
+        self._values: dict[str, Any] = {}
+        self._fields: dict[str, dict[str, Any]] = {}
+        self._hidden: set[str] = set()
+        #: Called after a change by the user.
+        self.on_change: Callable[[], Any] = lambda: None
+        self.props.update(live=True, prefix="machine")
 
-    @property
-    def value(self) -> str:
-        """The typed text, or the default."""
-        return self.typed or self.usual
+    def add(self, name: str, label: str, value: str = "", kind: str = "text", **given: Any) -> None:
+        """Add a field (`plain_field`), or replace it and keep its value."""
+        self._fields[name] = plain_field(name, label, kind, **given)
+        self._values.setdefault(name, value)
+        self.draw()
 
-    def _take(self, event: Any) -> None:
-        self.typed = str(event.args["value"])
+    def hide(self, *names: str) -> None:
+        """Hide some of the fields, and show the others."""
+        if set(names) != self._hidden:
+            self._hidden = set(names)
+            self.draw()
 
-    def put(self, value: str) -> None:
-        """Set the text."""
-        self.typed = value
-        self.input.props.update(value=value, version=self.input.props["version"] + 1)
-        self.input.update()
+    def draw(self) -> None:
+        """Show the fields and their values."""
+        fields = (field for name, field in self._fields.items() if name not in self._hidden)
+        self.show(self._values, groups=[plain_group(*fields)])
 
-    def suggest(self, value: str) -> None:
-        """Set the default for an empty field."""
-        self.usual = self.input.props["placeholder"] = value
-        self.input.update()
+    def _take(self, name: str, value: Any, _: str) -> Any:
+        self._values[name] = value
+        self.props["values"] = dict(self._values)
+        return self.on_change()
 
-    def number(self) -> float:
-        """Return the value as a number; a decimal comma is accepted. Raise `OptionError` if it is not a number."""
+    def put(self, name: str, value: str) -> None:
+        """Set the value of a field."""
+        self._values[name] = value
+        self.draw()
+
+    def is_on(self, name: str) -> bool:
+        """Return whether a flag is on."""
+        return self._values[name] is True
+
+    def text(self, name: str) -> str:
+        """Return the text of a field, or its default."""
+        return str(self._values[name]).strip() or str(self._fields[name]["default"])
+
+    def number(self, name: str) -> float:
+        """Return a number; a decimal comma is accepted. Raise `OptionError` if the text is not a number."""
+        text = self.text(name)
         try:
-            return float(self.value.replace(",", "."))
+            return float(text.replace(",", "."))
         except ValueError:
-            raise OptionError("{}: '{}' is not a number", self.label, self.value) from None
+            raise OptionError("{}: '{}' is not a number", self._fields[name]["label"], text) from None
 
-    def count(self) -> int | None:
-        """Return the value as a whole number, None if empty; raise `OptionError` if it is not a whole number."""
-        word = self.value.strip()
-        if not word:
-            return None
-        if not word.isdecimal() or len(word) > 9:
-            raise OptionError("{}: '{}' is not a whole number", self.label, word)
-        return int(word)
-
-
-class Menu:
-    """A labelled menu. `choices` maps values to texts."""
-
-    def __init__(self, name: str, label: str, choices: Mapping[str, str], value: str) -> None:
-        self.value, self._choices = value, dict[str, str]()
-        with box("div", "field machine-field") as self.place:
-            text("label", label, for_=f"machine-{name}")
-            self.select = box("select", "", id=f"machine-{name}")
-        self.select.on("change", self._chosen, js_handler="(e) => emit(e.target.value)")
-        self.on_change: Any = lambda: None
-        self.offer(choices, value)
-
-    def offer(self, choices: Mapping[str, str], value: str) -> None:
-        """Replace the choices and the selected value."""
-        if (dict(choices), value) == (self._choices, self.value):
-            return
-        self._choices, self.value = dict(choices), value
-        self.select.clear()
-        with self.select:
-            for name, words in choices.items():
-                text("option", words, value=name, **({"selected": ""} if name == value else {}))
-
-    def _chosen(self, event: Any) -> Any:
-        if str(event.args) in self._choices:
-            self.value = str(event.args)
-            return self.on_change()
-        return None
-
-
-class Switch:
-    """A labelled on/off switch."""
-
-    def __init__(self, name: str, label: str) -> None:
-        self.on = False
-        with box("label", "machine-switch") as self.place:
-            self.input = box("input", "switch", type="checkbox", id=f"machine-{name}")
-            text("span", label)
-        self.input.on("change", self._on_switch, js_handler="(e) => emit(e.target.checked)")
-
-    def _on_switch(self, event: Any) -> None:
-        self.on = bool(event.args)
+    def count(self, name: str) -> int | None:
+        """Return a whole number, None for an empty field; raise `OptionError` if the text is not a whole number."""
+        text = self.text(name)
+        if text and (not text.isdecimal() or len(text) > 9):
+            raise OptionError("{}: '{}' is not a whole number", self._fields[name]["label"], text)
+        return int(text) if text else None
 
 
 class JogPad(Element, component="../static/jog.js"):

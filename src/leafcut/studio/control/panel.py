@@ -12,7 +12,7 @@ from nicegui import background_tasks
 from leafcut.errors import LeafcutError
 from leafcut.sender.port import BAUD, BAUDS, ports
 from leafcut.studio.control.by_hand import ByHandPanel
-from leafcut.studio.control.fields import Field, Menu, enable
+from leafcut.studio.control.fields import MachineForm, enable
 from leafcut.studio.control.link import MachineLink
 from leafcut.studio.control.program_panel import MachineProgramPanel
 from leafcut.studio.control.state import Connection, MachineState, MachineTask
@@ -60,9 +60,10 @@ class MachinePanel:
                 text("h2", w("machine.connection"))
                 self.tag = text("span", "", "tag", role="status")
             with box("div", "fields") as self.closed:
-                self._offered = box("datalist", id="machine-ports")
-                self.port = Field("port", w("flag.port"), numbers=False, offered="machine-ports")
-                self.baud = Menu("baud", w("flag.baud"), {str(rate): str(rate) for rate in BAUDS}, str(BAUD))
+                self.port_fields = MachineForm(w)
+                self._offer_ports([])
+                rates = [[str(rate), str(rate)] for rate in BAUDS]
+                self.port_fields.add("baud", w("flag.baud"), str(BAUD), choices=rates, default=str(BAUD))
                 self.no_ports = text("p", w("machine.no_ports"), "quiet small")
                 text("p", w("machine.boards"), "quiet small")
                 with box("div", "ends"):
@@ -103,7 +104,7 @@ class MachinePanel:
 
     def jog_feed(self) -> float:
         """Return the jog feed, mm/min."""
-        return self.by_hand.feed.number()
+        return self.by_hand.jog_feed()
 
     async def list_ports(self) -> None:
         """Offer the serial ports of this computer."""
@@ -112,16 +113,16 @@ class MachinePanel:
         except LeafcutError as problem:
             self.show_message(str(problem), bad=True)
             return
-        self._offered.clear()
-        with self._offered:
-            for name, words in names:
-                text("option", words if words not in ("", "n/a") else name, value=name)
+        self._offer_ports([(name, words if words not in ("", "n/a") else name) for name, words in names])
         self.no_ports.set_visibility(not names)
-        self.port.suggest(names[0][0] if names else "")
+
+    def _offer_ports(self, names: list[tuple[str, str]]) -> None:
+        first = names[0][0] if names else ""
+        self.port_fields.add("port", self.view.words("flag.port"), offers=names, default=first)
 
     async def _connect(self) -> None:
         self.show_message("")
-        await self.ask(self.link.connect, self.port.value.strip(), int(self.baud.value))
+        await self.ask(self.link.connect, self.port_fields.text("port"), int(self.port_fields.text("baud")))
 
     async def _disconnect(self) -> None:
         try:

@@ -14,7 +14,7 @@ from leafcut.sender.job import SendJob, accepted_codes
 from leafcut.sender.jogging import box_of_cuts
 from leafcut.sender.resuming import number_in_mm
 from leafcut.sender.run import Request
-from leafcut.studio.control.fields import Field, Menu, Switch, enable
+from leafcut.studio.control.fields import MachineForm, enable
 from leafcut.studio.control.line_words import lines_of_hole
 from leafcut.studio.control.link import ReadyProgram, RunWishes
 from leafcut.studio.control.program import program_of_file, program_of_job, sendable
@@ -71,19 +71,21 @@ class MachineProgramPanel:
         with box("section", "card machine-card", aria_label=w("machine.program")) as self.choosing:
             text("h2", w("machine.program"))
             self.name = text("p", "", "name", dir="auto")
-            self.machine = Menu("machine", w("result.machine"), {_USUAL: _USUAL}, _USUAL)
+            self.machine = MachineForm(w)
+            self.machine.add("machine", w("result.machine"), _USUAL, choices=[[_USUAL, _USUAL]])
             self.machine.on_change = self.draw
             self.facts = text("p", "", "quiet small")
             self.problem = text("p", "", "error small", role="status")
             with box("ul", "warnings") as self.told:
                 pass
             with box("div", "fields"):
-                self.from_hole = Field("from-hole", w("flag.from_hole"))
-                self.from_line = Field("from-line", w("flag.from_line"))
-                self.by_hole = Switch("by-hole", w("machine.by_hole"))
-                self.alone = Switch("alone", w("machine.alone"))
-                self.unhomed = Switch("unhomed", w("flag.unhomed"))
-                self.accept = Field("accept", w("flag.accept"), numbers=False)
+                self.options = MachineForm(w)
+                self.options.add("from-hole", w("flag.from_hole"), kind="whole")
+                self.options.add("from-line", w("flag.from_line"), kind="whole")
+                for name in ("by_hole", "alone"):
+                    self.options.add(name, w(f"machine.{name}"), kind="flag")
+                self.options.add("unhomed", w("flag.unhomed"), kind="flag")
+                self.options.add("accept", w("flag.accept"))
             with box("div", "ends"):
                 self.check = button(w("machine.check"), self._check, "")
                 self.frame = button(w("machine.frame"), self._frame, "")
@@ -134,14 +136,14 @@ class MachineProgramPanel:
 
     def changed(self) -> bool:
         """Return whether the open program or the chosen machine differs from the loaded program."""
-        return (*self._chosen(), self.machine.value) != self._key[:3]
+        return (*self._chosen(), self.machine.text("machine")) != self._key[:3]
 
     async def draw(self) -> None:
         """Load the open program for the chosen machine."""
         view, w = self.view, self.view.words
         job, source = self._chosen()
         self._offer(job)
-        key = (job, source, self.machine.value, self.accept.value)
+        key = (job, source, self.machine.text("machine"), self.options.text("accept"))
         if key == self._key:
             return
         self._key = key
@@ -173,12 +175,13 @@ class MachineProgramPanel:
             word: view.words("machines.own", name=word.removeprefix(OWN)) if word.startswith(OWN) else word
             for word in machines
         }
-        value = self.machine.value
+        value = self.machine.text("machine")
         record = view.studio.jobs.record(job) if job else None
         if record is not None and self._key[:1] != (job,):
             used = str(record.task.options.get("machine") or "")
             value = used if used in names else value
-        self.machine.offer(names, value if value in names else _USUAL)
+        self.machine.add("machine", view.words("result.machine"), choices=[list(pair) for pair in names.items()])
+        self.machine.put("machine", value if value in names else _USUAL)
 
     def _read(self, job: str, source: str, machine: str, accept: str) -> SendJob:
         studio = self.view.studio
@@ -216,11 +219,11 @@ class MachineProgramPanel:
     def _wishes(self) -> RunWishes:
         holes = bool(self.job and self.job.holes)
         return RunWishes(
-            from_hole=self.from_hole.count() if holes else None,
-            from_line=None if holes else self.from_line.count(),
-            by_hole=self.by_hole.on and holes,
-            unhomed=self.unhomed.on,
-            alone=self.alone.on,
+            from_hole=self.options.count("from-hole") if holes else None,
+            from_line=None if holes else self.options.count("from-line"),
+            by_hole=self.options.is_on("by_hole") and holes,
+            unhomed=self.options.is_on("unhomed"),
+            alone=self.options.is_on("alone"),
         )
 
     async def _with_program(self, action: Callable[[str, SendJob], Any]) -> Any:
@@ -310,20 +313,18 @@ class MachineProgramPanel:
         self._show_place(state)
         if state.ended != self._ended:
             self._ended = state.ended
-            if state.ended is not None and not state.ended.complete:
-                hole, line = state.ended.go_on_hole, state.ended.line
-                self.from_hole.put(str(hole) if hole else "")
-                self.from_line.put(str(line) if line and not hole else "")
-            elif state.ended is not None:
-                self.from_hole.put("")
-                self.from_line.put("")
+            if state.ended is not None:
+                goes_on = not state.ended.complete
+                hole, line = (state.ended.go_on_hole, state.ended.line) if goes_on else (0, 0)
+                self.options.put("from-hole", str(hole) if hole else "")
+                self.options.put("from-line", str(line) if line and not hole else "")
 
     def _show_fields(self, state: MachineState) -> None:
         holes = bool(self.job and self.job.holes)
-        self.from_hole.place.set_visibility(self.job is not None and holes)
-        self.by_hole.place.set_visibility(self.job is not None and holes)
-        self.from_line.place.set_visibility(self.job is not None and not holes)
-        self.unhomed.place.set_visibility(state.open and not state.homing)
+        hidden = ["from-line"] if holes else ["from-hole", "by_hole"]
+        if self.job is None:
+            hidden = ["from-line", "from-hole", "by_hole"]
+        self.options.hide(*hidden, *([] if state.open and not state.homing else ["unhomed"]))
 
     def _show_progress(self, state: MachineState, commands: bool) -> None:
         progress = state.progress

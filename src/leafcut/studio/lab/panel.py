@@ -140,8 +140,8 @@ class LabPanel:
             option, names = compared_option_values(self._command())
             flags = [plain_field(n, _label(n), "flag", help=w.table.get(f"algorithm.{n}", "")) for n in names]
             groups = [plain_group(plain_field("runs", w("lab.runs_of_each"), help=w("lab.runs_help")), *flags)]
-            form = Form([], {"help": w("form.help")}, self._put, lambda line: self.page.show_message(line, True))
-            form.show({"runs": self.runs, **{name: name in self.ways[option] for name in names}}, groups=groups)
+            form = Form(w, self._put, groups)
+            form.show({"runs": self.runs, **{name: name in self.ways[option] for name in names}})
             count = int(self.runs) * len(self.ways[option] & set(names)) if self.runs.isdecimal() else 0
             if not self.lab.running:
                 with box("div", "actions"):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from nicegui.element import Element
@@ -11,11 +11,12 @@ from nicegui.elements.mixins.text_element import TextElement
 from nicegui.events import GenericEventArguments
 
 from leafcut.message import Message, messages_from_json
-
-Fields = list[dict[str, Any]]
+from leafcut.studio.wording import Words
 
 #: Maximum wait for an answer of the browser, s.
 _PATIENCE = 20.0
+#: Texts of the elements of a form.
+_FORM_TEXTS = ("choose", "remove", "help", "open", "find", "none_found", "found")
 
 
 def _answer(element: Element, event: GenericEventArguments, act: Callable[..., Any], *names: str) -> Any:
@@ -29,20 +30,23 @@ def _answer(element: Element, event: GenericEventArguments, act: Callable[..., A
 class Form(Element, component="../static/form.js"):
     """Groups of labelled fields. `on_change` receives (name, value, displayed file name).
 
-    A `searchable` form has a field that finds options by name and help text. A `fixed` form is read-only.
+    `on_refused` receives the refusal of a file that was chosen in a field. A `searchable` form has a field that finds
+    options by name and help text. A `fixed` form is read-only.
     """
 
     def __init__(
         self,
-        groups: Fields,
-        words: dict[str, str],
+        words: Words,
         on_change: Callable[[str, Any, str], Any],
-        on_refused: Callable[[str], Any],
+        groups: Sequence[dict[str, Any]] = (),
+        on_refused: Callable[[str], Any] = lambda _: None,
+        *,
         searchable: bool = False,
         fixed: bool = False,
     ) -> None:
         super().__init__()
-        self.props.update(groups=groups, words=words, values={}, shown={}, errors={}, searchable=searchable)
+        texts = {name: words(f"form.{name}") for name in _FORM_TEXTS}
+        self.props.update(groups=list(groups), words=texts, values={}, shown={}, errors={}, searchable=searchable)
         self.props.update(fixed=fixed, answered=0)
         self.on("change", lambda e: _answer(self, e, on_change, "name", "value", "shown"))
         self.on("refused", lambda e: on_refused(_refusal_of(e.args)))
@@ -52,7 +56,7 @@ class Form(Element, component="../static/form.js"):
         values: dict[str, Any],
         shown: dict[str, str] | None = None,
         errors: dict[str, str] | None = None,
-        groups: Fields | None = None,
+        groups: list[dict[str, Any]] | None = None,
     ) -> None:
         """Show values, displayed file names and errors, and replace the fields if `groups` is given."""
         self.props.update(values=dict(values), shown=dict(shown or {}), errors=dict(errors or {}))

@@ -52,9 +52,6 @@ class InputPanel:
         #: Whether Run was pressed during the reading; the run then starts after the reading.
         self._run_wanted = False
         w = view.words
-        self.form_words = {
-            key: w.table[f"form.{key}"] for key in ("choose", "remove", "help", "open", "find", "none_found", "found")
-        }
         with box("div", "scrolls"):
             with box("section", "part", aria_label=w("open.title")):
                 self._opener()
@@ -63,10 +60,10 @@ class InputPanel:
             self.second = box("div", "second")
             with box("section", "choose", aria_label=w("choose.title")):
                 self.works = WorkChoice(w("choose.work"), lambda work: self._choose("work", work, ""))
-                self.work = Form([], self.form_words, self._choose, self._refuse)
-                self.options = Form([], self.form_words, self._put, self._refuse, searchable=True)
-                self.kept = Form([self._options_field()], self.form_words, self._take_options, self._refuse)
-                self.pace = Form([pace_field(view)], self.form_words, self._set_pace, self._refuse)
+                self.work = Form(w, self._choose)
+                self.options = Form(w, self._put, on_refused=self._refuse, searchable=True)
+                self.kept = Form(w, self._take_options, [self._options_field()], self._refuse)
+                self.pace = Form(w, self._set_pace, [pace_field(view)])
                 self.without_local_search = text("p", w("choose.no_local_search"), "hint", role="note")
         with box("footer", "foot"):
             with box("div", "command"):
@@ -95,10 +92,10 @@ class InputPanel:
         )
         with box("details", "built-in") as self.built_in:
             text("summary", w("open.built_in"))
-            self.example = Form([], self.form_words, self._example, self._refuse)
+            self.example = Form(w, self._example)
             self.random = {"points": "200", "seed": "1"}
             with box("div", "random"):
-                self.map = Form(self._random_fields(), self.form_words, self._random, self._refuse)
+                self.map = Form(w, self._random, self._random_fields())
                 self.map.show(self.random)
                 button(w("open.make"), self._make_random, "small")
                 self.saved_map = link(w("open.save_map"), self._map_address(), "button small", download="")
@@ -480,7 +477,7 @@ class InputPanel:
             return
         with self.second:
             field = plain_field("second", w("open.second"), file=True, default=w("form.none"))
-            form = Form([plain_group(field)], self.form_words, self._take_second, self._refuse)
+            form = Form(w, self._take_second, [plain_group(field)], self._refuse)
             form.show({"second": view.second}, {"second": view.second_name})
 
     def _take_second(self, _: str, value: str, shown: str) -> None:

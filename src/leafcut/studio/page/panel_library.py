@@ -171,10 +171,8 @@ class LibraryPanel:
             self._draw_form(data, data)
 
     def _draw_form(self, data: dict[str, Any], table: Any) -> None:
-        w = self.view.words
-        words = {key: w.table[f"form.{key}"] for key in ("choose", "remove", "help", "open")}
         groups = self._groups(data, table)
-        form = self.form = Form(groups, words, self._put, lambda _: None, fixed=not self.own)
+        form = self.form = Form(self.view.words, self._put, groups, fixed=not self.own)
         form.classes("profile")
         form.show(profile_form.form_values(self.array, table))
 

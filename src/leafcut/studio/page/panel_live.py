@@ -85,7 +85,7 @@ class LivePanel:
                     self.iteration = text("span", "", "quiet figure")
                     self.hold = button(w("run.pause"), self._hold, "", data_key="p")
                     button(w("run.step"), self._step, "", data_key="n")
-                    self.pace = Form([pace_field(view)], {"help": w("form.help")}, self._set_pace, lambda _: None)
+                    self.pace = Form(w, self._set_pace, [pace_field(view)])
             self.lesson = LessonPanel(w)
         self.clear()
 

@@ -55,9 +55,7 @@ class NestPanel:
         text("p", w("nest.verified_placed" if missing else "nest.verified"), "badge")
         self.variants = box("div", "variants")
         with box("section", "cuts", aria_label=w("group.cuts")):
-            self.form = Form(
-                [], {key: w(f"form.{key}") for key in ("choose", "remove", "help")}, self._put, self._refuse
-            )
+            self.form = Form(w, self._put, on_refused=lambda line: self.page.show_message(line, True))
             button(w("nest.compare"), self._plan, "primary wide")
             text("p", w("nest.compare_text"), "quiet small")
         self._show_form()
@@ -181,9 +179,6 @@ class NestPanel:
         self.view.table.put(name, value, shown)
         self._show_form()
         self.page.input.draw()
-
-    def _refuse(self, line: str) -> None:
-        self.page.show_message(line, True)
 
     def _plan(self) -> None:
         view = self.view

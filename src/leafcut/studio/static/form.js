@@ -18,10 +18,12 @@ export default defineComponent({
     words: { type: /** @type {Prop<Words>} */ (Object), required: true }, // choose, remove, help, open, find, none_found, found
     fixed: Boolean, // read-only
     searchable: Boolean, // whether there is a search field for options
+    live: Boolean, // reports a text while it is typed, not only when the field loses the focus
+    prefix: String, // of the ids of the fields; by default a unique one
   },
   emits: ["change", "refused"],
   setup(props, { emit }) {
-    const prefix = `o${getCurrentInstance()?.uid}`; // two forms of a page may have a field with the same name
+    const prefix = props.prefix ?? `o${getCurrentInstance()?.uid}`; // two forms of a page may have a field with the same name
     const unfolded = ref(/** @type {Record<string, boolean>} */ ({})), wanted = ref("");
     const explained = ref(/** @type {string | null} */ (null)); // name of the field whose help is shown
     const found = computed(() => matchingGroups(props.groups, wanted.value));
@@ -110,14 +112,17 @@ export default defineComponent({
       const typing = {
         ...about,
         readonly: props.fixed,
-        inputmode: field.unit && field.kind !== "point" && !field.offers?.length ? "decimal" : undefined,
+        inputmode: field.kind === "whole" ? "numeric" : field.unit && field.kind !== "point" && !field.offers?.length ? "decimal" : undefined,
         spellcheck: "false",
         autocomplete: "off",
         placeholder: field.default,
         title: value ? undefined : field.rule || field.default,
       };
       const text = value ?? "";
-      const type = (/** @type {string} */ typed) => texts.type(field.name, typed);
+      const type = (/** @type {string} */ typed) => {
+        texts.type(field.name, typed);
+        if (props.live) change(field, typed);
+      };
       const leave = () => texts.leave();
       return h("span", { class: ["box", props.errors[field.name] && "wrong"] }, [
         field.offers?.length
