@@ -58,7 +58,7 @@ def test_two_jobs_are_compared_and_one_is_found_by_what_was_chosen(own: Page) ->
     for box in rows.locator("input[type=checkbox]").all():
         box.check()
     table = own.get_by_role("table", name="Comparison")
-    expect(table.locator("tr", has_text="Thickness")).to_have_text(re.compile("Thickness.*6mm.*1/4in.*differs"))
+    expect(table.locator("tr", has_text="Thickness")).to_have_text(re.compile("Thickness.*6.mm.*1/4in.*differs"))
     expect(table.locator("tr", has_text="Search effort")).not_to_contain_text("differs")
     assert serious(own, "compared") == []
     own.get_by_role("button", name="Close", exact=True).last.click()

@@ -126,7 +126,7 @@ def test_what_two_jobs_have_in_common_is_told_apart_from_what_differs(studio: St
     rows_of = {row.label: row for row in compared_options((records[0], records[1]), studio.folder, EN)}
     assert set(rows_of) == {"Thickness", "Peck depth", "Header"}
     assert not rows_of["Thickness"].differs
-    assert (rows_of["Peck depth"].one, rows_of["Peck depth"].other) == ("no pecking", "2")
+    assert (rows_of["Peck depth"].one, rows_of["Peck depth"].other) == ("no pecking", "2\u00a0mm")
     assert (rows_of["Header"].one, rows_of["Header"].other) == ("off", "on")
 
 

@@ -385,14 +385,14 @@ def test_jobs_of_one_file_are_told_apart_by_machine_and_options(studio: Studio) 
     task = Task("optimize", ("example:plate-10",), options=chosen)
     assert choices_of(task, studio.folder, words) == [
         "haas-vf2",
-        "Thickness 6mm",
+        "Thickness 6\u00a0mm",
         "Lower bound off",
         "Tool library shop",
     ]
     assert choices_of(Task("optimize", ("example:plate-10",)), studio.folder, words) == ["linuxcnc-mill"]
     # A job of an older leafcut is still shown.
     older = Task("optimize", ("example:plate-10",), options={"an_option_of_old": "3", "thickness": "6mm"})
-    assert choices_of(older, studio.folder, words) == ["linuxcnc-mill", "Thickness 6mm"]
+    assert choices_of(older, studio.folder, words) == ["linuxcnc-mill", "Thickness 6\u00a0mm"]
     assert choices_of(Task("optimize", ("a",), "cut"), studio.folder, words) == ["plasma-table"]
     assert choices_of(Task("solve", ("random:9:1",), options={"seed": "2"}), studio.folder, words) == ["Random seed 2"]
 

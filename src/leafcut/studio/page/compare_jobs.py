@@ -9,8 +9,7 @@ from typing import Any
 from leafcut.processes.settings import all_options
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import JobRecord
-from leafcut.studio.page.forms import changed_values, default_of, default_words
-from leafcut.studio.page.job_words import option_value
+from leafcut.studio.page.forms import changed_values, value_words
 from leafcut.studio.wording import Words
 from leafcut.units import format_length, format_time
 
@@ -83,12 +82,10 @@ def compared_options(records: tuple[JobRecord, JobRecord], folder: Folder, words
     given = tuple(changed_values(record.task.options) for record in records)
     names = [name for _, name, _ in all_options() if name in given[0] or name in given[1]]
 
-    def told(record: JobRecord, options: Mapping[str, Any], name: str) -> str:
-        if name in options:
-            return option_value(name, options[name], folder, words)
-        return default_words(name, default_of(name, record.task.process), words)
+    def shown(record: JobRecord, options: Mapping[str, Any], name: str) -> str:
+        return value_words(name, options.get(name), words, folder, record.task.process)
 
     return [
-        ComparedRow(words.option(name), *(told(*job, name) for job in zip(records, given, strict=True)))
+        ComparedRow(words.option(name), *(shown(*job, name) for job in zip(records, given, strict=True)))
         for name in names
     ]

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 from leafcut.api import default_machine
-from leafcut.errors import OptionError
+from leafcut.errors import LeafcutError, OptionError
 from leafcut.options import ANT_ALGORITHMS
 from leafcut.options.option_spec import OptionSpec, flag_name, typed_text
 from leafcut.processes import registry
 from leafcut.processes.settings import all_options, group_of
-from leafcut.studio.folder import OWN
+from leafcut.studio.folder import OWN, Folder
 from leafcut.studio.page.chart_menus import Menus
 from leafcut.studio.wording import Words
 from leafcut.units import BARE_UNIT
@@ -255,10 +256,13 @@ def values_of_work(work: str, values: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in changed_values(values).items() if name in known}
 
 
-def value_words(name: str, value: Any, words: Words, work: str = "") -> str:
-    """Return an option's value with its unit, as displayed. Without a value, return its default."""
+def value_words(name: str, value: Any, words: Words, folder: Folder, work: str = "") -> str:
+    """Return an option's value (or else its default) as displayed: with its unit, or the name of a file."""
     spec = group_of(name).specs()[name]
     default = default_of(name, work)
+    if spec.kind == "path" and value:
+        with suppress(LeafcutError):  # otherwise it names a library, or the file was deleted
+            return folder.input_path(str(value)).name
     if spec.kind == "flag":
         return words("form.on" if (default if value in (None, "") else value) is True else "form.off")
     if value in (None, ""):

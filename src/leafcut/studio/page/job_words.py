@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-from typing import Any
-
 from leafcut.api import default_machine
-from leafcut.errors import LeafcutError
-from leafcut.processes.settings import all_options, group_of
+from leafcut.processes.settings import all_options
 from leafcut.studio.folder import OWN, Folder
 from leafcut.studio.jobs.history import JobRecord, JobState, SearchTerm
 from leafcut.studio.jobs.task import Task
-from leafcut.studio.page.forms import changed_values
+from leafcut.studio.page.forms import changed_values, value_words
 from leafcut.studio.wording import Words
 from leafcut.units import format_time
 
@@ -28,19 +24,8 @@ def choices_of(task: Task, folder: Folder, words: Words) -> list[str]:
         if isinstance(value, bool):
             choices.append(words.option(name) if value else f"{words.option(name)} {words('form.off')}")
         else:
-            choices.append(f"{words.option(name)} {option_value(name, value, folder, words)}")
+            choices.append(f"{words.option(name)} {value_words(name, value, words, folder)}")
     return choices
-
-
-def option_value(name: str, value: Any, folder: Folder, words: Words) -> str:
-    """Return the displayed value of an option; for a file, its name."""
-    if isinstance(value, bool):
-        return words("form.on" if value else "form.off")
-    shown = ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
-    if group_of(name).specs()[name].kind == "path":
-        with suppress(LeafcutError):  # otherwise it names a library, or the file was deleted
-            shown = folder.input_path(shown).name
-    return shown.removeprefix(OWN)
 
 
 def change_words(saved: float) -> str:

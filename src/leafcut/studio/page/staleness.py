@@ -94,8 +94,8 @@ def _options(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
         if not _is_equal(name, before.get(name), after.get(name)):
             yield ChangedChoice(
                 view.words.option(name),
-                _value(name, before.get(name), work, view),
-                _value(name, after.get(name), view.work, view),
+                forms.value_words(name, before.get(name), view.words, view.studio.folder, work),
+                forms.value_words(name, after.get(name), view.words, view.studio.folder, view.work),
             )
 
 
@@ -115,12 +115,6 @@ def _is_equal(name: str, before: Any, after: Any) -> bool:
         first, second = (group(**group.as_typed({} if value is None else {name: value})) for value in (before, after))
         return bool(getattr(first, name) == getattr(second, name))
     return False
-
-
-def _value(name: str, value: Any, work: str, view: View) -> str:
-    if group_of(name).specs()[name].kind == "path" and isinstance(value, str) and not value.startswith(OWN):
-        return _called(value, view.studio.folder)
-    return forms.value_words(name, value, view.words, work)
 
 
 def _changed_files(record: JobRecord, folder: Folder, words: Words) -> Iterator[ChangedChoice]:
