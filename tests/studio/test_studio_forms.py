@@ -76,8 +76,8 @@ def test_what_a_command_takes_is_in_the_forms_of_its_work(command: str, capsys: 
     taken = flags & {name for _, name, _ in all_options()}
     shown = {
         field["name"]
-        for work, about in forms.works().items()
-        if about.command == command
+        for work in forms.works()
+        if forms.command_of(work) == command
         for algorithm in ALGORITHMS
         for group in made(work, algorithm=algorithm)
         for field in group["fields"]
@@ -87,7 +87,7 @@ def test_what_a_command_takes_is_in_the_forms_of_its_work(command: str, capsys: 
     assert {f.removeprefix("no_") for f in flags} - {name for _, name, _ in all_options()} - BESIDE <= {"allow_reverse"}
 
 
-@pytest.mark.parametrize("work", list(forms.works()))
+@pytest.mark.parametrize("work", forms.works())
 def test_a_form_has_only_what_its_work_uses(work: str) -> None:
     """What else a page sent would be refused."""
     names = {
@@ -99,7 +99,7 @@ def test_a_form_has_only_what_its_work_uses(work: str) -> None:
     assert names - {name for _, name, _ in options_used_by(registry.work(work))} - {"dialect", "allow_reverse"} == set()
 
 
-@pytest.mark.parametrize("work", list(forms.works()))
+@pytest.mark.parametrize("work", forms.works())
 def test_no_option_is_twice_in_a_form_and_the_important_ones_are_open(work: str) -> None:
     groups = made(work)
     names = [field["name"] for group in groups for field in group["fields"]]
@@ -171,7 +171,7 @@ def test_the_machine_that_is_shown_is_the_one_that_is_taken(work: str, tmp_path:
     groups = forms.form(work, {}, EN, machines=machines, tools=[])
     field = next(field for group in groups for field in group["fields"] if field["name"] == "machine")
     taken = load_machine(field["default"])
-    assert taken.controller == api.dialect_of({}, forms.works()[work].process)
+    assert taken.controller == api.dialect_of({}, registry.work(work).asks)
     assert [field["default"]] * 2 in field["choices"]
     assert ["linuxcnc-mill"] * 2 not in field["choices"] or work != "cut"  # another machine would be used instead
 
@@ -378,9 +378,7 @@ def test_a_process_of_a_package_has_its_form_is_run_and_is_told_by_its_own_name(
     for language in ("en", "es"):
         groups = forms.form("spot", {}, words(language), machines={}, tools=[])
         assert [f["name"] for f in groups[0]["fields"]] == ["machine", "spot_depth", "tools"]
-    task = Task(
-        "optimize", ("example:plate-10",), forms.works()["spot"].process, {"spot_depth": "0.7", "preset": "fast"}
-    )
+    task = Task("optimize", ("example:plate-10",), registry.work("spot").asks, {"spot_depth": "0.7", "preset": "fast"})
     job = studio.jobs.start(task)
     assert studio.jobs.wait(job) is JobState.DONE
     program = studio.history.artefact(job, "program")

@@ -65,7 +65,7 @@ def _differences(file: str, keys: Set[str], wanted: Set[str]) -> Iterator[str]:
 
 def faults_of_keys() -> Iterator[str]:
     """Yield missing keys for algorithms, groups, commands and states, and keys that belong to none of these."""
-    groups = {key for work in forms.works().values() for key, _ in work.groups} | {"aco", "firefly", "cuts"}
+    groups = {key for work in forms.works() for key, _ in forms.names_of(work)} | {"aco", "firefly", "cuts"}
     for key in sorted(key for key in EN.table if key.startswith("option.")):
         if key.removeprefix("option.") not in {name for _, name, _ in all_options()}:
             yield f"{EN_FILE}: unknown key {key}"

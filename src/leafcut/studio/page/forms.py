@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any
 
 from leafcut.api import default_machine
@@ -19,23 +18,6 @@ from leafcut.studio.page.chart_menus import Menus
 from leafcut.studio.wording import Words
 from leafcut.units import BARE_UNIT
 
-_ACO, _FIREFLY = "aco", "firefly"
-
-
-@dataclass(frozen=True)
-class WorkKind:
-    """A kind of work. The first two of its `groups` (key of the title, option names) are open, the others folded."""
-
-    command: str
-    process: str
-    groups: tuple[tuple[str, tuple[str, ...]], ...]
-
-
-def _all(section: str, but: Iterable[str] = ()) -> tuple[str, ...]:
-    group = next(g for g in registry.groups() if g.section == section)
-    return tuple(name for name in group.specs() if name not in but)
-
-
 #: A number with an optional unit.
 _FIGURE = re.compile(r"(-?\d+(?:[.]\d*)?)\s*([a-zµ%/°]*)", re.IGNORECASE)
 #: Width of a field, characters.
@@ -45,13 +27,14 @@ _MAX_LETTERS = 16
 CUT_OF_NEST = ("machine", "thickness", "material", "cut_process")
 
 
-def works() -> dict[str, WorkKind]:
+def works() -> tuple[str, ...]:
     """Return the kinds of work that have a form, in display order: processes, then the others."""
-    return {
-        work.name: WorkKind(work.name if work.name in registry.OTHER_WORKS else "optimize", work.asks, work.form)
-        for work in registry.works()
-        if work.form
-    }
+    return tuple(work.name for work in registry.works() if work.form)
+
+
+def command_of(work: str) -> str:
+    """Return the command that does a kind of work."""
+    return work if work in registry.OTHER_WORKS else "optimize"
 
 
 def program_processes() -> tuple[str, ...]:
@@ -67,14 +50,18 @@ def program_processes() -> tuple[str, ...]:
 
 
 def names_of(work: str, algorithm: str = "auto") -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Return the option groups of a kind of work, including the parameters of the chosen algorithm."""
-    groups = works()[work].groups
-    if any("algorithm" in names for _, names in groups):
-        if algorithm in ANT_ALGORITHMS:
-            groups = (*groups, (_ACO, _all(_ACO)))
-        if algorithm == "firefly":
-            groups = (*groups, (_FIREFLY, _all(_FIREFLY)))
+    """Return the option groups of a kind of work (key of the title, options), with those of the chosen algorithm."""
+    groups = registry.work(work).form
+    parameters = "aco" if algorithm in ANT_ALGORITHMS else algorithm
+    if any("algorithm" in names for _, names in groups) and parameters in ("aco", "firefly"):
+        group = next(g for g in registry.groups() if g.section == parameters)
+        return (*groups, (parameters, tuple(group.specs())))
     return groups
+
+
+def options_of(work: str, values: Mapping[str, Any]) -> set[str]:
+    """Return the options of a kind of work, including the parameters of the algorithm among the values."""
+    return {name for _, names in names_of(work, str(values.get("algorithm") or "auto")) for name in names}
 
 
 def form(
@@ -252,7 +239,7 @@ def changed_values(values: Mapping[str, Any]) -> dict[str, Any]:
 
 def values_of_work(work: str, values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the changed values of the options that apply to a kind of work."""
-    known = {name for _, names in names_of(work, str(values.get("algorithm") or "auto")) for name in names}
+    known = options_of(work, values)
     return {name: value for name, value in changed_values(values).items() if name in known}
 
 

@@ -12,6 +12,7 @@ from leafcut.errors import LeafcutError, OptionError
 from leafcut.message import Message
 from leafcut.options import LITERATURE
 from leafcut.options.option_spec import flag_name
+from leafcut.processes import registry
 from leafcut.processes.settings import all_options, group_of, options_of_file
 from leafcut.studio.folder import OWN
 from leafcut.studio.jobs.nest_request import WantedPart
@@ -114,7 +115,7 @@ class View:
 
     def works(self) -> tuple[str, ...]:
         """Return the kinds of work that suit the input; all kinds without an input."""
-        known = self.seen.works if self.seen is not None else tuple(forms.works())
+        known = self.seen.works if self.seen is not None else forms.works()
         return (*known, "nest") if self.parts and "nest" not in known else known
 
     @property
@@ -218,7 +219,7 @@ class View:
         return forms.form_of("cuts", forms.CUT_OF_NEST, self.words, "cut", machines, self._menus("cut"))
 
     def _menus(self, work: str) -> Menus:
-        if not any("cut_process" in names for _, names in forms.names_of(work)):
+        if "cut_process" not in forms.options_of(work, {}):
             return {}
         return chart_menus(self.values, self.studio.folder, self.words, str(forms.default_of("machine", work)))
 
@@ -238,8 +239,7 @@ class View:
     @property
     def zero(self) -> Zero:
         """Position of program zero in the drawing, mm, if the kind of work has an option for it; otherwise None."""
-        known = {name for _, names in forms.names_of(self.work) for name in names}
-        return self.seen.zero if self.seen is not None and "origin" in known else None
+        return self.seen.zero if self.seen is not None and "origin" in forms.options_of(self.work, {}) else None
 
     @property
     def ready(self) -> bool:
@@ -250,17 +250,16 @@ class View:
 
     def task(self) -> Task:
         """Return the task that the choices describe."""
-        work = forms.works()[self.work]
         inputs: tuple[str, ...] = (self.source, self.second) if self.work == "verify" else (self.source,)
         if self.work == "nest":
             inputs = tuple(part.word for part in self.parts)
-        process = self.process if self.work == "program" else work.process
+        process = self.process if self.work == "program" else registry.work(self.work).asks
         if self.work == "drill" and next(iter(self.seen.whole.suits if self.seen else ()), "drill") != "drill":
             process = self.work  # leafcut would choose other work
         origin = self.origin if self.work == "cut" else ""
         kind = self.seen.format if self.seen is not None else ""
         options = without_idle(forms.values_of_work(self.work, self.values), self.table.places, self.work, kind)
-        return Task(work.command, inputs, process, options, origin)
+        return Task(forms.command_of(self.work), inputs, process, options, origin)
 
     def command_line(self) -> str:
         """Return the shell command for this task; empty while the task is incomplete."""

@@ -88,7 +88,7 @@ def _options(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
     before, after = forms.values_of_work(work, task.options), forms.values_of_work(view.work, view.values)
     names = dict.fromkeys([*before, *after])
     if work != view.work:  # the change of work covers options that only one of the two has
-        shared = _names(work, task.options) & _names(view.work, view.values)
+        shared = forms.options_of(work, task.options) & forms.options_of(view.work, view.values)
         names = dict.fromkeys(name for name in names if name in shared)
     for name in names:
         if not _is_equal(name, before.get(name), after.get(name)):
@@ -97,11 +97,6 @@ def _options(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
                 forms.value_words(name, before.get(name), view.words, view.studio.folder, work),
                 forms.value_words(name, after.get(name), view.words, view.studio.folder, view.work),
             )
-
-
-def _names(work: str, values: Mapping[str, Any]) -> set[str]:
-    groups = forms.names_of(work, str(values.get("algorithm") or "auto"))
-    return {name for _, names in groups for name in names}
 
 
 def _is_equal(name: str, before: Any, after: Any) -> bool:
