@@ -184,4 +184,4 @@ def test_a_shipped_dialect_is_printed(capsys: pytest.CaptureFixture[str]) -> Non
     assert run(["list", "dialects", "haas", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"schema": 1, "name": "haas", "dialect": text}
     assert run(["list", "dialects", "hass"]) == 2
-    assert "no dialect 'hass' is shipped; did you mean 'haas'?" in capsys.readouterr().err
+    assert "leafcut has no built-in dialect 'hass'; did you mean 'haas'?" in capsys.readouterr().err

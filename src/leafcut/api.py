@@ -90,11 +90,12 @@ def optimize(
     defaults_file
         TOML file of options that apply where neither the call nor `options_file` sets them.
     progress
-        Called with a `Progress` when a step starts and while it runs. It must be quick. An exception ends the run.
+        Function that is called with a `Progress` when a step starts and while it runs. It must be fast. If it raises an
+        exception, the run ends.
     observe
-        Follows the searches; see `leafcut.model.snapshot`.
+        Observer of the searches; see `leafcut.model.snapshot`.
     cancelled
-        Set it from another thread to stop the search and keep the best result.
+        Event that another thread sets to stop the search and keep the best result.
     options
         Options by their names: ``machine="haas-vf2", thickness="0.25in", seed=7``. Numbers without a unit are in mm,
         s, rpm, and mm/min for feeds.
@@ -155,8 +156,8 @@ def drill(
 ) -> ProgramResult:
     """Return a verified program that drills the holes of a drawing, of drill files or of a point map.
 
-    `source` and `output` are as in `optimize`. `keywords` are the keywords of `optimize` except `process`, with the
-    options of drilling; other options are refused.
+    `source` and `output` are as in `optimize`. `keywords` are the keywords of `optimize` except `process`, and the
+    options of drilling. Other options are refused.
     """
     return optimize(source, output, process="drill", **keywords)
 
@@ -251,7 +252,7 @@ def _is_table(report: str | Path | None) -> bool:
 def _run_process(run: Job, sources: Sequence[Input], process_word: str, *, table: bool) -> tuple[Process, Outcome[Any]]:
     """Run the process that suits the inputs; return the process and its outcome.
 
-    Raises OptionError for options that the process does not use, and for a table that it does not have.
+    Raises OptionError for options that the process does not use, and for a table that the process does not provide.
     """
     registry.check_asked(process_word)
     inputs = [read_source(source) for source in sources]
@@ -420,7 +421,7 @@ def simulate(
     program
         A G-code program.
     dialect
-        Its dialect, by name or TOML file; by default the machine's.
+        Dialect of the program, by name or TOML file; by default the machine's.
     options
         Options by their names: ``machine="grbl-3018", units="in"``.
 
@@ -564,7 +565,7 @@ def verify(
     original, new
         G-code programs.
     dialect
-        Dialect of both, by name or TOML file; by default the machine's.
+        Dialect of both programs, by name or TOML file; by default the machine's.
     allow_reverse
         Accept open cuts of constant depth that run in the opposite direction.
 
@@ -598,9 +599,9 @@ def program_for(
 ) -> tuple[str, str]:
     """Return the file name of the program for an input, and the command that writes such a program.
 
-    The program of a foreign program has the name of the input, and its command is "reorder". For a drawing, the
-    extension is that of the dialect in which `optimize` would write. Raises OptionError if an option or the machine is
-    invalid for every input.
+    For a program of another CAM system, the file has the name of the input, and the command is "reorder". For a
+    drawing, the extension is that of the dialect in which `optimize` would write. Raises OptionError if an option or
+    the machine is invalid for every input.
     """
     settings = _collect(process, options, options_file, defaults_file)
     if process == "auto" and Path(str(source)).is_file():

@@ -105,7 +105,8 @@ class DataError(OptionError):
     Attributes
     ----------
     table, number, key
-        Position of the error in a TOML file, "" and 0 if unknown. `number` counts the tables of an array from 1.
+        Position of the error in a TOML file; "" and 0 if unknown. `number` is the number of the table in an array, from
+        1.
     line
         Line of a syntax error, from 1.
     """
@@ -166,8 +167,8 @@ def parser_errors(file: str | Path, failure: Message, line: int | None = None) -
 def closest_names(name: str, known: Iterable[str]) -> list[str]:
     """Return the known names that the user may have meant by `name`; empty if no name is close.
 
-    Names that start with `name` or contain it as a word are preferred to similar spellings. For `tool`, they are
-    `tools`, `tool-number` and `tool-diameter`; for `speed`, `spindle-speed` and not `seed`.
+    Names that start with `name` or contain it as a word are preferred to similar spellings. For `tool`, the function
+    returns `tools`, `tool-number` and `tool-diameter`; for `speed`, it returns `spindle-speed` and not `seed`.
     """
     from difflib import get_close_matches  # imported here for a quick start: seldom needed
 

@@ -134,7 +134,7 @@ def test_a_hole_of_siemens_has_the_line_of_its_place() -> None:
         ("F100\nMCALL CYCLE83(10,2,0,-9,,-1,,2,0,0,1,1)\nG0 X1\nMCALL", "DAM must be 0"),
         ("F100\nMCALL CYCLE83(10,2,0,-9,,-1,,0,0,0,1,2)\nG0 X1\nMCALL", "VARI must be 0 or 1"),
         ("MCALL CYCLE84(10,2,0,-9)", "that it wrote itself"),
-        ("F100\nG91\nMCALL CYCLE81(10,2,0,-3)", "understood in the XY plane (G17) with G90 only"),
+        ("F100\nG91\nMCALL CYCLE81(10,2,0,-3)", "understood only in the XY plane (G17) with G90"),
         ("F100\nMCALL CYCLE81(10,2,-1,-3)", "CYCLE81: SDIS must not be negative"),
         ("F100\nMCALL CYCLE83(10,2,0,-9,,3,,0,0,0,1,1)", "FDEP must be below the reference plane"),
         ("X=R1", "R is a parameter"),

@@ -22,7 +22,7 @@ FAULTS = [
     ("G1 X5 ?", 3, "unexpected character '?'"),
     ("G1 X5\nG1 X", 4, "'X' is a letter without a number"),
     ("G1 5", 3, "number without a letter"),
-    ("D1231230213", 3, "the number of D is out of range: 1,000,000,000 or more; correct or delete that word"),
+    ("D1231230213", 3, "the number of D is out of range: 1,000,000,000 or more; correct or delete this word"),
     ("#1=2000000000\nG1 X#1", 4, "the number of X is out of range"),
     ("#1=3\nWHILE [#1 GT 0] DO1", 4, "without its END"),
     ("N5 while[#1 gt 0]do 1", 3, "without its END"),

@@ -176,7 +176,7 @@ def test_a_word_of_the_controller_is_removed_from_the_code_and_not_from_comments
     assert without_word(line, "") is None
 
 
-TOO_LARGE = "out of range: 1,000,000,000 or more; correct or delete that word, or re-post the program"
+TOO_LARGE = "out of range: 1,000,000,000 or more; correct or delete this word, or post the program again"
 
 
 @pytest.mark.parametrize(

@@ -192,7 +192,7 @@ def test_the_planes_of_cycle_200_count_from_the_surface() -> None:
         (HEAD + CYCLE + "|L Z+1 R0 FMAX|L X+1 R0 FMAX M99", "from below its set-up clearance"),
         (HEAD + CYCLE + "|L X+1 Z+3 R0 FMAX M99", "a hole must be approached with"),
         (HEAD + CYCLE + "|TOOL CALL 2 Z S5|L X+1 R0 FMAX M99", "M99 without a cycle"),
-        (HEAD + "CYCL DEF 9.0 DWELL TIME|M8", "CYCL DEF 9.1 with the time is missing"),
+        (HEAD + "CYCL DEF 9.0 DWELL TIME|M8", "CYCL DEF 9.1, which states the dwell time, is missing"),
         (HEAD + "CYCL DEF 203 UNIVERSAL DRILLING", "that it wrote itself"),
         (HEAD + "CC X+0 Y+0", "that it wrote itself"),
         (HEAD + "L X+1 RL F100", "that it wrote itself"),
@@ -205,7 +205,7 @@ def test_the_planes_of_cycle_200_count_from_the_surface() -> None:
         (HEAD + "L X+1 R0 F0", "a cut without a feed"),
         (HEAD + "L " + "X+1 " * 3_000, "characters; this is not a program"),
         (HEAD + "M30", "END PGM is missing"),
-        (HEAD + "END PGM A MM", "M30 is missing"),
+        (HEAD + "END PGM A MM", "the program ends without M30"),
         (HEAD + "M30|M3", "continues after M30"),
     ],
 )

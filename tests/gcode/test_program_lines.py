@@ -36,8 +36,13 @@ def lone_returns(name: str, text: str) -> str:
 
 def test_a_carriage_return_alone_ends_a_line_only_where_the_controller_says_so() -> None:
     """LinuxCNC splits at line feeds alone; others differ, so a mixture is refused."""
-    one_line = "its lines end in a carriage return alone, and the controller takes them for one line; save it with LF"
-    differs = "a carriage return alone: whether it ends the line differs between controllers; save it with LF"
+    one_line = (
+        "the lines end in a carriage return alone, so the controller reads them as a single line; "
+        "save the file with LF line ends"
+    )
+    differs = (
+        "a carriage return alone: whether it ends the line depends on the controller; save the file with LF line ends"
+    )
     by_ends = {}
     for name in ("linuxcnc", "haas", "grbl", "mach3", "fanuc", "siemens", "marlin", "centroid"):
         by_ends.setdefault(dialect(name).line_ends, name)

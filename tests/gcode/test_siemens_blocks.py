@@ -58,8 +58,8 @@ def test_lengths_of_a_cycle_are_in_the_unit_of_the_program() -> None:
             "MCALL CYCLE83(2,2,0,-10,,-1,,0,0,0,1,1,)",
             "CYCLE83 with 13 arguments: leafcut reads only its own Siemens programs",
         ),
-        ("G18\nMCALL CYCLE81(2,2,0,-5)", "CYCLE81 is understood in the XY plane (G17) with G90 only"),
-        ("G91\nMCALL CYCLE81(2,2,0,-5)", "CYCLE81 is understood in the XY plane (G17) with G90 only"),
+        ("G18\nMCALL CYCLE81(2,2,0,-5)", "CYCLE81 is understood only in the XY plane (G17) with G90"),
+        ("G91\nMCALL CYCLE81(2,2,0,-5)", "CYCLE81 is understood only in the XY plane (G17) with G90"),
         ("MCALL CYCLE81(2,2.5,-0.5,-5)", "CYCLE81: SDIS must not be negative"),
         *(
             (

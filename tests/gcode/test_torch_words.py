@@ -149,7 +149,7 @@ def test_a_controller_is_told_only_what_is_its_programs() -> None:
 
 def test_a_controller_that_cannot_darken_the_torch_puts_it_out_at_the_end() -> None:
     path = cut_with_a_dark_end()
-    with pytest.raises(PostError, match="cannot move on with the torch off"):
+    with pytest.raises(PostError, match="cannot switch the torch off during a cut"):
         convert_for_controller(path, dialect("plasma"))
     rows = [m for m in path if m.kind is not Kind.TORCH or m.value == 0.0]
     arcs = path.arcs

@@ -152,7 +152,7 @@ def test_rows_are_written_with_the_words_of_the_controller(name: str, steps: lis
         (
             "linuxcnc",
             [HIGH, ("rapid", 0.0, 0.0), ("machine", None, None, 0.0), ("drill", 1.0, 1.0, G81, FEED)],
-            "a hole while the position of the tool is unknown",
+            "a hole is drilled while the position of the tool is unknown",
         ),
         (
             "linuxcnc",
@@ -162,13 +162,13 @@ def test_rows_are_written_with_the_words_of_the_controller(name: str, steps: lis
         (
             "linuxcnc",
             [HIGH, ("rapid", 0.0, 0.0), ("arc", True, (0.0015, 0.0, 9.0), Arc((5.0, 0.0, 9.0)), FEED)],
-            "an arc whose ends are less than two units of the last decimal apart",
+            "an arc whose ends are less than two units of the last decimal place apart",
         ),
         ("rrf", [HIGH, ("pause", True)], "rrf has no optional stop (M1)"),
         (
             "linuxcnc",
             [HIGH, ("drill", 1.0, 1.0, G81, FEED), ("drill", 2.0, 1.0, DrillCycle("G84", 2.0, -5.0, True), FEED)],
-            "a tapped hole after which the tool does not return to its R plane or its initial plane",
+            "a tapped hole, after which the tool does not return to the R plane or the initial plane",
         ),
     ],
 )

@@ -348,13 +348,13 @@ def _one_coolant_off(b: ToolpathBuilder) -> None:
         (_sideways_after_tool, "grbl", "after a change of tool, the first move must be in Z"),
         (_drill_after_tool, "linuxcnc", "must be a rapid in Z alone"),
         (_no_feed, "mach3", "give the tool a feed"),
-        (_too_far, "mach3", "out of range of any machine"),
+        (_too_far, "mach3", "out of range for any machine"),
         (_peck_of_nothing, "haas", "needs a peck depth"),
-        (_arc_of_nothing, "grbl", "less than two units of the last decimal apart"),
+        (_arc_of_nothing, "grbl", "less than two units of the last decimal place apart"),
         (_one_coolant_off, "linuxcnc", "switch off both first"),
         (_arc_from_nowhere, "linuxcnc", "an arc from an unknown position"),
         (_cut_to_nowhere, "linuxcnc", "a cut to an unknown position"),
-        (_drill_nowhere, "linuxcnc", "a hole while the position of the tool is unknown"),
+        (_drill_nowhere, "linuxcnc", "a hole is drilled while the position of the tool is unknown"),
     ],
 )
 def test_what_could_break_something_is_refused(fault: object, name: str, reason: str) -> None:

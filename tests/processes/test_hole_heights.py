@@ -96,7 +96,7 @@ def test_one_height_that_is_drawn_stays_that_height(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("holes", "options", "words"),
     [
-        (HOLES, {"retract": "r"}, r"--retract r: the heights between holes of different heights are unknown"),
+        (HOLES, {"retract": "r"}, r"--retract r: the surface between holes at different heights is unknown"),
     ],
 )
 def test_what_cannot_be_known_is_refused(

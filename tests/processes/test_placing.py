@@ -208,7 +208,7 @@ def test_a_program_is_neither_mirrored_nor_turned_nor_moved(given: dict[str, str
 @pytest.mark.parametrize(
     "given, words",
     [
-        ({"origin": "lower left"}, "--origin: unknown place 'lower left'; did you mean 'lower-left'"),
+        ({"origin": "lower left"}, "--origin: unknown position 'lower left'; did you mean 'lower-left'"),
         ({"origin": "1,2,3"}, "--origin: '1,2,3' is not a point"),
         ({"mirror": "z"}, "--mirror: unknown value 'z'"),
         ({"rotate": "400"}, "--rotate: 400 deg is above the maximum of 360 deg"),

@@ -258,7 +258,7 @@ def test_two_packages_that_have_the_same_are_both_told_of_and_neither_is_used(
     install("bells", {"leafcut.processes": {"sounding": f"{__name__}:Sounding"}})
     install("horns", {"leafcut.processes": {name: f"{__name__}:{other}"}})
     for one, its, two in (("sounding", "bells", name), (name, "horns", "sounding")):
-        words = f"'{one}' and '{two}' of bells and horns both have {shared}; uninstall one of them"
+        words = f"the plug-ins '{one}' and '{two}' of bells and horns both have {shared}; uninstall one of them"
         with pytest.raises(OptionError) as refused:
             registry.check_asked(one)
         assert str(refused.value) == f"the process '{one}' is a plug-in of {its} that cannot be used ({words})"

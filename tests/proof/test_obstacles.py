@@ -136,7 +136,7 @@ def test_a_holder_below_the_height_of_a_zone_is_kept_away_from_it() -> None:
     assert whats(way, **rules, bodies={1: [(7.0, 8.0)]}) == {"crosses"}
     assert whats(way, **rules, bodies={1: [(8.1, 8.0)]}) == set()
     found = check_obstacles(hole.build(), rules["zones"], 10.0, bodies={1: [(14.0, 8.0)]})
-    assert "the shank or holder of the tool meets a --keep-out zone below its height" in found[0].text
+    assert "the shank or holder of the tool hits a --keep-out zone" in found[0].text
 
 
 def test_an_arc_is_looked_at_along_its_way_and_not_its_chord() -> None:
@@ -233,7 +233,7 @@ def test_a_holder_is_named_only_if_the_tool_itself_stays_clear() -> None:
     builder.rapid(0.0, 3.0, 1.0)
     builder.rapid(x=10.0, line=7)
     bodies = {1: [(0.5, 2.5)]}
-    text = "the shank or holder of the tool meets a --keep-out zone below its height"
+    text = "the shank or holder of the tool hits a --keep-out zone"
     (found,) = check_obstacles(builder.build(), ZONE, 2.0, tool_radii={1: 1.0}, bodies=bodies)
     assert found.text.startswith(text) and found.what == "crosses an obstacle"
     (found,) = check_obstacles(builder.build(), ZONE, 2.0, tool_radii={1: 2.1}, bodies=bodies)
@@ -314,7 +314,7 @@ def test_an_unknown_path_is_reported_with_its_start() -> None:
             "may cross an obstacle",
             0,
             9,
-            "it leaves X0.000 Y0.000 Z1.000 on an unknown path, not high enough to cross a --keep-out zone",
+            "the tool leaves X0.000 Y0.000 Z1.000 on an unknown path, too low to cross a --keep-out zone",
         )
     ]
 

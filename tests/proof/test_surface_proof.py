@@ -116,7 +116,7 @@ def test_a_holder_meets_the_surface_at_feed_too() -> None:
     bodies = {1: [(4.0, 8.0)]}
     (one,) = found(slot(3.0, 0.5), bodies=bodies)
     assert one.what == "shank or holder in the part"
-    assert one.text.startswith("the tool meets the surface above its flutes; this move goes from X0.000 Y3.000")
+    assert one.text.startswith("the tool hits the surface above its flutes; this move goes from X0.000 Y3.000")
     assert found(slot(3.0, 1.1), bodies=bodies) == []
     assert found(slot(1.9, 0.5), bodies=bodies) == []
     assert found(slot(3.0, 0.5), bodies={2: [(4.0, 8.0)]}) == []

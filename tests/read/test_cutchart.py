@@ -46,7 +46,7 @@ def test_other_currents_for_about_the_thickness_are_offered(tmp_path: Path) -> N
     assert [(i.code, i.message) for i in issues] == [
         (
             "L412",
-            "cut with plasma 45 A; for about this thickness the chart also has plasma 65 A, plasma 85 A: "
+            "cut with plasma 45 A; for similar thicknesses, the chart also has plasma 65 A, plasma 85 A: "
             "choose with --amps",
         )
     ]

@@ -53,8 +53,8 @@ def edited(change: dict[str, Any], cut: dict[str, Any] | None = None) -> str:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("{", "is not JSON"),
-        ("[" * 100_000, "is not JSON"),
+        ("{", "is not valid JSON"),
+        ("[" * 100_000, "is not valid JSON"),
         ("[]", "a JSON object was expected"),
         ("{}", "'leafcut_plan' is missing"),
         ('{"leafcut_plan": 1}', "'contours' is missing"),

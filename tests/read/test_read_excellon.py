@@ -182,7 +182,7 @@ def test_what_cannot_be_read_with_certainty_is_refused_with_its_line(text_file, 
 def test_a_file_without_its_end_is_reported_and_one_cut_in_a_number_is_refused(text_file):
     whole = body("X1.0Y2.0\nX10.0Y20.0")
     assert codes(read(text_file("c.drl", whole.replace("M30\n", "")))) == ["L101"]
-    with pytest.raises(ReadError, match="its last line is cut off"):
+    with pytest.raises(ReadError, match="its last line is truncated"):
         read(text_file("c.drl", whole[: whole.index("0.0\nM30")]))
 
 

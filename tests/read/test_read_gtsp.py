@@ -79,7 +79,7 @@ def test_a_colon_behind_the_name_of_a_section_is_no_matter(text_file):
         ("1 5 1 -1", "1 5 7 -1", "five.gtsp:13: set 1 has node 7; nodes are numbered 1 to 5"),
         ("1 5 1 -1", "2 5 1 -1", "five.gtsp:14: set 2 occurs twice"),
         ("1 5 1 -1", "1 -1", "set 1 has no nodes"),
-        ("1 5 1 -1", "-1", "no nodes before its -1"),
+        ("1 5 1 -1", "-1", "no nodes before its terminating -1"),
         ("1 5 1 -1", "1 5 1.5 -1", "1.5 is not the number of a node"),
         ("1 5 1 -1", "1 5 x -1", "five.gtsp:13: 'x' is not a number"),
         ("4 3 -1", "4 3", "does not end with -1"),

@@ -279,10 +279,10 @@ def test_corners_of_different_heights_are_said(text_file: Write) -> None:
 @pytest.mark.parametrize(
     "text, words",
     [
-        ("POLYGON ((0 0, 10 0, 10 10", "a.wkt:1: this is not well-known text"),
-        ("\n\nPOLYGON ((0 0, 10 0, 10 10, 0 0))\nPOLYGON ((a b))", "a.wkt:4: this is not well-known text"),
-        ("POLYGON ((0 0, 10 0, 10 10, 0 0)))", "a.wkt:1: this is not well-known text"),
-        ("POLYGON ((0 0, 10 0, 10 10, 0 0)) and more", "this is not well-known text"),
+        ("POLYGON ((0 0, 10 0, 10 10", "a.wkt:1: this is not well-known text (WKT)"),
+        ("\n\nPOLYGON ((0 0, 10 0, 10 10, 0 0))\nPOLYGON ((a b))", "a.wkt:4: this is not well-known text (WKT)"),
+        ("POLYGON ((0 0, 10 0, 10 10, 0 0)))", "a.wkt:1: this is not well-known text (WKT)"),
+        ("POLYGON ((0 0, 10 0, 10 10, 0 0)) and more", "this is not well-known text (WKT)"),
         ("POLYGON ((0 0, 10 0, 10 10))", "do not form a closed linestring"),
         ("POLYGON ((0 0, 10 0, nan 10, 0 0))", "a coordinate is not a number"),
         ("POLYGON ((0 0, 10 0, 10 1e999, 0 0))", "a coordinate is not a number"),

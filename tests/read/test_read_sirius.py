@@ -68,10 +68,10 @@ def test_a_sheet_with_too_many_segments_is_refused_with_the_name_of_its_file(she
 @pytest.mark.parametrize(
     "text, words",
     [
-        ('[{"partid": "a", "paths": [', "not JSON"),
+        ('[{"partid": "a", "paths": [', "not valid JSON"),
         ('[{"partid": "a"}]', "has no 'paths'"),
         ('[{"partid": "a", "paths": []}]', "no paths"),
-        ('[{"partid": ' + "[" * 100_000, "not JSON"),
+        ('[{"partid": ' + "[" * 100_000, "not valid JSON"),
     ],
 )
 def test_what_is_no_sheet_is_refused_in_one_line(text_file, text, words):

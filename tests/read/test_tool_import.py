@@ -243,4 +243,4 @@ def test_the_first_of_two_tools_with_one_number_is_taken_and_empty_rows_are_skip
     library = load_tools(tmp_path / "a.csv", "mm")
     assert [(tool.number, tool.diameter, tool.cycle) for tool in library.tools] == [(1, 4.0, "G81"), (2, 6.0, None)]
     (line,) = library.left_out
-    assert "another tool has its number" in line
+    assert "another tool has the same number" in line

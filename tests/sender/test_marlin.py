@@ -129,8 +129,8 @@ def test_noise_on_the_line_changes_nothing_every_line_is_obeyed_once_and_in_orde
 @pytest.mark.parametrize(
     "fault, told",
     [
-        ("reset", r"the controller was reset while it was in line \d+"),
-        ("kill", r"it has stopped everything, motors and spindle off \(kill\).*the machine is locked by an alarm"),
+        ("reset", r"the controller was reset while the machine was in line \d+"),
+        ("kill", r"the board has switched off the motors and the spindle \(kill\).*the machine is locked by an alarm"),
         ("error", r"^[^;]*in or after line \d+: an arc has invalid words; the machine is stopped without deceleration"),
         ("endstop", r"an end stop was hit unexpectedly \(X:12\.00\)"),
         ("garbage", r"invalid answer: 'o.k.*check the cable"),

@@ -319,6 +319,8 @@ def test_in_a_terminal_enter_starts_and_keys_hold_go_on_and_stop(board: Board, p
         os.close(ours)
     told = screen[screen.index("leafcut: stopped by you") :]
     assert re.search(
-        r"the machine is standing still; its position is X.* \(machine coordinates\); it was in line \d+", told
+        r"the machine is standing still; the position of the machine is X.* \(machine coordinates\); "
+        r"the machine was in line \d+",
+        told,
     )
     assert re.search(r"resume with --from-hole \d+", told), told

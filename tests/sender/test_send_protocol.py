@@ -88,11 +88,11 @@ def test_a_line_that_does_not_fit_is_not_sent() -> None:
         ("error:20", r"line 20 'G0 X4 Y0': error 20: the controller does not support this word"),
         ("error:99", r"line 20 'G0 X4 Y0': error 99: unknown to GRBL"),
         ("alarm", r"alarm 1: a limit switch was reached.*the machine is locked by an alarm"),
-        ("reset", r"the controller was reset while it was in line \d+"),
+        ("reset", r"the controller was reset while the machine was in line \d+"),
         ("garbage", r"invalid answer: 'o.k.*check the cable"),
         ("drop", r"an answer was lost on the way"),
         ("twice", r"is another program connected to it"),
-        ("silent", r"fake no longer responds.*it runs its buffered lines, at most up to line \d+"),
+        ("silent", r"fake no longer responds.*the machine runs its buffered lines, at most up to line \d+"),
         ("lost", r"the connection to fake is lost.*its spindle may stay on"),
     ],
 )

@@ -41,13 +41,13 @@ class BatchRow:
     state
         `WRITTEN`, `REFUSED`, or `SIMULATED` if no program is to be written.
     before_s, after_s
-        Machine time of the usual order or of the given program, and of the new program; "" if unknown.
+        Machine times, s, of the nearest-neighbour order or the given program, and of the new program; "" if unknown.
     issues, worst
         Number of issues except notes, and severity of the worst issue.
     line
-        Reason of a refusal.
+        Reason for a refusal.
     key
-        Hash of input, options and version.
+        Hash of the input, the options and the version of leafcut.
     program_sha256
         Hash of the program.
     """
@@ -70,7 +70,7 @@ class BatchTask:
     """One input with its options.
 
     `source` is already read, so that a worker on another machine needs no file of this machine. `target` and `report`
-    are the files to write, or "" for none.
+    are the files to write, or "" if there is no such file.
     """
 
     name: str

@@ -133,9 +133,9 @@ def command_of(
     help
         Replacement for the docstring of the function.
     all_shown
-        Whether the help shows all options. Otherwise it shows only the main options, if the command has any.
+        Whether the help shows all options, or only the main options if the command has any.
     helps
-        Returns option → replacement for its help text and for its displayed default; "" keeps the original.
+        Function that returns, for each option, a new help text and a new displayed default; "" keeps the original.
     """
     fixed = fixed or {}
     own_parameters = [

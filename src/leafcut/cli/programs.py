@@ -390,8 +390,8 @@ def filter_program(
 
 
 def _sheets_beside(parts: Sequence[str]) -> str | None:
-    """Return the default file of nested sheets, in the folder of the first part and named after it; None without a
-    first part.
+    """Return the default file of nested sheets, in the folder of the first part and with its name; None if there is no
+    part.
 
     Raises OutputError if it cannot be written.
     """

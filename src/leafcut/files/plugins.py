@@ -46,7 +46,7 @@ class Plugin(Generic[T]):
 
     @property
     def refusal(self) -> str:
-        """The package and the reason why the plug-in cannot be used, for a list of plug-ins."""
+        """The package and the reason why the plug-in cannot be used, as a line in a list of plug-ins."""
         return Message("plug-in of {} that cannot be used ({})", self.package, self.error)
 
 
@@ -115,7 +115,7 @@ def _checked_plugins(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> t
             if shared:
                 packages = " and ".join(dict.fromkeys(sorted((plugin.package, other_plugin.package))))
                 reason = Message(
-                    "'{}' and '{}' of {} both have {}; uninstall one of them",
+                    "the plug-ins '{}' and '{}' of {} both have {}; uninstall one of them",
                     name,
                     other_plugin.name,
                     packages,

@@ -328,13 +328,13 @@ class Scanner:
             return ANY_NUMBER
         number = round(value)
         if abs(value - number) > 1e-4 or not 0 <= number <= 99_999:
-            raise BlockError("#{:g}: parameters have whole numbers", value)
+            raise BlockError("#{:g}: the number of a parameter must be a whole number", value)
         return number
 
     def _name(self) -> str:
         found = _NAME.match(self.text, self.position)
         if found is None:
-            raise BlockError("a name of a parameter is not closed: '>' is missing")
+            raise BlockError("a parameter name is not closed: '>' is missing")
         self.position = found.end()
         return re.sub(r"\s+", "", found.group(1)).lower()
 

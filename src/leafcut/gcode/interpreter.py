@@ -57,8 +57,8 @@ _CLEAR_GROUPS = frozenset(
      "length", "offset", "non-modal"}
 )  # fmt: skip
 _CLEAR_LETTERS = frozenset("ABCDFHIJKLPQRSUVWXYZ")
-_OF_MACHINE = Message("only the machine knows the numbers in it")
-_MESSAGE = Message("it shows a message or writes a record")
+_OF_MACHINE = Message("only the machine knows the numbers in the block")
+_MESSAGE = Message("the block shows a message or writes a record")
 _ALL = (True, True, True)
 _NONE = (False, False, False)
 #: Maximum number of rows; a longer program has an error in a repeat count, and would fill the memory.
@@ -235,9 +235,11 @@ class Interpreter:
     def _comments(self, block: Block) -> None:
         self.obeyed = active_comments(block.comments)
         if block.deleted:
-            self.reason = Message("the block-delete switch may skip it")
+            self.reason = Message("the block-delete switch may skip the block")
         if self.obeyed:
-            self.reason = Message("its comment may stop the program") if may_stop(self.obeyed) else _MESSAGE
+            self.reason = (
+                Message("the comment in the block may stop the program") if may_stop(self.obeyed) else _MESSAGE
+            )
         if not block.comments or self.state.dialect.cycle_words != "fagor":
             return
         for comment in block.comments:
@@ -682,7 +684,9 @@ class Interpreter:
             self.reason = Message("the tapping cycle repeats the dwell of an earlier cycle")
 
     def _check_one_motion(self, special: int, g: dict[str, int], both_move: bool) -> None:
-        message = Message("G{:g} and a motion share a block that has only one set of axis words", special / 10)
+        message = Message(
+            "G{:g} and a motion are in the same block, which has only one set of axis words", special / 10
+        )
         if "motion" in g and both_move:
             raise BlockError(message)
         if "motion" in g:

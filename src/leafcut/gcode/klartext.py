@@ -126,10 +126,10 @@ class _Reader:
         if self.ended:
             raise BlockError("the program continues after END PGM")
         if self.dwelling and not block.startswith("CYCL DEF 9.1"):
-            raise BlockError("CYCL DEF 9.1 with the time is missing")
+            raise BlockError("CYCL DEF 9.1, which states the dwell time, is missing")
         if block == f"END PGM {self.name} MM":
             if not self.stopped:
-                raise BlockError("M30 is missing before the end")
+                raise BlockError("the program ends without M30")
             self.ended = True
         elif self.stopped:
             raise BlockError("the program continues after M30")

@@ -54,19 +54,19 @@ _FILLING = " \t\f\x1a\0"
 #: Maximum number of title lines above the first percent sign.
 _MOST_TITLE = 200
 #: Reasons for keeping control-flow blocks and repeated blocks.
-_DIRECTS = Message("it directs a loop, a condition or a subprogram")
-_LOOPED = Message("it is run from a loop or a subprogram")
+_DIRECTS = Message("the block controls a loop, a condition or a subprogram")
+_LOOPED = Message("the block is run from a loop or a subprogram")
 CALLED = frozenset((_DIRECTS, _LOOPED))
-_OBEYED = Message("the controller takes settings from it")
-_COMPUTED = Message("its numbers come from parameters or expressions")
+_OBEYED = Message("the controller takes settings from the block")
+_COMPUTED = Message("the numbers in the block come from parameters or expressions")
 _NESTED = Message("a comment is inside a comment: controllers differ in where it ends")
-_SENDS = Message("it sends a record")
+_SENDS = Message("the block sends a record")
 _GOAL = Message("a jump leads here")
 _PIERCED = Message("the controller only pierces there (#<pierce-only>=1)")
-_AGAIN = Message("it may be run again")
+_AGAIN = Message("the block may be run again")
 #: Mask of the line number: `on_progress` is called every 4,096 lines.
 _LINES_BETWEEN_CHECKS = 0xFFF
-_MAYBE = Message("only the machine knows whether it is run")
+_MAYBE = Message("only the machine knows whether the block is run")
 #: Indices in `InterpreterState.modal_values`.
 _MOTION, _FEED, _SPEED = ([f.name for f in fields(Modal)].index(name) for name in ("motion", "feed", "rpm"))
 
@@ -127,14 +127,16 @@ def split_lines(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
     """Split a text into lines with their line ends, as its controller does."""
     if "\r" in text and "\n" not in text.rstrip() and dialect.line_ends == "lf" and "\r" in text.rstrip():
         reason = Message(
-            "its lines end in a carriage return alone, and the controller takes them for one line; save it with LF"
+            "the lines end in a carriage return alone, so the controller reads them as a single line; save the "
+            "file with LF line ends"
         )
         raise ReadError(file, reason, 1)
     lines = tuple(io.StringIO(text, newline="\n" if dialect.line_ends == "lf" else ""))
     if not dialect.line_ends and any(line.endswith("\r") for line in lines[:-1]) and "\n" in text:
         number = next(k for k, line in enumerate(lines, 1) if line.endswith("\r"))
         reason = Message(
-            "a carriage return alone: whether it ends the line differs between controllers; save it with LF"
+            "a carriage return alone: whether it ends the line depends on the controller; save the file with "
+            "LF line ends"
         )
         raise ReadError(file, reason, number)
     return lines
@@ -382,7 +384,7 @@ class _ProgramReader:
             if self._has_effect(k) and not self.lines[k].strip(_FILLING).startswith("%"):
                 reason = Message(
                     "the program continues after the percent sign in line {}, where some controllers end it; "
-                    "remove the sign, or what follows it",
+                    "remove the sign, or the lines after it",
                     last,
                 )
                 raise ReadError(self.file, reason, k + 1)
@@ -576,7 +578,7 @@ class _ProgramReader:
                 return after
             goal = flow.jumps.label(to, at if back is None else back - 1) if to is not None else back
             if goal is None:
-                raise BlockError("M99 P{}: there is no N{} to go to", to, to)
+                raise BlockError("M99 P{}: the program has no block N{}", to, to)
             self._note_jump(at if back is None else back - 1, goal)
             return goal
         if runner.call is not None:

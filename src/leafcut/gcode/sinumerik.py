@@ -85,7 +85,7 @@ def _call_cycle(state: InterpreterState, name: str, arguments: Sequence[str]) ->
         raise BlockError("{} with {} arguments: leafcut reads only its own Siemens programs", name, len(arguments))
     values = dict(zip(_ARGUMENTS[name], arguments, strict=False))
     if state.incremental or state.plane != 17:
-        raise BlockError("{} is understood in the XY plane (G17) with G90 only", name)
+        raise BlockError("{} is understood only in the XY plane (G17) with G90", name)
     rtp, rfp, sdis, bottom = (_length(state, name, values, key) for key in ("RTP", "RFP", "SDIS", "DP"))
     if sdis < 0.0:
         raise BlockError("{}: SDIS must not be negative", name)

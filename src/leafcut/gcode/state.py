@@ -244,7 +244,7 @@ class InterpreterState(Modal):
             if self.surface:
                 raise UnclearBlock("a feed per revolution (G95) with constant surface speed (G96)")
             if self.spindle == 0:
-                raise BlockError("a feed per revolution (G95) needs a turning spindle")
+                raise BlockError("a feed per revolution (G95) needs a running spindle")
             feed *= self.rpm / SECONDS_PER_MINUTE
         if not feed > 0.0:
             raise BlockError("a cut without a feed; F is missing")

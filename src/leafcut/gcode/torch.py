@@ -224,7 +224,9 @@ class _TorchWriter:
         if self.torch.can_switch_off_along_path:
             self.keep(row)
         elif row.value:
-            raise PostError("{} cannot move on with the torch off; leave out the micro-joints", self.dialect.name)
+            raise PostError(
+                "{} cannot switch the torch off during a cut; leave out the micro-joints", self.dialect.name
+            )
         elif self.lit is not None:
             self._light(Motion(Kind.SPINDLE, row.end, 0.0, 0, row.line))
 

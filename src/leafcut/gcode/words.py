@@ -166,7 +166,7 @@ def words_of(body: str) -> tuple[Word, ...]:
 def out_of_range(letter: str) -> Message:
     """Return the message for a number that is too large for any machine."""
     fault = Message("the number of {} is out of range: {:,.0f} or more", letter.upper(), MAX_NUMBER)
-    return Message("{}; correct or delete that word, or re-post the program", fault)
+    return Message("{}; correct or delete this word, or post the program again", fault)
 
 
 def refuse_rest(body: str, position: int) -> NoReturn:

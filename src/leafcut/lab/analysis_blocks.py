@@ -327,8 +327,8 @@ def _trend_words(sizes: Sequence[float], gains: Sequence[float], alpha: float) -
 
 
 def _projection(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Report the saving of each level over the base level for batches of workpieces, all of which take the same
-    time.
+    """Report the saving of each level over the base level for batches of workpieces, all with the same time per
+    workpiece.
     """
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     rows = []

@@ -191,7 +191,7 @@ def trials(costs: Sequence[tuple[float, float]], heading: str, description: str)
 
 
 def _costs_at(curve: Course, places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the cost of a curve at each of the given positions, which is the value of the last step before it."""
+    """Return the cost of a curve at each of the given positions: the value of the last step before the position."""
     x, y = (np.array(column, dtype=np.float64) for column in zip(*curve, strict=True))
     costs: NDArray[np.float64] = y[np.maximum(np.searchsorted(x, places, side="right") - 1, 0)]
     return costs

@@ -55,8 +55,8 @@ class LabInstance:
 class Level:
     """A level of a factor: the options that it sets, and its value if it is numeric.
 
-    With a `folder`, runs of this level read the files in that folder that have the same names as the files of the
-    instances. `without` lists options that other levels set and that runs of this level do not use.
+    If `folder` is set, runs of this level read the files with the names of the instances' files from that folder.
+    `without` lists options that other levels set and that runs of this level do not use.
     """
 
     name: str

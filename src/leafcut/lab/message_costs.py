@@ -16,7 +16,7 @@ from leafcut.lab.results import ReportBlock, Results, Table, number, number_or_d
 
 @dataclass(frozen=True)
 class IterationCost:
-    """Cost of an iteration, in the unit of the response: C, U and M in `simulated`."""
+    """Cost of an iteration, in the unit of the response; `simulated` calls the three parts C, U and M."""
 
     ants: float
     update: float

@@ -124,9 +124,8 @@ class Runs:
 
 @dataclass(frozen=True)
 class Ours:
-    """Our result. If there is none, `value` is None and `missing` is the key of the explanation.
-
-    `runs` of the `planned` runs are finished.
+    """Our own result for a published one. If there is none, `value` is None and `missing` is the key of the
+    explanation.
     """
 
     value: float | str | None
@@ -180,12 +179,14 @@ def published_blocks(runs: Mapping[str, Runs], language: str, options: str = "")
 
 
 def compared(table: PublishedTable, runs: Mapping[str, Runs]) -> list[FigurePair]:
-    """Return the results in a table together with ours; results of experiments that are not in `runs` are omitted."""
+    """Return the published results in a table together with ours; results of experiments that are not in `runs` are
+    omitted.
+    """
     return [(figure, ours(figure, runs[figure.experiment])) for figure in table.figures if figure.experiment in runs]
 
 
 def ours(figure: Figure, runs: Runs) -> Ours:
-    """Return our result that corresponds to a published one."""
+    """Return our result that corresponds to a published result."""
     cells = runs.chosen(figure)
     if not cells:
         return Ours(None, missing="not_here")

@@ -214,7 +214,7 @@ def two_way(
         (level of the first factor, level of the second, value). Without repeated cells, the interaction cannot be
         separated from chance and is omitted.
     blocks
-        Block of each row, a third factor without interactions; empty for none.
+        Block of each row, as a third factor without interactions; empty if there are no blocks.
 
     Raises
     ------

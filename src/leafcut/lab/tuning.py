@@ -207,7 +207,8 @@ def tune(
     cancelled: threading.Event | None = None,
     mixed: bool = False,
 ) -> TuningResult:
-    """Search for parameters on some inputs, and evaluate the best set on the others. Stored runs are not repeated.
+    """Search for the best parameters on some inputs, and evaluate them on the other inputs. Stored runs are not
+    repeated.
 
     `performer`, `progress`, `cancelled` and `mixed` are as in `lab.running.run`.
 

@@ -66,8 +66,7 @@ class HeightField:
             while math.ceil(width / min_cell) * math.ceil(depth / min_cell) > MOST_CELLS:
                 min_cell *= 1.01
             raise PlanError(
-                "cells of {:g} mm: {:,} of them are needed, but at most {:,} fit; use "
-                "cells of {:g} mm or a smaller stock",
+                "cells of {:g} mm: {:,} are needed, but the limit is {:,}; use cells of {:g} mm or a smaller stock",
                 cell,
                 columns * rows,
                 MOST_CELLS,

@@ -41,7 +41,7 @@ class Certificate:
     allow_reverse, reversed_cuts
         Whether open cuts were allowed to be reversed, and the number of reversed cuts.
     notes
-        Sentences about changes that do not affect the work, such as another order in which a beam detaches parts.
+        Sentences about changes that do not affect the work, such as a different order in which a beam detaches parts.
     defaults
         Options that the user's own defaults set, as flags.
     """

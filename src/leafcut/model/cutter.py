@@ -42,12 +42,12 @@ class Cutter:
 
     def __post_init__(self) -> None:
         if not 0.0 < self.radius < math.inf:
-            raise OptionError("a tool of diameter {:g} mm cuts nothing; give its diameter", 2 * self.radius)
+            raise OptionError("a tool of diameter {:g} mm cannot cut; give its true diameter", 2 * self.radius)
         if not (
             self.slope > 0 and self.flat >= 0 and self.corner >= 0
         ) or self.flat + self.meets * self.corner > self.radius * (1.0 + 1e-9):
             raise OptionError(
-                "a tool of diameter {:g} mm cannot have a corner of {:g} mm and a tip of diameter {:g} mm",
+                "a tool of diameter {:g} mm cannot have a corner radius of {:g} mm and a tip diameter of {:g} mm",
                 2 * self.radius,
                 self.corner,
                 2 * self.flat,
@@ -65,7 +65,9 @@ class Cutter:
         return self.flat + share * self.corner, self.corner * (1.0 - math.sqrt(max(1.0 - share * share, 0.0)))
 
     def height(self, distance: float) -> float:
-        """Return the height of the surface above the tip at a distance from the axis, mm; infinite outside."""
+        """Return the height of the surface above the tip at a distance from the axis, mm; infinite beyond the radius of
+        the tool.
+        """
         reach, rise = self.tangent
         if distance > self.radius:
             return math.inf
@@ -76,8 +78,8 @@ class Cutter:
         return math.inf if math.isinf(self.slope) else rise + self.slope * (distance - reach)
 
     def radius_at(self, depth: float) -> float:
-        """Return the largest radius that the tool cuts with its tip at this depth, mm; below `radius` only for a
-        pointed tool.
+        """Return the largest radius that the tool cuts if its tip is at the given depth, mm; smaller than `radius` only
+        for a pointed tool.
         """
         if self.corner > 0.0 or math.isinf(self.slope):
             return self.radius
@@ -205,7 +207,7 @@ def bodies_of(tool: Tool) -> list[tuple[float, float]]:
 
 
 def body_of(tool: Tool) -> tuple[BodyPart, ...]:
-    """Return the sections of shank and holder that are at least as wide as the tool; empty if they are unknown."""
+    """Return the sections of shank and holder that are at least as wide as the tool; empty if no section is known."""
     return tuple(part for part in _parts(tool) if part.radius >= 0.5 * tool.diameter * (1.0 - 1e-9))
 
 

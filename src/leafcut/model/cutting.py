@@ -28,8 +28,8 @@ class ConsumptionRates:
     """Consumption of a cutting process from the cut chart; None and "" if the chart has no value.
 
     `gas` is the plasma or cutting gas, `second_gas` the shield, assist or fuel gas. Flows are in standard litres per
-    second. `power` is the input power while the torch is on, W. `abrasive` is in kg/s. Lives are in seconds of cutting
-    and in pierces.
+    second. `power` is the input power while the torch is on, W. `abrasive` is in kg/s. The lives of consumables are in
+    seconds of cutting and in pierces.
     """
 
     nozzle: str = ""

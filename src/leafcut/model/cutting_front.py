@@ -16,7 +16,9 @@ OBJECTIVES = ("time", "cost", "life")
 
 @dataclass(frozen=True)
 class CuttingPoint:
-    """A speed and a feed of a tool with their results: mm, mm/s, 1/min, s, N, N·mm, W; cost in the user's currency.
+    """A speed and a feed of a tool, with the resulting cost, time, tool life and load.
+
+    Units are mm, mm/s, 1/min, s, N, N·mm and W; the cost is in the user's currency.
 
     Attributes
     ----------
@@ -25,7 +27,7 @@ class CuttingPoint:
     speed
         Cutting speed at the largest diameter, mm/s.
     time, cost
-        Time and cost of the tool per part: feeds, other moves, and replacement of worn tools.
+        Time and cost of the tool per part: feed moves, other moves, and replacement of worn tools.
     life
         Tool life in the cut, s, at most the assumed maximum.
     worn
@@ -61,7 +63,8 @@ class ToolFront:
     candidates, allowed
         Number of evaluated speeds and feeds, and number within all limits.
     given
-        Result of the speed and feed of the tool library, or of the options for an assumed drill; None without them.
+        Point for the speed and feed of the tool library, or of the options for an assumed drill; None if neither states
+        them.
     """
 
     tool: Tool

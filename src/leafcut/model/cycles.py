@@ -53,7 +53,7 @@ def _peck_count(cycle: DrillCycle) -> int:
         return 1
     strokes = (cycle.r_plane - cycle.bottom) / cycle.peck
     if not strokes <= _MAX_PECKS:
-        raise PlanError("a peck of {:g} mm takes {:.0f} strokes per hole; use a larger one", cycle.peck, strokes)
+        raise PlanError("a peck of {:g} mm takes {:.0f} strokes per hole; use a larger peck", cycle.peck, strokes)
     return max(1, math.ceil(strokes - _EPSILON))
 
 

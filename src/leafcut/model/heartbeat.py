@@ -67,7 +67,7 @@ _REPORT_INTERVAL = 0.1
 
 
 def ignore_heartbeat(_: float = 0.0, /) -> None:
-    """Do nothing: the heartbeat of a step whose progress is not shown."""
+    """Do nothing. This is the heartbeat of a step whose progress is not shown."""
 
 
 def heartbeat_for_step(progress: OnProgress | None, step: Message) -> Heartbeat:
@@ -92,7 +92,8 @@ def progress_of_search(
 ) -> OnProgress | None:
     """Return a progress callback for a search, which reports to `progress` under the name `step`.
 
-    `part` is the share of the whole work that the search does, and `left` is the share that remains at its start.
+    `part` is the share of the whole work that belongs to the search, and `left` is the share that remains when the
+    search starts.
     """
     if progress is None:
         return None

@@ -17,7 +17,7 @@ _MAX_NAMED = 4
 
 @dataclass(frozen=True)
 class HeightCount:
-    """Number of objects at each height, and position of the first of them: height → (number, x, y), mm."""
+    """Number of objects at each height, and the position of the first object: height → (number, x, y), mm."""
 
     heights: dict[float, tuple[int, float, float]] = field(default_factory=dict)
 

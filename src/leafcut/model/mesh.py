@@ -26,7 +26,7 @@ class Mesh:
         if self.triangles.ndim != 3 or self.triangles.shape[1:] != (3, 3) or not len(self.triangles):
             raise PlanError("{}: a mesh needs triangles of shape (n, 3, 3)", self.name or Message("a mesh"))
         if not np.isfinite(self.triangles).all():
-            raise PlanError("{}: a corner is not a number", self.name or Message("a mesh"))
+            raise PlanError("{}: a corner has a coordinate that is not a number", self.name or Message("a mesh"))
 
     @property
     def low(self) -> NDArray[np.float64]:

@@ -207,8 +207,8 @@ class Nest:
 
     @property
     def rank(self) -> tuple[float, float, float]:
-        """Sort key of nests, the best first: area of the unplaced parts, cost or area of the sheets, used length of the
-        last sheet.
+        """Sort key of nests, the best first: area of the unplaced parts, then cost or area of the sheets, then used
+        length of the last sheet.
         """
         left = sum(part.area * count for part, count in zip(self.parts, self.unplaced, strict=True))
         return (left, self._cost, self.used_length) if self.layouts else (left, math.inf, 0.0)

@@ -22,9 +22,9 @@ Which = Literal["before", "after"]
 class OperationOutcome:
     """The work of a tool: its holes or slots, its cycle, and the solution of its order.
 
-    `hole_order` are indices into `Part.holes` (or `Part.slots` if `slots`), in machining order. For foreign programs,
-    `cuts` is the number of cuts ordered together with the holes, `lines` are the first and last line of their section,
-    and `staying` are the holes that keep their original position in the order.
+    `hole_order` are indices into `Part.holes` (or `Part.slots` if `slots`), in machining order. For a program from
+    another CAM system, `cuts` is the number of cuts ordered together with the holes, `lines` are the first and last
+    line of their section, and `staying` are the holes that keep their original position in the order.
     """
 
     tool: Tool
@@ -53,7 +53,8 @@ class Outcome(Generic[D]):
     Attributes
     ----------
     process
-        ``drill``, ``cut`` or ``pocket``; for a foreign program, ``drill``, ``mill``, ``laser`` or ``plasma``.
+        ``drill``, ``cut`` or ``pocket``; for a program from another CAM system, ``drill``, ``mill``, ``laser`` or
+        ``plasma``.
     before, nearest, after
         Measures of the input order, of the nearest-neighbour order (None for programs), and of the written program.
     written
@@ -119,12 +120,12 @@ class Outcome(Generic[D]):
         """Sum of the lower bounds of all operations, in the unit of their costs; None if any of them is missing.
 
         Each bound is for the path of one tool from the end of the previous tool's path. With several tools, the sum is
-        therefore no bound for paths with other ends.
+        therefore not a bound for paths with other ends.
         """
         bounds = [o.solution.lower_bound for o in self.operations]
         return None if not bounds or any(b is None for b in bounds) else sum(b for b in bounds if b is not None)
 
     @property
     def gap(self) -> float | None:
-        """Maximum relative excess over the optimal cost; None without a lower bound."""
+        """Largest possible excess of the cost over the optimum, as a fraction; None without a lower bound."""
         return gap(sum(o.solution.cost for o in self.operations), self.lower_bound)

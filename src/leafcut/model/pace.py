@@ -52,7 +52,7 @@ class PaceStretch(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Pace:
-    """New speeds: row of the path → its sections, and tool number → limits of the tool."""
+    """New speeds of a program: row of the path → its sections, and tool number → limits of the tool."""
 
     stretches: dict[int, tuple[PaceStretch, ...]] = field(default_factory=dict)
     limits: dict[int, ToolLimits] = field(default_factory=dict)

@@ -186,7 +186,7 @@ class Part:
     openings
         Round openings through a solid whose pockets are read.
     besides
-        Issues about drawn work of other kinds, which is missing unless the user chose the kind of work.
+        Issues about drawn work of other kinds. This work counts as missing unless the user chose the kind of work.
     edge
         Lines around the holes or pockets of a plate, of kind ``sheet``; displayed, but never machined.
     reference

@@ -45,12 +45,12 @@ class Stage:
 
 @dataclass(frozen=True, eq=False)
 class Order:
-    """The chosen choices of every stage, in sequence.
+    """The choices that an order has made in every stage, in sequence.
 
     Attributes
     ----------
     choices
-        The choices of each stage, int32[tasks]. After a pass of the process, they may have another form.
+        The choices of each stage, int32[tasks]. A process that refines an order may use another form of the choices.
     solutions
         Cost, bound and history of each stage; empty for an order that is not the result of a search.
     kept

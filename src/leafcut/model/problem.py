@@ -151,7 +151,7 @@ class RoutingProblem:
             raise PlanError("a problem of {} nodes needs entry and exit of shape ({}, 2) and cluster of ({},)", n, n, n)
         ends = [np.array(p) for p in (self.start, self.end) if p is not None]
         if not all((np.abs(p) < FARTHEST).all() for p in (self.entry, self.exit, *ends)):
-            raise PlanError("a coordinate is not a number, or farther away than {:g}", FARTHEST)
+            raise PlanError("a coordinate is not a number, or is larger than {:g}", FARTHEST)
         if n and (self.cluster.min() < 0 or not np.bincount(self.cluster).all()):
             raise PlanError("clusters must be numbered from 0 without gaps")
 

@@ -1,4 +1,5 @@
-"""`Sequence`: a foreign program as tasks that can be reordered, and blocks that must keep their position.
+"""`Sequence`: a program from another CAM system as tasks that can be reordered, and blocks that must keep their
+position.
 
 Blocks are numbered as in `gcode.program.Program`.
 """
@@ -23,11 +24,11 @@ class StayReason(NamedTuple):
     reason
         A name of `leafcut.processes.program.plan.fixed_tasks.PHRASES`, or several joined by a plus sign.
     line
-        Line of the cause.
+        Line of the block that is the cause.
     word
-        Text of the cause; "" if the task itself is the cause.
+        Text of the block that is the cause; "" if the task itself is the cause.
     cause
-        Reason why the cause keeps its position; "" if it does not.
+        Reason why this block keeps its position; "" if it does not keep it.
     """
 
     reason: str
@@ -49,7 +50,7 @@ class StayGroup:
 
 @dataclass(frozen=True, slots=True)
 class ProgramTask:
-    """A task of a foreign program: consecutive blocks that drill a hole or make a cut, and are moved as a whole.
+    """A task of a given program: consecutive blocks that drill a hole or make a cut, and are moved as a whole.
 
     The task starts with the rapid to its first position, and ends with the retract.
 

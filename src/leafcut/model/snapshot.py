@@ -28,8 +28,9 @@ class Pheromone:
 class NextPlace:
     """A step that an ant can take from a point.
 
-    `place` is the number of the destination, from 1. `cost` is d, `pheromone` is τ, and `attraction` is η = 1 / (d +
-    ε). `probability` is the probability of this step at the start of a tour.
+    `place` is the number of the destination, from 1. The other values are those of the formulas: `cost` is d,
+    `pheromone` is τ, and `attraction` is η = 1 / (d + ε). `probability` is the probability of this step at the start of
+    a tour.
     """
 
     place: int
@@ -92,7 +93,7 @@ class Snapshot:
 
 
 class Observer:
-    """Follows searches without changing their results. Every method does nothing by default, and must be quick."""
+    """Observes searches without changing their results. Every method does nothing by default, and must return quickly."""
 
     def begin(self) -> None:
         """Called before each search."""
@@ -106,12 +107,15 @@ class Observer:
         branching: Callable[[], float | None] = lambda: None,
         working: float = 0.0,
     ) -> None:
-        """Called after each iteration with its number, the time since the start, and the cost of the best path;
-        `costs` are the costs of its paths, inf for unfinished paths; `branching` returns the mean λ-branching factor;
-        `working` is the time that all workers together have worked so far, s.
+        """Called after each iteration with its number, the time since the start, and the cost of the best path.
+
+        `costs` are the costs of the iteration's paths, inf for unfinished paths. `branching` returns the mean
+        λ-branching factor. `working` is the time that all workers together have worked so far, s.
         """
 
     def show(self, take: Callable[[], Snapshot], alone: bool) -> None:
-        """Called after `note`. `take` returns a snapshot and is valid only during the call; call it only if a user is
-        watching. `alone`: the whole search waits for the call, with its clock stopped.
+        """Called after `note`. `take` returns a snapshot; it is valid only during the call.
+
+        Call `take` only if a user is watching. `alone` means that the whole search waits for the call, with its clock
+        stopped.
         """

@@ -12,7 +12,9 @@ from leafcut.model.part import Part
 
 @dataclass(frozen=True)
 class WorkerFigures:
-    """Work of a search thread: number of ants or kicks, wall time, s, and best cost (inf for none)."""
+    """Work of a search thread: number of ants or kicks, wall time, s, and best cost, which is inf if it has found no
+    path.
+    """
 
     worker: int
     ants: int
@@ -57,7 +59,7 @@ class Solution:
 
     @property
     def gap(self) -> float | None:
-        """Maximum relative excess over the optimal cost; None without a lower bound."""
+        """Largest possible excess of the cost over the optimum, as a fraction; None without a lower bound."""
         return gap(self.cost, self.lower_bound)
 
 

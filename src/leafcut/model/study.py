@@ -83,7 +83,7 @@ class Study(Observer):
 
 
 class _ThinnedIterations:
-    """At most `MAX_KEPT` iterations of a search, and the newest iteration."""
+    """The newest iteration of a search, and at most `MAX_KEPT` of its iterations."""
 
     def __init__(self) -> None:
         self.rows: list[Iteration] = []

@@ -137,7 +137,7 @@ class Toolpath:
 
     @cached_property
     def offset(self) -> NDArray[np.int64]:
-        """Register of the tool length offset at every row, int64[n]; 0 before the first."""
+        """Register of the tool length offset at every row, int64[n]; 0 before the first length offset."""
         return self.latest(Kind.OFFSET, self.ref)
 
     def latest(self, kind: Kind, column: NDArray[Any], default: float = 0) -> NDArray[Any]:
@@ -151,9 +151,7 @@ class Toolpath:
 
     @property
     def extents(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """Lowest and highest known x, y and z of all motions, including bottoms of holes and arcs, mm; zeros if
-        unknown.
-        """
+        """Bounds in x, y and z of all motions, including arcs and hole bottoms, mm; zeros if unknown."""
         moving = np.isin(self.kind, [int(k) for k in MOTIONS])
         points = [self.end[moving]]
         drills = self.kind == Kind.DRILL
@@ -193,7 +191,9 @@ def plane_axes(plane: int) -> tuple[int, int, int]:
 
 
 def arc_sweep(path: Toolpath, row: int) -> tuple[float, float, float]:
-    """Return radius, mm, start angle, rad, and signed sweep, rad, of an arc; the sweep is positive for ARC_CCW."""
+    """Return the radius, mm, the start angle, rad, and the signed sweep, rad, of an arc; the sweep is positive for
+    ARC_CCW.
+    """
     arc = path.arcs[int(path.ref[row])]
     first, second, _ = plane_axes(arc.plane)
     before, end = path.before[row], path.end[row]
@@ -348,12 +348,14 @@ class ToolpathBuilder:
 
     @property
     def rows(self) -> array[float]:
-        """All rows so far, `WIDTH` numbers each (kind, x, y, z, value, ref, line); may be extended in place."""
+        """All rows so far, with `WIDTH` numbers each (kind, x, y, z, value, ref, line). The list may be extended in
+        place.
+        """
         return self._rows
 
     @property
     def arcs(self) -> list[Arc]:
-        """All arcs so far; may be extended in place."""
+        """All arcs so far. The list may be extended in place."""
         return self._arcs
 
     def __len__(self) -> int:

@@ -24,7 +24,7 @@ _NO_TURN = 1e-9
 class Turn(NamedTuple):
     """Geometry of arcs and helices, one row per move; zeros for a straight move.
 
-    `radius` is in mm, `sweep` in rad and not negative, and `rise` is the length along the axis of a helix, mm. The turn
+    `radius` is in mm, `sweep` in rad and not negative, and `rise` is the height of a helix along its axis, mm. The turn
     is counter-clockwise about the `normal` of the plane. The unit vectors `out` and `out_end` point from the centre to
     the start and to the end of the move.
     """

@@ -90,7 +90,7 @@ class NestOptions(OptionGroup):
         """
         sheets = tuple(parse_sheet(text) for text in self.sheet)
         if not sheets:
-            raise OptionError("--sheet: is empty; give a size such as 3000x1500")
+            raise OptionError("--sheet is empty; give a size such as 3000x1500")
         unpriced = next((sheet.name for sheet in sheets if sheet.size is not None and sheet.price is None), None)
         if unpriced is not None and any(sheet.price is not None for sheet in sheets):
             raise OptionError(

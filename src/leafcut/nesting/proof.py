@@ -34,8 +34,8 @@ def check_nest(nest: Nest, spacing: float, margin: float, kerf: float = 0.0) -> 
 
     * The number of sheets of each kind does not exceed the available number.
     * Every part is placed as often as requested, at an allowed rotation, and inside the margin of the sheet.
-    * Parts are at least `spacing` mm apart, and as far from the edge of a surrounding hole. With a `kerf` (mm), parts
-      may be one kerf apart if they share common edges.
+    * Parts are at least `spacing` mm apart, and at least as far from the edge of a surrounding hole. With a `kerf`
+      (mm), parts may be one kerf apart if they share common edges.
     """
     errors = _check_sheets(nest) + _check_counts(nest)
     for number, layout in enumerate(nest.layouts, 1):

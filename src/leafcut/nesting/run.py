@@ -389,8 +389,8 @@ def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -
         issues.append(Issue("L432", message, severity=Severity.NOTE))
     if strays:
         x, y = strays[0].path.start
-        message = Message("{}: {} lines that lie in no part were left out", sheet.name, len(strays))
-        message = message if len(strays) > 1 else Message("{}: 1 line that lies in no part was left out", sheet.name)
+        message = Message("{}: {} lines outside all parts were left out", sheet.name, len(strays))
+        message = message if len(strays) > 1 else Message("{}: 1 line outside all parts was left out", sheet.name)
         missing = MissingWork("line", len(strays), tuple(stray.path.start for stray in strays))
         position = Message("at ({:g}, {:g})", x, y) + (" …" if len(strays) > 1 else "")
         issues.append(Issue("L431", message, position, missing=missing))

@@ -1,4 +1,4 @@
-"""Options shared by several processes: a frozen dataclass per subject defines them once for five interfaces.
+"""Options shared by several processes: each option is defined once, in a frozen dataclass, for five interfaces.
 
 `AcoOptions.n_ants` is the flag `--n-ants`, the key `n_ants` under `[aco]` in a TOML file, the keyword `n_ants` of
 `leafcut.optimize`, a field of the studio's form, and an entry of the reference: all are derived from the fields below.

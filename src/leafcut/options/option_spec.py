@@ -22,8 +22,8 @@ _Flag = Callable[[str], str]
 class Condition:
     """A condition for the use of an option.
 
-    One of the options `names` must have a value in `values`, or be on or given if `values` is empty. Without names, the
-    format of the input must be in `values`. If `wanted` is False, the opposite must be true.
+    At least one of the options `names` must have a value in `values`; if `values` is empty, it must be on or given. If
+    `names` is empty, the format of the input must be in `values`. If `wanted` is False, the opposite is required.
     """
 
     names: tuple[str, ...] = ()
@@ -125,7 +125,7 @@ class OptionSpec:
 
     @property
     def names_input(self) -> bool:
-        """Whether the option names an input file; output files do not change the program."""
+        """Whether the option names an input file. Output files do not count, because they do not change the program."""
         return self.kind == "path" and self.changes_program
 
     @property
@@ -288,7 +288,7 @@ def _number(_: OptionSpec, value: Any) -> float:
 
 
 def _share(spec: OptionSpec, value: Any) -> float:
-    """Return a fraction; a text may be a percentage: 60% is 0.6."""
+    """Return a fraction. A text may also be a percentage: 60% is 0.6."""
     if isinstance(value, str) and value.strip().endswith("%"):
         return _number(spec, value.strip().removesuffix("%")) / 100.0
     return _number(spec, value)
@@ -316,7 +316,7 @@ def _coordinates(value: Any) -> tuple[float, ...]:
     numbers = parse_point(value)
     is_far = next((number for number in numbers if abs(number) > _FARTHEST), None)
     if is_far is not None:
-        raise OptionError("{:g} mm is out of range of any machine", is_far)
+        raise OptionError("{:g} mm is out of range for any machine", is_far)
     return numbers
 
 
@@ -341,7 +341,7 @@ def _side_or_point(_: OptionSpec, value: Any) -> str | tuple[float, ...]:
         name = value.strip().lower().replace("center", "centre")
         if name not in PLACES:
             raise OptionError(
-                "unknown place '{}'{}; or give a point such as '10,20'", value, name_suggestion(name, PLACES)
+                "unknown position '{}'{}; or give a point such as '10,20'", value, name_suggestion(name, PLACES)
             )
         return name
     numbers = _coordinates(value)
@@ -378,7 +378,7 @@ _KIND_WORDS = {
     "text": Message("a string"),
     "names": Message("a list of names"),
     "point": Message("a point"),
-    "place": Message("a place such as lower-left, or a point"),
+    "place": Message("a position such as lower-left, or a point"),
     "percent": Message("a percentage"),
     "path": Message("a path"),
 }

@@ -27,7 +27,8 @@ class Settings:
     given
         Names of all given options, even if their value is the default.
     asked
-        Names of the options given on the command line or in a call. Options of a file may be meant for other processes.
+        Names of the options given on the command line or in a call. Options from a file are not included, because they
+        may be meant for other processes.
     defaults
         Names of the options given in the user's own defaults.
     process

@@ -78,7 +78,7 @@ class Blocks:
         return word
 
     def forget(self, groups: Iterable[str]) -> None:
-        """Forget the active words of these groups; the next word of each group is then written in any case."""
+        """Forget the active words of the given groups, so that the next word of each group is always written."""
         for group in groups:
             self._active.pop(group, None)
 
@@ -240,10 +240,10 @@ class Writer:
         self._track_position(row)
 
     def _check_chord(self, row: Motion, axes: tuple[int, int, int]) -> None:
-        """Refuse an arc so short, or so close to a full circle, that rounding might exchange the two."""
+        """Refuse an arc that is so short, or so close to a full circle, that rounding might turn one into the other."""
         steps = [abs(row.end[a] - self.position[a]) / self.numbers.resolution for a in axes[:2]]
         if 1e-6 < max(steps) < 2.0:
-            raise PostError("an arc whose ends are less than two units of the last decimal apart")
+            raise PostError("an arc whose ends are less than two units of the last decimal place apart")
 
     def _check_cutting(self, row: Motion) -> None:
         if not self.safe or self.pending_offset is not None:
@@ -258,7 +258,7 @@ class Writer:
         return not math.isnan(value) and self.numbers.length(value) != self.place[axis]
 
     def _axes(self, row: Motion, only_z: bool = False) -> list[str]:
-        """Return the words of the changed axes, or of all known axes if none changes."""
+        """Return the words of the axes whose position changes, or of all known axes if no position changes."""
         if only_z:
             self.out.forget("Z")
             return [self._axis(row, 2)]
@@ -322,7 +322,7 @@ class Writer:
         cycle = self.path.cycles[row.ref]
         self._check_cutting(row)
         if any(math.isnan(v) for v in (*row.end, self.position[2])):
-            raise PostError("a hole while the position of the tool is unknown")
+            raise PostError("a hole is drilled while the position of the tool is unknown")
         if self.calls_cycles and self.cycle is not None:
             same = self._is_active_cycle(cycle) and self.cycle.to_initial == cycle.to_initial
             if not same or self.feed_of_cycle != row.value:
@@ -353,7 +353,7 @@ class Writer:
         self.out.write(plane, retract, name, *position, *words, self._feed_word(row))
 
     def _place_words(self, row: Motion) -> list[str]:
-        """Return the changed words of X and Y, or both if neither changes."""
+        """Return the words of X and Y whose values change, or both words if neither value changes."""
         words = [self._axis(row, 0), self._axis(row, 1)]
         if not any(words):
             self.out.forget("XY")
@@ -384,7 +384,7 @@ class Writer:
 
     def _write_expanded_cycle(self, row: Motion, cycle: DrillCycle) -> None:
         if cycle.name == "G84":
-            raise PostError("a tapped hole after which the tool does not return to its R plane or its initial plane")
+            raise PostError("a tapped hole, after which the tool does not return to the R plane or the initial plane")
         self._leave_cycle()
         for step in expand_drill(row, cycle, self.position[2]):
             if step.kind is Kind.DWELL:

@@ -11,8 +11,8 @@ from leafcut.post.words import format_number, peck_text
 class SinumerikWriter(Writer):
     """Writes programs in the language of Siemens controls.
 
-    While MCALL is active, every block with a move drills a hole, and so does a block with F alone. So F is written
-    before the call, and MCALL alone ends the cycle before any other block.
+    While MCALL is active, every block with a move drills a hole, and so does a block with F alone. Therefore F is
+    written before the call, and MCALL alone ends the cycle before any other block.
     """
 
     end_of_cycle = "MCALL"

@@ -37,7 +37,7 @@ def format_number(value: float, decimals: int, point: bool = False) -> str:
     Raises PostError if the number is not finite, or out of range.
     """
     if not abs(value) <= MAX_LENGTH:
-        raise PostError("the toolpath has the number {:g}, out of range of any machine", value)
+        raise PostError("the toolpath has the number {:g}, which is out of range for any machine", value)
     text = f"{value:.{decimals}f}"
     if "." in text:
         text = text.rstrip("0").rstrip(".")
@@ -157,9 +157,9 @@ def cycle_words(cycle: DrillCycle, numbers: NumberFormat, dialect: Dialect) -> t
 
 
 def peck_text(cycle: DrillCycle, numbers: NumberFormat) -> str:
-    """Return the text of a peck depth, rounded without a change of the number of pecks.
+    """Return the text of a peck depth, rounded so that the number of pecks stays the same.
 
-    Otherwise, 10 mm in three pecks of 3.3333 mm would need a fourth peck of 0.001 mm.
+    For example, 10 mm in three pecks of 3.3333 mm must not need a fourth peck of 0.001 mm after rounding.
     """
     r_plane, bottom = numbers.rounded(cycle.r_plane), numbers.rounded(cycle.bottom)
     count = len(peck_depths(cycle))

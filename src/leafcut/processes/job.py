@@ -214,8 +214,8 @@ def machine_issues(
         )
         if not any(math.isfinite(machine.reach(axis)) for axis in range(3)):
             message = Message(
-                "the position of the part on {} is unknown, and so is the travel: it was not checked; set "
-                "--work-offset to check its position",
+                "the position of the part on {} and the machine's travel are unknown, so the travel was not "
+                "checked; set --work-offset to check the position",
                 machine.name,
             )
         issues.append(Issue("L403", message, severity=Severity.NOTE))

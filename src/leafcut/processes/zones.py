@@ -55,7 +55,7 @@ def refuse_higher_zones(rectangles: Sequence[str], clearance: float) -> None:
     for text, height in zip(rectangles, crossing_heights(rectangles, -math.inf).tolist(), strict=True):
         if height > clearance:
             raise OptionError(
-                "--keep-out: '{}' is {:g} mm high, and rapids cross at Z{:g}; use --clearance-height {:g} or more",
+                "--keep-out: '{}' is {:g} mm high, but rapids cross it at Z{:g}; use --clearance-height {:g} or more",
                 text,
                 height - ABOVE,
                 clearance,

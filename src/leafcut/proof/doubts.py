@@ -141,7 +141,7 @@ def _board_commands(program: Program, dialect: Dialect) -> Iterator[Issue]:
         if command:
             yield Issue(
                 "L806",
-                Message("{} is a command of GRBL; {} does not know it", command, dialect.name),
+                Message("{} is a GRBL command, which {} does not support", command, dialect.name),
                 Message("line {}", number),
             )
             return

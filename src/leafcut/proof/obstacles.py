@@ -157,7 +157,7 @@ def _along_arc(path: Toolpath, row: int) -> NDArray[np.float64]:
 
 def _unknown_path_difference(path: Toolpath, row: int) -> Difference:
     start = position_text(*path.before[row].tolist())
-    text = Message("it leaves {} on an unknown path, not high enough to cross a --keep-out zone", start)
+    text = Message("the tool leaves {} on an unknown path, too low to cross a --keep-out zone", start)
     return Difference(MAY_CROSS, 0, int(path.line[row]), text)
 
 
@@ -168,7 +168,7 @@ def _difference(path: Toolpath, row: int, height: float, body: bool) -> Differen
     allowed = allowed if math.isfinite(height) else Message("no rapid may cross a --keep-out zone")
     rule = allowed if rapid else Message("cutting is forbidden in a --keep-out zone")
     if body:
-        rule = Message("the shank or holder of the tool meets a --keep-out zone below its height")
+        rule = Message("the shank or holder of the tool hits a --keep-out zone")
     return Difference(
         CROSSES if rapid else CUTS,
         0,

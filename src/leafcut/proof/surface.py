@@ -76,7 +76,7 @@ def check_surface(
         for above, disc_radius in discs:
             rows = _rows_meeting(path, tool_moves, triangles, above, np.full(len(tool_moves), disc_radius), dogleg)
             meeting_rows.update(rows)
-    body = Message("the tool meets the surface above its flutes")
+    body = Message("the tool hits the surface above its flutes")
     wrong += [
         Difference(
             Message("shank or holder in the part"),

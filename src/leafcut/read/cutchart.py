@@ -240,7 +240,7 @@ def find_cut_data(
     of_material = [r for r in known if r.material == material]
     if not of_material and own_row is None:
         raise OptionError(
-            "--material: the chart has no '{}' for {}{}; without a row, give {}",
+            "--material: the chart has no '{}' for {}{}; to cut without a row of the chart, give {}",
             material,
             process,
             name_suggestion(material, _column_values(known, "material")),
@@ -252,7 +252,7 @@ def find_cut_data(
             "none"
         )
         raise OptionError(
-            "--amps {:g}: the chart has {} for {} of {}; without a row, give {}",
+            "--amps {:g}: the chart has {} for {} of {}; to cut without a row of the chart, give {}",
             amps,
             currents,
             process,
@@ -472,7 +472,7 @@ def _other_currents(rows: list[ChartRow], chosen: ChartRow) -> list[Issue]:
     }
     if not other_labels:
         return []
-    text = Message("cut with {}; for about this thickness the chart also has {}", chosen_label, ", ".join(other_labels))
+    text = Message("cut with {}; for similar thicknesses, the chart also has {}", chosen_label, ", ".join(other_labels))
     return [Issue("L412", Message("{}: choose with --amps", text), severity=Severity.NOTE)]
 
 
@@ -509,7 +509,7 @@ def _cut_data(
     can_pierce, missing = _can_pierce(row, given), _missing_values(row, given)
     if missing:
         raise OptionError(
-            "the cut chart does not give the {} of {} in {}, {:g} mm; give it",
+            "the cut chart does not give the {} of {} in {}, {:g} mm; give the missing values",
             _joined_values(missing),
             _describe_process(row),
             row.material,

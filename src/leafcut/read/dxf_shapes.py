@@ -95,7 +95,7 @@ def circle_of(entity: Any) -> tuple[Curve, ...]:
     ux, uy, ocs = axes_of(entity)
     radius = entity.dxf.radius
     if not radius > 0:
-        raise ValueError(Message("radius {:g}", radius))
+        raise ValueError(Message("invalid radius {:g}", radius))
     return (Curve(in_layout(ocs, entity.dxf.center.xyz), _scaled(ux, radius), _scaled(uy, radius)),)
 
 

@@ -145,7 +145,7 @@ def _spline(entity: Any) -> Freeform:
     tool = entity.construction_tool()
     control = np.array([p.xyz for p in tool.control_points], dtype=np.float64)
     if tool.degree > MAX_DEGREE:
-        raise ValueError(Message("degree {}", tool.degree))
+        raise ValueError(Message("invalid degree {}", tool.degree))
     weights = np.array(tool.weights(), dtype=np.float64)
     return Freeform(control, tool.degree, np.array(tool.knots(), dtype=np.float64), weights if len(weights) else None)
 

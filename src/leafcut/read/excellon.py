@@ -195,7 +195,7 @@ def _check_whole(source: Source, prepared: _TranslatedCommands, issues: list[Iss
         return
     if prepared.lines[last][0] in "XYG" and not source.data.endswith((b"\n", b"\r")):
         # Half a number is still a number: the hole would be in the wrong position.
-        reason = Message("the file is incomplete: its last line is cut off; export or send it again")
+        reason = Message("the file is incomplete: its last line is truncated; export or send it again")
         raise ReadError(source.path, reason, prepared.numbers[last])
     issues.append(Issue("L101", Message("the file does not end with M30: it may be incomplete, with holes missing")))
 

@@ -118,14 +118,14 @@ def parsing_xml(path: str, advice: str) -> Iterator[None]:
             )
         except SAXParseException as problem:
             reason, line = (
-                Message("not well-formed XML: {}", printable(str(problem.getMessage()), 80)),
+                Message("this is not well-formed XML: {}", printable(str(problem.getMessage()), 80)),
                 problem.getLineNumber(),
             )
         except ParseError as problem:
-            reason, line = Message("not well-formed XML: {}", printable(str(problem), 80)), problem.position[0]
+            reason, line = Message("this is not well-formed XML: {}", printable(str(problem), 80)), problem.position[0]
         except (LookupError, ValueError) as problem:
             # An unknown encoding: only the declaration, in the first line, names one.
-            reason, line = Message("not well-formed XML: {}", printable(str(problem), 80)), 1
+            reason, line = Message("this is not well-formed XML: {}", printable(str(problem), 80)), 1
         raise ReadError(path, reason, line)
 
 
@@ -252,7 +252,7 @@ def load_json(path: str | Path) -> Any:
     try:
         return parse_json(load(path).text())
     except (ValueError, RecursionError) as problem:
-        raise ReadError(path, Message("is not JSON ({})", printable(str(problem), 100))) from None
+        raise ReadError(path, Message("is not valid JSON ({})", printable(str(problem), 100))) from None
 
 
 def parse_json(text: str) -> Any:
@@ -265,7 +265,7 @@ def parse_json(text: str) -> Any:
     """
     value = json.loads(text)
     if "\\ud" in text.lower() and has_half_letter(value):
-        raise ValueError(Message("a text with half of a surrogate pair, \\ud800 to \\udfff"))
+        raise ValueError(Message("a text with an unpaired surrogate, \\ud800 to \\udfff"))
     return value
 
 

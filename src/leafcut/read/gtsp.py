@@ -147,10 +147,10 @@ def _runs(path: str, section: DataSection) -> list[tuple[int, list[int]]]:
         )
     ends = [-1, *np.flatnonzero(values == -1).tolist()]
     if ends[-1] != len(values) - 1:
-        raise ReadError(path, "the last line does not end with -1", int(lines[-1]))
+        raise ReadError(path, "the last set does not end with -1", int(lines[-1]))
     integers = values.astype(np.int64)
     runs = [(int(lines[a + 1]), integers[a + 1 : b].tolist()) for a, b in pairwise(ends)]
     empty = next((line for line, run in runs if not run), None)
     if empty is not None:
-        raise ReadError(path, "a set has no nodes before its -1", empty)
+        raise ReadError(path, "a set has no nodes before its terminating -1", empty)
     return runs

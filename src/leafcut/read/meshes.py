@@ -106,8 +106,10 @@ def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
         return rows["corners"].astype(np.float64)
     corners = _VERTEX.findall(data)
     if len(corners) % 3:
-        raise ReadError(file, Message("is truncated: its {:,} corners do not make whole triangles", len(corners)))
-    with parser_errors(file, Message("a corner is not a number")):
+        raise ReadError(
+            file, Message("is truncated: its number of corners, {:,}, is not a multiple of three", len(corners))
+        )
+    with parser_errors(file, Message("a corner has a coordinate that is not a number")):
         return np.array(corners, dtype=np.float64).reshape(-1, 3, 3)
 
 
@@ -116,7 +118,7 @@ def _check_mesh(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
         raise ReadError(file, "has no triangles")
     if not np.isfinite(triangles).all():
         number = int(np.flatnonzero(~np.isfinite(triangles).all(axis=(1, 2)))[0]) + 1
-        raise ReadError(file, Message("triangle {} has a corner that is not a number", number))
+        raise ReadError(file, Message("triangle {} has a corner coordinate that is not a number", number))
     longest = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
     if not SMALLEST <= longest <= LARGEST:
         length = f"{longest:.3g} mm" if math.isfinite(longest) else Message("infinitely")

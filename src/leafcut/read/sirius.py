@@ -83,7 +83,7 @@ def _entries(source: Source) -> list[tuple[str, list[Any]]]:
         data = parse_json(source.text())
     except (ValueError, RecursionError) as problem:
         line = getattr(problem, "lineno", None)
-        raise ReadError(source.path, Message("not JSON: {}", printable(str(problem), 80)), line) from None
+        raise ReadError(source.path, Message("not valid JSON: {}", printable(str(problem), 80)), line) from None
     return list(_check_entries(source, data))
 
 

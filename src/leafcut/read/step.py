@@ -245,7 +245,7 @@ def _issues(data: dict[str, Any], up: str) -> list[Issue]:
             Issue(
                 "L218",
                 Message(
-                    "{} of free form were not searched for holes: export the walls of holes as cylinders",
+                    "{} with a free-form surface not searched for holes: export hole walls as cylinders",
                     count_of(data["free"], "face"),
                 ),
             )

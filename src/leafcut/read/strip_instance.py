@@ -40,7 +40,7 @@ def read_strip_instance(
         The file is not an instance, or an item is incomplete; names the item.
     """
     file, text = source.path, source.text()
-    with parser_errors(file, Message("this is not JSON")):
+    with parser_errors(file, Message("this is not valid JSON")):
         data = parse_json(text)
     items = data.get("items") if isinstance(data, dict) else None
     if not isinstance(items, list) or not 0 < len(items) <= MAX_ITEMS:
@@ -75,7 +75,10 @@ def _item(
         raise ReadError(file, Message("item {}: the demand must be a whole number, 1 or more", number))
     if len(corners) < 3 or not all(abs(v) <= MAX_COORDINATE for corner in corners for v in corner):
         raise ReadError(
-            file, Message("item {}: 3 points at least, with coordinates of {:g} mm at most", number, MAX_COORDINATE)
+            file,
+            Message(
+                "item {}: at least 3 points are needed, with coordinates of {:g} mm at most", number, MAX_COORDINATE
+            ),
         )
     if rotations is not None and (not rotations or not all(map(math.isfinite, rotations))):
         raise ReadError(file, Message("item {}: its angles must be a list of numbers", number))

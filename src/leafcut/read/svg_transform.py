@@ -85,7 +85,7 @@ def parse_transform(text: str) -> Affine:
     while position < len(text):
         match = _FUNCTION.match(text, position)
         if match is None:
-            raise ValueError(Message("transform '{}'", text[:40]))
+            raise ValueError(Message("invalid transform '{}'", text[:40]))
         name, values = match.group(1), numbers(match.group(2))
         result, position = result.of(_function(name, values)), match.end()
     return result
@@ -106,7 +106,7 @@ def _function(name: str, v: list[float]) -> Affine:
     if name in ("skewX", "skewY") and count == 1:
         tangent = math.tan(math.radians(v[0]))
         return Affine(c=tangent) if name == "skewX" else Affine(b=tangent)
-    raise ValueError(Message("transform '{}' with {} numbers", name, count))
+    raise ValueError(Message("invalid transform '{}' with {} numbers", name, count))
 
 
 def view_box(text: str) -> list[float]:

@@ -103,7 +103,7 @@ def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> tu
                 raise DataError(values)
             tool = _tool(TomlTable(values, "", _TOOL_KEYS))
             if tool.number in tools:
-                raise DataError("another tool has its number")
+                raise DataError("another tool has the same number")
         except DataError as problem:
             left_out.append(Message("{}: {}", name, problem))
         else:

@@ -45,7 +45,7 @@ _BRACKET_OR_EMPTY = re.compile(r"[()]|\bEMPTY\b", re.IGNORECASE)
 
 def read_wkt(source: Source, options: ReadOptions) -> Part:
     """Raise `ReadError`: holes to drill are not read from well-known text."""
-    raise ReadError(source.path, "well-known text is read for pockets only; use --process pocket")
+    raise ReadError(source.path, "well-known text (WKT) is read for pockets only; use --process pocket")
 
 
 def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptions, joining: SheetOptions) -> Part:
@@ -109,7 +109,7 @@ def _geometries(source: Source) -> Iterator[tuple[int, str]]:
 def _parse_geometry(path: str, line: int, text: str) -> Any:
     import shapely  # start-up
 
-    with parser_errors(path, Message("this is not well-known text"), line), warnings.catch_warnings():
+    with parser_errors(path, Message("this is not well-known text (WKT)"), line), warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # invalid numbers are reported below
         try:
             prefix = _PREFIX.match(text)
@@ -117,7 +117,7 @@ def _parse_geometry(path: str, line: int, text: str) -> Any:
         except (shapely.errors.ShapelyError, NotImplementedError) as problem:
             message = printable(str(problem), 120)
             reason = message.removeprefix("ParseException: ").removeprefix("IllegalArgumentException: ")
-            raise ReadError(path, Message("this is not well-known text: {}", reason), line) from None
+            raise ReadError(path, Message("this is not well-known text (WKT): {}", reason), line) from None
 
 
 class _Ring(NamedTuple):

@@ -40,7 +40,7 @@ TIME_KINDS: dict[str, Message] = {
 
 
 def time_kinds(method: str | None) -> dict[str, Message]:
-    """Return the kinds of motion with their names for a cutting method; None for a spindle."""
+    """Return the name of each kind of motion for a cutting method; `method` is None for a spindle."""
     if method is None:
         return TIME_KINDS
     beam = Message("beam on, off") if method == CutMethod.LASER else Message("piercing")

@@ -1,4 +1,6 @@
-"""Drawing of a path over its holes. The paths before and after share one scene, so they are easy to compare."""
+"""Drawing of a tool path over its holes. The drawings before and after the search share a scene and are easy to
+compare.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +48,7 @@ _BEYOND = 0.3
 
 @dataclass(frozen=True, eq=False)
 class Dots:
-    """Holes with the same tool and size: drawn size, and centres, float64[n, 2], in user units."""
+    """Holes with the same tool and size: the drawn size, and the centres, float64[n, 2], both in user units."""
 
     tool: int
     size: float
@@ -62,10 +64,10 @@ class Scene:
     tools
         Tool numbers in the order of use.
     dots, slots
-        Holes, and slots as (tool, width, centre line), in user units. A hole has the colour of its last tool, -1
-        without a tool.
+        Holes, and slots as (tool, width, centre line), in user units. A hole has the colour of its last tool; its tool
+        number is -1 if it has no tool.
     numbered
-        Whether stops have numbers.
+        Whether the stops of the tool have numbers.
     discs
         Centre and drawn radius of each hole, float64[n, 3], user units.
     enlarged, unsized
@@ -179,7 +181,7 @@ def _group_holes(points: NDArray[np.float64], sizes: NDArray[np.float64], tools:
 
 
 def tool_class(scene: Scene, tool: int) -> str:
-    """Return the CSS class of a tool's colour: ``only`` for a single tool, ``idle`` without a tool."""
+    """Return the CSS class of a tool's colour: ``only`` if it is the single tool, ``idle`` if there is no tool."""
     if tool < 0:
         return "idle"
     if len(scene.tools) == 1:

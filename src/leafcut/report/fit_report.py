@@ -38,7 +38,7 @@ def print_fit(
 
 
 def fit_lines(fitted: MachineFit, simulations: Sequence[Simulation], measured: Sequence[float]) -> list[str]:
-    """Return the lines below the table of a fit."""
+    """Return the lines that are printed below the table of a fit to measured times."""
     lines = []
     if len(measured) > 1:
         lines.append(

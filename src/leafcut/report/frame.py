@@ -41,7 +41,7 @@ class Frame:
     def around(cls, low: tuple[float, float], high: tuple[float, float], wide_from: float = _WIDE_FROM) -> Frame:
         """Return the frame around two corners, in mm, with a margin.
 
-        A frame that is more than `wide_from` times as wide as high uses both columns.
+        A frame that is more than `wide_from` times as wide as high takes both columns of the page.
         """
         span = max(high[0] - low[0], high[1] - low[1])
         margin = _MARGIN * span if span > 0 else 10.0

@@ -224,7 +224,7 @@ def _panel(
 
 
 def _given_point(front: ToolFront) -> CuttingPoint | None:
-    """Return the point as given, or None if it is so far away that the front would be drawn too small."""
+    """Return the given speed and feed, or None if they are so far away that the front would be drawn too small."""
     if front.given is None:
         return None
     for value_of in _AXIS_VALUES:

@@ -31,7 +31,7 @@ def as_json(report: PathReport[Any]) -> dict[str, Any]:
 
     Lengths are in mm, times in s, and feeds in mm/min. `lower_bound` is the lower bound of the travel, in the unit of
     the objective, s or mm, summed over the operations. Each operation starts at the end of the previous one.
-    `gap_percent` is the maximum excess of the travel over this bound.
+    `gap_percent` states by how much the travel may exceed the optimum, based on this bound.
     """
     outcome = report.outcome
     gap = plain_number(outcome.gap)
@@ -164,9 +164,9 @@ def _measure(measure: Measure) -> dict[str, float | None]:
 
 
 def _tool(operation: OperationOutcome, beam: bool) -> dict[str, Any]:
-    """Return the entry of an operation; a tool for holes and slots has two entries.
+    """Return the JSON entry of an operation. A tool for holes and slots has two entries.
 
-    A laser or torch (`beam`) has a power instead of a spindle speed.
+    The entry of a laser or torch (`beam`) has a power instead of a spindle speed.
     """
     tool = operation.tool
     return {

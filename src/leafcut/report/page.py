@@ -62,7 +62,7 @@ def _whole_flags(html: str) -> str:
 
 
 def path_svg(report: PathReport[Any], which: Which) -> str:
-    """Return the path ``before`` or ``after`` over the work as a stand-alone SVG."""
+    """Return a drawing of the path ``before`` or ``after`` the search, with the work, as a stand-alone SVG."""
     return embed_styles(report.drawing(which), drawing_css() + _own_css(report))
 
 

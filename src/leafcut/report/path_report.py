@@ -1,4 +1,4 @@
-"""Facts and pictures of work along one path, such as holes and slots; base class of all reports."""
+"""Facts and pictures of work along one path, such as holes and slots. This is the base class of all reports."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class PathReport(Generic[D]):
         return self.outcome.before, self.outcome.nearest, self.outcome.after
 
     def orders(self) -> list[tuple[str, Measure]]:
-        """Return name and measure of each known order, from the original to the written order."""
+        """Return the name and the measure of each known order, from the original order to the written order."""
         measures = zip(self.order_names(), self.stated(), strict=True)
         return [(name, measure) for name, measure in measures if measure is not None]
 
@@ -139,7 +139,9 @@ class PathReport(Generic[D]):
     # -- tables ------------------------------------------------------------------------------------------------------
 
     def table(self) -> list[tuple[tuple[str, ...], bool]]:
-        """Return the rows of the summary's table, titles first: cells, and whether it is the order of the program."""
+        """Return the rows of the summary's table, starting with the titles: cells, and whether the row is the written
+        order.
+        """
         rows: list[tuple[tuple[str, ...], bool]] = [(("order", self.travel, "cutting", "time", "saved"), False)]
         for row in self.order_rows():
             cells = (row[key] for key in ("travel", "cut", "time", "saved"))
@@ -147,7 +149,9 @@ class PathReport(Generic[D]):
         return rows
 
     def order_rows(self) -> list[dict[str, Any]]:
-        """Return the measures of each order in words; savings refer to the first order, and the last is `ours`."""
+        """Return the measures of each order as text. Savings are relative to the original; `ours` marks the written
+        order.
+        """
         orders = self.orders()
         return [
             {
@@ -162,7 +166,7 @@ class PathReport(Generic[D]):
         ]
 
     def tables(self) -> dict[str, Any]:
-        """Return the tables that page and studio share, by name; ``times`` has the seconds by kind of motion."""
+        """Return by name the tables that the page and the studio share; ``times`` has the seconds by kind of motion."""
         from leafcut.report import views
 
         return {"times": views.time_rows(self.outcome, self.orders())}

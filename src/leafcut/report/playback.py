@@ -70,7 +70,8 @@ class Playback:
         Centre x and y, radius, mm, start angle and signed sweep, rad, of each arc, float64[k, 5]. A sweep may have
         several turns.
     stops
-        Rows at which the tool starts to cut after a travel move, int64[m]; it is then at the end of the previous row.
+        Rows at which the tool starts to cut after a travel move, int64[m]; the tool is then at the end of the previous
+        row.
     """
 
     activity: NDArray[np.uint8]
@@ -89,7 +90,7 @@ class Playback:
 def outcome_playback(outcome: Outcome, which: Which) -> Playback:
     """Return the playback of the path ``before`` or ``after`` on the machine of the outcome.
 
-    The path of a written program gets its line numbers.
+    The playback of the path ``after`` has the line numbers of the written program.
 
     Raises
     ------

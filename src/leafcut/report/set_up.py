@@ -18,12 +18,12 @@ MAX_TOOLS = 8
 
 
 def coordinate_words(mm: float, scale: float = 1.0) -> str:
-    """Return a coordinate with up to three decimals; `scale` is the number of mm per unit."""
+    """Return a coordinate as text with up to three decimals; `scale` is the number of mm per unit."""
     return f"{round(mm / scale, 3) + 0.0:.3f}".rstrip("0").rstrip(".")
 
 
 def moved_axes(path: Toolpath) -> list[tuple[str, float, float]]:
-    """Return name, lowest and highest position, mm, of each axis that the program positions."""
+    """Return the name and the lowest and highest position, mm, of each axis that the program moves."""
     moving = np.isin(path.kind, [int(kind) for kind in MOTIONS])
     known = [bool(np.isfinite(path.end[moving, axis]).any()) for axis in range(3)]
     low, high = path.extents
@@ -44,12 +44,12 @@ def range_facts(outcome: Outcome) -> list[Fact]:
 
 
 def time_facts(outcome: Outcome) -> list[Fact]:
-    """Return the time of the written program in words; the table of orders has it as a number."""
+    """Return the time of the written program as text; the table of orders has it as a number."""
     return [Fact(sentence=time_words(outcome.after.time_s), name=Message("Time"))]
 
 
 def tool_facts(operations: Sequence[OperationOutcome]) -> list[Fact]:
-    """Return number, kind, size, speed, feed and cycle of each tool in the order of use."""
+    """Return the number, kind, size, speed, feed and cycle of each tool in the order of use."""
     rows = list(dict.fromkeys(_tool_words(operation) for operation in operations))
     more = [f"and {len(rows) - MAX_TOOLS} more in the header of the program"] if len(rows) > MAX_TOOLS else []
     words = "; ".join([*rows[:MAX_TOOLS], *more])
@@ -68,6 +68,6 @@ def _tool_words(operation: OperationOutcome) -> str:
 
 
 def height_facts(clearance: float, retract: str) -> list[Fact]:
-    """Return the heights of rapids: the clearance height, mm, and the retract height in words."""
+    """Return the heights of rapids: the clearance height, mm, and the retract height as text."""
     words = Message("clearance Z{}, retract {}", coordinate_words(clearance), retract)
     return [Fact(sentence=words, name=Message("Heights"))]

@@ -25,7 +25,7 @@ def print_programs(
 ) -> None:
     """Print the result for each of several inputs, and the location of the programs.
 
-    Each entry of `rows` has the input's row of the batch table, and its answer for ``--json``.
+    Each entry of `rows` has an input's row of the batch table and its ``--json`` answer.
     """
     table = _table("input", "before", "leafcut", "saved", "verified")
     total = [0.0, 0.0]

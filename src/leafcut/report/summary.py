@@ -125,14 +125,16 @@ def _facts(report: PathReport[Any]) -> Table:
 
 
 def _sets_search(outcome: Outcome) -> bool:
-    """Return whether an option of the search is set. Other users find the facts of the search in report and JSON."""
+    """Return whether an option of the search is set. Otherwise the facts of the search appear only in the report and in
+    JSON.
+    """
     groups = (SolveOptions, AcoOptions, FireflyOptions)
     names = {flag_name(name).removeprefix("--") for group in groups for name in group.specs()}
     return any(flag.removeprefix("--").removeprefix("no-") in names for flag in outcome.options)
 
 
 def _row_of(group: IssueGroup) -> tuple[str, str]:
-    """Return the code of an issue, and the beginning of its message. Equal ones share a row."""
+    """Return the code of an issue and the beginning of its message. Issues for which both are equal share a row."""
     head, colon, _ = group.message.partition(": ")
     return group.code, head + colon if group.severity is Severity.NOTE and colon else group.message
 

@@ -34,7 +34,7 @@ def text(words: str, x: float, y: float, **attributes: str | float | None) -> st
 
 
 def text_within(words: str, x: float, y: float, width: float) -> str:
-    """Return a text centred at x, or shifted to the left until it fits into a drawing of this width."""
+    """Return a text element centred at x, or shifted to the left until it fits into a drawing of the given width."""
     half = 3.6 * len(words)
     return text(words, min(x, width - half), y, text_anchor="middle")
 
@@ -113,6 +113,6 @@ def ticks(low: float, high: float, step: float) -> list[float]:
 
 
 def tick_words(value: float, step: float) -> str:
-    """Return the number of a tick, with as many decimals as its step has."""
+    """Return the label of a tick, with as many decimals as the tick step."""
     places = max(0, -math.floor(math.log10(step) + 1e-9)) if step > 0 else 0
     return f"{value:.{places}f}".replace("-", "−") if abs(value) > step / 2 else "0"

@@ -78,14 +78,14 @@ def savings_headline(outcome: Outcome, came_in: str, bound: str) -> PageRow:
 
 
 def time_rows(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> PageRow:
-    """Return the seconds by kind of motion of each order, with stacked bars; kinds that never occur are left out."""
+    """Return the seconds by kind of motion of each order, with stacked bars; kinds that no order has are left out."""
     kinds = [k for k in chart.TIME_KINDS if any(m.by_kind.get(k, 0.0) > 0 for _, m in measures)]
     words = chart.time_kinds(outcome.process if outcome.process in BEAMS else None)
     return stacked_bars({k: words[k] for k in kinds}, [(name, m.by_kind, time_words(m.time_s)) for name, m in measures])
 
 
 def stacked_bars(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, float], str]]) -> PageRow:
-    """Return stacked bars of seconds by kind on a common scale; each row has a name, its seconds, and the total as
+    """Return stacked bars of seconds by kind on a common scale; each row has a name, its seconds, and their total as
     text.
     """
     longest = max(sum(seconds.values()) for _, seconds, _ in rows)
@@ -105,7 +105,7 @@ def stacked_bars(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, f
 
 
 def tool_columns(outcome: Outcome) -> PageRow:
-    """Return whether the optional columns of the tool table have content."""
+    """Return which optional columns of the tool table have content."""
     rows = outcome.operations[:MAX_TOOL_ROWS]
     return {
         "diameter": any(o.tool.diameter > 0 for o in rows),

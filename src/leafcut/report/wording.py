@@ -89,7 +89,7 @@ def cost_words(cost: float, unit: str) -> str:
 
 
 def percent_words(percent: float | None, places: int = 1) -> str:
-    """Return a percentage, such as ``42.1 %``, with a true minus sign; a dash without a number."""
+    """Return a percentage with a true minus sign, such as ``42.1 %``; a dash if the number is missing."""
     if percent is None or not math.isfinite(percent):
         return NO_VALUE
     number = f"{abs(percent):.{places}f}"
@@ -142,7 +142,7 @@ def fact_value_text(fact: Fact) -> str:
 
 
 def fact_line(fact: Fact) -> str:
-    """Return figure and sentence of a fact in one line."""
+    """Return the figure and the sentence of a fact in one line."""
     return ", ".join(filter(None, (fact_value_text(fact), fact.sentence)))
 
 
@@ -219,7 +219,7 @@ def search_words(outcome: Outcome) -> str:
 
 
 def method_words(outcome: Outcome) -> str:
-    """Return algorithm, seed, times of search and job, and the reason if the search ended early."""
+    """Return the algorithm, the seed, the times of search and job, and the reason if the search ended early."""
     words = f"{replace_unprintable(algorithm_words(outcome))}, seed {outcome.seed}, {search_words(outcome)}"
     if outcome.compile_seconds >= COMPILED:
         words += f" and {time_words(outcome.compile_seconds)} to load and compile kernels"
@@ -244,7 +244,7 @@ SEVERITIES = (Severity.DANGER, Severity.MISSING, Severity.WARNING, Severity.NOTE
 
 @dataclass(frozen=True)
 class IssueGroup:
-    """Issues of one kind: their number, and message and position of the first issue."""
+    """Issues of one kind: their number, and the message and position of the first issue."""
 
     code: str
     severity: Severity
@@ -284,12 +284,12 @@ def group_issues(issues: Iterable[Issue], *, by_message: bool = False) -> list[I
 
 
 def number_of(tool: Tool) -> str:
-    """Return ``T3``, or "" for a tool without a number in the program."""
+    """Return the number of a tool, such as ``T3``, or "" for a tool without a number in the program."""
     return f"T{tool.number}" if tool.number else ""
 
 
 def tool_words(tool: Tool) -> str:
-    """Return ``T3 drill Ø6.35``, or ``T3 drill`` without a known diameter."""
+    """Return the name of a tool: ``T3 drill Ø6.35``, or ``T3 drill`` if the diameter is unknown."""
     return replace_unprintable(
         tool.label if tool.diameter > 0 else f"{number_of(tool)} {tool.name or tool.kind.value}".strip()
     )

@@ -20,14 +20,14 @@ class Accepted:
 
 @dataclass(frozen=True)
 class Refused:
-    """A line was refused: the error number, or the reason in words."""
+    """A line was refused. Contains the error number, or the reason as text."""
 
     why: int | str
 
 
 @dataclass(frozen=True)
 class Alarm:
-    """The machine has stopped with an alarm: its number, or the reason in words."""
+    """The machine has stopped with an alarm. Contains the alarm number, or the reason as text."""
 
     why: int | str
 
@@ -71,7 +71,7 @@ class Status:
 
 @dataclass(frozen=True)
 class Report:
-    """Any other report: ``[GC:G0 G54]``, ``$110=500``, ``[MSG:Caution: Unlocked]``, ``Cap:EEPROM:1``."""
+    """Any other report of a controller: ``[GC:G0 G54]``, ``$110=500``, ``[MSG:Caution: Unlocked]``, ``Cap:EEPROM:1``."""
 
     name: str
     text: str
@@ -81,7 +81,7 @@ class Report:
 
     @property
     def numbers(self) -> tuple[float, ...] | None:
-        """The text as comma-separated numbers; None if it is not a list of numbers."""
+        """The text of the report as comma-separated numbers; None if it is not a list of numbers."""
         return numbers_in(self.text)
 
 
@@ -104,6 +104,6 @@ def numbers_in(text: str) -> tuple[float, ...] | None:
 
 
 def place_in(text: str | None) -> XYZ | None:
-    """Return the first three comma-separated numbers as x, y, z; None if there are fewer."""
+    """Return the first three of several comma-separated numbers as x, y, z; None if there are fewer than three."""
     values = numbers_in(text or "")
     return None if values is None or len(values) < 3 else (values[0], values[1], values[2])

@@ -101,7 +101,7 @@ class Facts:
 
     @property
     def soft_limits_off(self) -> str:
-        """A message that the soft limits are off; empty if they are on."""
+        """A message that states that the soft limits are off; empty if they are on."""
         return (
             ""
             if self.soft_limits

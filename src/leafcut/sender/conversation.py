@@ -55,12 +55,12 @@ class Conversation(ABC):
     Attributes
     ----------
     patience
-        Factor on all time limits, for a busy computer.
+        Factor for all time limits, above 1 on a busy computer.
     offset
         Last reported offset between machine and work coordinates, in the units of the report.
     restarted
         Whether the board has restarted since the connection was opened, as many boards do when the port is opened.
-        Unless it is homed, its position counts from where it was at the restart.
+        Unless it is homed, its position is measured from the position at the restart.
     homed
         Whether the machine was homed since the connection was opened.
     family
@@ -101,14 +101,14 @@ class Conversation(ABC):
     def connect(self) -> Status:
         """Wait until the controller answers, and return its status.
 
-        Raise `SendError` if another firmware or none answers.
+        Raise `SendError` if another firmware answers, or no firmware.
         """
 
     @abstractmethod
     def ask_status(self, *, more: bool = False) -> None:
         """Request the status, which arrives like any other answer.
 
-        `more`: the caller will send further lines at once.
+        `more` means that the caller will send further lines at once.
         """
 
     @abstractmethod
@@ -161,7 +161,7 @@ class Conversation(ABC):
 
     @abstractmethod
     def stop_unanswered(self) -> str:
-        """Send a stop to a machine that no longer answers; return the commands sent, in words."""
+        """Send a stop to a machine that no longer answers; return the names of the commands that were sent."""
 
     @abstractmethod
     def prepare(self) -> None:
@@ -275,13 +275,13 @@ class Conversation(ABC):
         raise SendError("{} no longer responds", self.port.name)
 
     def meaning_of(self, answer: Refused | Alarm) -> str:
-        """Return the meaning of an error or alarm in words, according to the firmware."""
+        """Return the meaning of an error or alarm as text, according to the firmware."""
         if isinstance(answer.why, str):
             return answer.why
         return (error_in_words if isinstance(answer, Refused) else alarm_in_words)(answer.why, self.family)
 
     def record_restart(self) -> None:
-        """Record a restart of the board, which loses the zeros set before."""
+        """Record a restart of the board, which loses the work zeros that were set before."""
         self.restarted, self.homed = True, False
         self._zeroed.clear()
 
@@ -320,7 +320,7 @@ class Conversation(ABC):
 
 
 class NotThisFirmware(SendError):
-    """Another firmware answers at the port, or none. `answers` holds the lines received."""
+    """Error for a port at which another firmware answers, or none. `answers` holds the lines received."""
 
     def __init__(self, message: str, answers: list[str]) -> None:
         super().__init__(message)

@@ -24,7 +24,7 @@ _ERRORS = {
     11: Message("the line is too long"),
     12: Message("the setting exceeds the maximum step rate of the board"),
     13: Message("the safety door is open"),
-    14: Message("the line is too long for its memory"),
+    14: Message("the line is too long for the controller's memory"),
     15: Message("the jog goes beyond the machine's travel"),
     16: Message("a jog has invalid words"),
     17: Message("laser mode needs a spindle output of variable power"),

@@ -90,7 +90,9 @@ class GrblConversation(Conversation):
         self.port.write(self.act.ask)
 
     def connect(self) -> Status:
-        """Wait for the controller and return its status; raise `SendError` if nothing or another firmware answers."""
+        """Wait for the controller and return its status; raise `SendError` if it does not answer or has another
+        firmware.
+        """
         replies: list[str] = []
         for answer in self.receive(START_SECONDS, SLOW_POLL_SECONDS, self._query_board):
             if isinstance(answer, Status):
@@ -108,7 +110,7 @@ class GrblConversation(Conversation):
         raise wrong_firmware(self.port.name, replies, "GRBL")
 
     def _answers_to_line(self) -> list[str]:
-        """Return the answers to an empty line. Some firmwares answer nothing else."""
+        """Return the answers to an empty line. Some firmwares answer only to lines."""
         self.write(b"\n")
         return [answer_text(answer) for answer in self.receive(_LINE_SECONDS)]
 
@@ -231,7 +233,8 @@ class GrblConversation(Conversation):
         return locked
 
     def stop(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Hold, wait for rest, then reset, which stops the spindle and discards all lines. Return the status.
+        """Hold the machine, wait until it is at rest, then reset it, which stops the spindle and discards all lines.
+        Return the status.
 
         `on_answer` is called with every answer that arrives meanwhile. Raise `SendError` if the controller no longer
         answers.
@@ -285,7 +288,9 @@ class GrblConversation(Conversation):
         return self.reset(on_answer)
 
     def stop_unanswered(self) -> Message:
-        """Send a hold, wait until the machine should be at rest, and send a reset, in case it still receives."""
+        """Send a hold, wait until the machine should be at rest, and send a reset, in case the board still receives
+        commands.
+        """
         self.hold()
         self.discard_answers(UNANSWERED_SECONDS)
         self.write(RESET)

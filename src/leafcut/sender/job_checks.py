@@ -38,15 +38,15 @@ _UNSURE = Message("the controller does not report whether it was homed, and does
 def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family: str = "") -> None:
     """Raise `SendError`, with the state and the remedy, if the machine is not idle or its position is unknown.
 
-    `unhomed`: the operator has confirmed the position of a machine that was not homed. `restarted`: the board has
-    just restarted, so its position is wrong unless it is homed. `family`: the firmware, which selects the list of
-    alarms.
+    `unhomed` means that the operator has confirmed the position of a machine that was not homed. `restarted` means that
+    the board has just restarted, so its position is wrong unless it is homed. `family` is the firmware, which selects
+    the list of alarms.
     """
     state = state_in_words(facts.status, family)
     if facts.status.state == "Alarm":
         if facts.homing:
             raise SendError("the machine is {}; home it with --home", state)
-        raise SendError("the machine is {}; free it with --unlock", state)
+        raise SendError("the machine is {}; unlock it with --unlock", state)
     if facts.status.state == "Sleep":
         raise SendError("the machine is {}; wake it with --unlock", state)
     if facts.status.state in LOCKED:
@@ -76,7 +76,7 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
 def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = False) -> list[Issue]:
     """Return warnings; raise `SendError`, with the line, if the machine cannot run the program in its current state.
 
-    `begun`: the program has reached a pause, so its first move was checked earlier.
+    `begun` means that the program has reached a pause, so its first move was checked earlier.
     """
     if job.laser != facts.laser_mode:
         name = facts.names.laser
@@ -257,7 +257,7 @@ def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
 
 
 def _cause_of_low_height(job: SendJob, facts: Facts, path: Toolpath, row: int) -> Message:
-    """Return the cause of a low height: the last move in machine coordinates, its stored position, the work zero."""
+    """Return the cause of a low height: the last move in machine coordinates, its stored position, or the work zero."""
     at = int(np.flatnonzero(path.kind[: row + 1] == Kind.MACHINE)[-1])
     line = int(path.line[at])
     zero = facts.origin(int(path.latest(Kind.FRAME, path.ref, 540)[at]))[2]
@@ -290,7 +290,9 @@ def arc_extremes_or_none(path: Toolpath, row: int) -> list[XYZ]:
 
 
 def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
-    """Raise `SendError` for a program that leaves the travel. If the machine is not homed, only the size is checked."""
+    """Raise `SendError` if a program leaves the machine's travel. If the machine is not homed, only the size is
+    checked.
+    """
     places, lines = machine_places(job, facts)
     low, high = facts.travel()
     for axis, name in enumerate("XYZ"):

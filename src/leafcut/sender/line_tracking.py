@@ -1,4 +1,4 @@
-"""From the position of the machine, find the line that a program executes, because boards do not report the line."""
+"""Find the line that a program executes from the position of the machine, because boards do not report the line."""
 
 from __future__ import annotations
 

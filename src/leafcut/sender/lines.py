@@ -26,7 +26,8 @@ _REACH = 3
 
 @dataclass(frozen=True)
 class Pause:
-    """A stop at a program line: for a tool change, for the operator, or before hole number `hole` (0: no hole).
+    """A stop at a program line: for a tool change, for the operator, or before hole number `hole` (0 if not before a
+    hole).
 
     `tool` is the number of the new tool, if it is known.
     """

@@ -476,7 +476,7 @@ class MarlinConversation(Conversation):
         return False
 
     def stop(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Stop the spindle if the machine has not moved; otherwise stop the motors at once, then the spindle.
+        """Stop the spindle if the machine has not moved; otherwise stop the motors at once, and then the spindle.
 
         Raise `SendError` if the controller no longer answers.
         """
@@ -503,7 +503,7 @@ class MarlinConversation(Conversation):
             isinstance(answer, Accepted) for answer in self.receive(ANSWER_SECONDS, KNOCK_SECONDS, self._query_board)
         ):
             self.write(b"M112\n")
-            raise SendError("it does not respond to M410; M112 (emergency stop) was sent")
+            raise SendError("the board does not respond to M410; M112 (emergency stop) was sent")
         self._synchronise()
         self.ask("M5")
         status = replace(self._wait_for_rest(), state=STOPPED_SHORT)

@@ -31,7 +31,9 @@ _PLACE = re.compile(r"X:\s*(-?[\d.]+)\s+Y:\s*(-?[\d.]+)\s+Z:\s*(-?[\d.]+)")
 _NAMED = re.compile(r"(FIRMWARE_NAME|Cap):\s*(.*)")
 
 #: Meaning of an error after which only a reset helps.
-KILLED = Message("it has stopped everything, motors and spindle off (kill): find the cause, then press its reset")
+KILLED = Message(
+    "the board has switched off the motors and the spindle (kill): find the cause, then press the reset button"
+)
 #: Part of an error text → meaning.
 _ERRORS = {
     "kill() called": KILLED,

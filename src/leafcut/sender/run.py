@@ -99,7 +99,7 @@ class RunResult:
     Attributes
     ----------
     complete
-        Every line was accepted and the machine came to rest after the last.
+        Whether every line was accepted and the machine came to rest after the last line.
     taken, sent, line
         Last accepted line, last sent line, and line in execution.
     hole
@@ -107,13 +107,13 @@ class RunResult:
     state
         State of the machine in words; assumed if the connection is lost.
     homed
-        The position can be trusted.
+        Whether the position can be trusted.
     place, coordinates
         Last reported position, mm, and the name of its coordinate system.
     errors
         Result of a check: (line, error).
     lost
-        The machine can no longer be reached, so `state` is assumed.
+        Whether the machine can no longer be reached, so that `state` is assumed.
     sure
         False if the machine did not report its position; it was then in `line` or in a later line.
     """
@@ -210,7 +210,7 @@ class SendRun:
         return pauses_at_holes(steps, self.job.holes[after:]) if self.by_hole else steps
 
     def go_on_to_the_end(self) -> None:
-        """Leave hole-by-hole mode. The prompt may call this."""
+        """Leave hole-by-hole mode, so that the program runs to its end. The prompt may call this."""
         self.by_hole = False
         self.left = deque(step for step in self.left if not (isinstance(step, Pause) and step.hole))
 
@@ -331,7 +331,7 @@ class SendRun:
             raise _RunEnded("an answer was lost on the way, so the lines can no longer be counted; check the cable")
 
     def _dwell(self) -> float:
-        """Return the dwell of the oldest unanswered line, s."""
+        """Return the dwell time in the oldest unanswered line, s."""
         oldest = self.counter.waiting[0].text
         if "G4" not in oldest and "G04" not in oldest:
             return 0.0
@@ -503,7 +503,7 @@ class SendRun:
         )
 
     def _line_text(self) -> str:
-        return Message(" while it was in line {}", self.line) if self.taken >= self._first else ""
+        return Message(" while the machine was in line {}", self.line) if self.taken >= self._first else ""
 
     def _leave_check(self) -> RunResult:
         status = self.talk.reset()
@@ -559,11 +559,13 @@ class SendRun:
         )
 
     def _result_of_lost_machine(self, reason: str) -> RunResult:
-        """Return the result for a machine that cannot be reached: it runs the lines that it has, then rests."""
+        """Return the result for a machine that cannot be reached: it executes the lines in its buffer, then comes to
+        rest.
+        """
         self._settle_line()
         last = self.talk.status
         state = (
-            Message("it runs its buffered lines, at most up to line {}, then stops", self.sent)
+            Message("the machine runs its buffered lines, at most up to line {}, then stops", self.sent)
             if self.sent
             else Message("unknown")
         )

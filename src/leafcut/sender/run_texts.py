@@ -35,13 +35,17 @@ def ending_in_words(ending: RunResult, job: SendJob) -> str:
     if ending.place is not None:
         parts.append(
             Message(
-                "its position is {} ({})" if ending.homed else "its last known position is {} ({})",
+                "the position of the machine is {} ({})"
+                if ending.homed
+                else "the last known position of the machine is {} ({})",
                 place_in_words(ending.place),
                 ending.coordinates,
             )
         )
     if ending.line:
-        line = Message("it was in line {}" if ending.sure else "it was in or after line {}", ending.line)
+        line = Message(
+            "the machine was in line {}" if ending.sure else "the machine was in or after line {}", ending.line
+        )
         parts.append(Message("{}, hole {}", line, ending.hole.number) if ending.hole else line)
         parts.append(Message("lines up to {} of {} were accepted", ending.taken, lines))
         advice = Message("resume with {}", ending.go_on) if ending.go_on else Message("start from the beginning")

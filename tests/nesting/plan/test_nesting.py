@@ -106,7 +106,8 @@ def test_a_remnant_is_filled_by_its_shape_and_its_packer_is_shared() -> None:
 def test_what_fits_no_sheet_less_its_margins_is_refused() -> None:
     assert task_of(box(180, 80)).counts == (1,)
     with pytest.raises(
-        PlanError, match=r"180.5x80: the part is 180.5 × 80 mm, and a sheet less its margins 180 × 80 mm"
+        PlanError,
+        match=r"180.5x80: the part measures 180.5 × 80 mm, but a sheet without its margins measures only 180 × 80 mm",
     ):
         task_of(box(180.5, 80))
 

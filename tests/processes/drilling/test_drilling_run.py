@@ -122,7 +122,7 @@ def test_an_order_is_that_of_one_drawing(tmp_path: Path, places: list[tuple[floa
     ("text", "line"),
     [
         ("{}", "'leafcut_order' is missing"),
-        ("[", "is not JSON"),
+        ("[", "is not valid JSON"),
         ('{"leafcut_order": 1}', "'operations' must be a list"),
         ('{"leafcut_order": 1, "operations": [{"operation": 0, "holes": []}]}', "0 is not a whole number of 1 or more"),
         ('{"leafcut_order": 1, "operations": [{"operation": 1, "holes": [true]}]}', "true is not a whole number"),

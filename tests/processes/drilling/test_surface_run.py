@@ -177,7 +177,8 @@ def test_other_algorithms_find_safe_ways_too(folder: Path, algorithm: str) -> No
 
 def test_the_surface_needs_the_right_unit(folder: Path, low: Any) -> None:
     with pytest.raises(
-        LeafcutError, match=r"inches\.stl is 4\.724 mm long .*: in inches it would hold them; give --surface-unit"
+        LeafcutError,
+        match=r"inches\.stl is 4\.724 mm long .*: in inches the surface would contain the holes; give --surface-unit",
     ):
         drilled(folder, surface=str(folder / "inches.stl"))
     inches = drilled(folder, surface=str(folder / "inches.stl"), surface_unit="in")
@@ -272,8 +273,8 @@ def test_a_keep_out_zone_is_crossed_at_the_clearance_height(folder: Path) -> Non
 def test_a_fixture_of_another_size_or_far_away_is_refused(folder: Path) -> None:
     odd = [
         ((500, 0, 0, 540, 40, 30), "check its unit (--surface-unit) and its origin"),
-        ((0, 0, 0, 1, 1, 1), "in inches it would be next to it"),
-        ((0, 0, 0, 9000, 10, 10), "in mm, not inches, it would be next to it"),
+        ((0, 0, 0, 1, 1, 1), "in inches the fixture would lie next to the surface"),
+        ((0, 0, 0, 9000, 10, 10), "in mm, not inches, the fixture would lie next to the surface"),
     ]
     for k, (box, told) in enumerate(odd):
         (folder / f"odd{k}.stl").write_bytes(binary_stl(box_triangles(*box)))
@@ -390,7 +391,7 @@ def test_a_shank_or_holder_is_refused_only_if_it_meets_the_part(
     ]
     assert any(meets_a_box(*end, profile, 0.0) for end in ends) == refused
     if refused:
-        with pytest.raises(LeafcutError, match=r"its holder, Ø .* mm, comes down to Z.* and meets the surface beside"):
+        with pytest.raises(LeafcutError, match=r"its holder, Ø .* mm, descends to Z.* and hits the surface beside"):
             drilled(folder, **given)
         return
     outcome = drilled(folder, **given)
@@ -447,7 +448,7 @@ def test_a_holder_that_is_planned_too_low_is_not_written(
 ) -> None:
     monkeypatch.setattr("leafcut.processes.drilling.plan.work_surface.check_bodies", lambda *_: None)
     tools = library(tmp_path / "tools.toml", BODIES[0][0])
-    with pytest.raises(VerifyError, match="the tool meets the surface above its flutes"):
+    with pytest.raises(VerifyError, match="the tool hits the surface above its flutes"):
         drilled(folder, tools=tools)
 
 

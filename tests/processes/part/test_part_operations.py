@@ -343,7 +343,7 @@ def test_a_name_with_brackets_is_the_name_of_a_layer(tmp_path: Path) -> None:
     [
         ('"OUTLINE"', '"OUTLIN"', "rules.toml:2: no shape of nameplate.dxf is on layer 'OUTLIN'; did you mean 'OUTL"),
         ('"profile"', '"mill"', "rules.toml:2: unknown operation 'mill'; choose one of profile, bore"),
-        ('"profile"', "3", "rules.toml:2: '3' is no operation"),
+        ('"profile"', "3", "rules.toml:2: '3' is not an operation"),
         ('"profile"', '"profile 3mm"', "rules.toml:2: 'profile' takes no depth; leave out '3mm'"),
         ('"bore"', '"bore T3"', "rules.toml:4: 'bore' takes no tool"),
         ("engrave 0.3mm", "engrave", "rules.toml:3: 'engrave' needs a depth, such as 'engrave 0.3mm'"),
@@ -356,7 +356,7 @@ def test_a_name_with_brackets_is_the_name_of_a_layer(tmp_path: Path) -> None:
         ('"NOTES"', '"NOTES*" = "ignore"\n"N*"', "rules.toml:7: layer 'NOTES' is already named by 'NOTES*'"),
         ('"NOTES"', '"text" = "ignore"\n"NOTES"', "rules.toml:6: layer 'TEXT' is already named by 'TEXT'"),
         ("engrave 0.3mm", "profile", "rules.toml:3: 'profile' needs closed shapes, but layer 'TEXT' has an open path"),
-        ('"OUTLINE" = "profile"', '"OUTLINE" = "bore"', "rules.toml:2: the shape at (5, 0) is not round and no bore"),
+        ('"OUTLINE" = "profile"', '"OUTLINE" = "bore"', "rules.toml:2: the shape at (5, 0) is not round, so"),
         ("[layer]", "[layers]", "rules.toml:1: unknown key 'layers'; did you mean 'layer'?"),
         (RULES, '[layer]\n"*" = "ignore"', "nameplate: nothing to mill: --operations ignores all layers"),
         (RULES, "[layer]\n", "rules.toml: no layer has an operation; write a table [layer]"),

@@ -77,7 +77,7 @@ def test_the_holder_of_the_mill_stays_out_of_a_clamp_as_high_as_it(
     )
     given = {**FAST, "strategy": "contour", "depth": 4, "tool_diameter": 6, "tools": tools, "keep_out": "50 0 60 30 9"}
     if refused:
-        words = r"pocket plate: the holder of .* meets the keep-out zone '50 0 60 30 9', 13.* stick out 2 mm farther"
+        words = r"pocket plate: the holder of .* hits the keep-out zone '50 0 60 30 9', 13.* stick out 2 mm farther"
         with pytest.raises(PlanError, match=words):
             api.optimize(drawing, **given)
     else:

@@ -249,14 +249,14 @@ def test_what_does_not_limit_is_told_once_with_what_to_give(tmp_path: Path) -> N
     bare = reordered(tmp_path, SLOT, feeds=True, workpiece=BLOCK)
     assert [issue.message for issue in bare.issues if issue.code == "L514"] == [
         "power and torque do not limit feeds: give --material",
-        "slots have the same limits as other cuts",
+        "feeds in slots are limited like feeds in other cuts",
         "plunges and ramps of T1 keep their feeds: give a plunge feed with --tools",
     ]
     some = {"tools": library(tmp_path, teeth=""), "material": "steel-c45"}
     known = reordered(tmp_path, SLOT, feeds=True, workpiece=BLOCK, machine=machine_of_power(tmp_path, "500 W"), **some)
     assert [issue.message for issue in known.issues if issue.code == "L514"] == [
         "power and torque do not limit feeds of T1: give the number of teeth with --tools",
-        "slots have the same limits as other cuts",
+        "feeds in slots are limited like feeds in other cuts",
         "plunges and ramps of T1 keep their feeds: give a plunge feed with --tools",
     ]
     machine = reordered(tmp_path, SLOT, feeds=True, workpiece=BLOCK, **some)
@@ -328,11 +328,11 @@ SIDE = "G1 Y11.5\nG1 X10\n"
 @pytest.mark.parametrize(
     ("cuts", "tools", "options", "words"),
     [
-        ("G1 X60 F600\n", None, {}, "its worst cut is a full slot at line 8, and its chips are as thick as there in"),
-        ("G1 X60 F450\n", {"feed": '"450 mm/min"'}, {}, "in 100 % of its cutting time its chips are as thick as its"),
-        ("G1 X60 Z-3 F600\n", None, {}, "it cuts on ramps in 100 % of its cutting time, first at line 8"),
+        ("G1 X60 F600\n", None, {}, "the worst cut is a full slot at line 8, and the chip load is the same in"),
+        ("G1 X60 F450\n", {"feed": '"450 mm/min"'}, {}, "in 100 % of the cutting time, the chip load is at the limit"),
+        ("G1 X60 Z-3 F600\n", None, {}, "in 100 % of the cutting time, the tool cuts on ramps, first at line 8"),
         (f"G93\nG1 X60 F12\n{SIDE.replace('5', '5 F12').replace('X10', 'X10 F12')}G94\n", {"feed": '"4 m/min"'}, {},
-         "lines that cannot be changed take 67 % of its cutting time, first line 10"),
+         "lines that cannot be changed take 67 % of the cutting time; the first is line 10"),
         ("G0 Z2\nG81 X30 Y10 R2 Z-3 F100\nX40\nG80\n", None, {}, "it only plunges"),
     ],
 )  # fmt: skip
@@ -356,7 +356,7 @@ def test_the_worst_cut_is_as_wide_as_the_cut_behind_its_entry(tmp_path: Path, wi
     text = f"{HEAD}G0 X-10 Y{y}\nG0 Z2\nG1 Z-2 F60\nG1 X80 F600\n{TAIL}"
     found = reordered(tmp_path, text, feeds=True, workpiece=BLOCK)
     (note,) = [issue.message for issue in found.issues if issue.code == "L512"]
-    named = re.search(r"its worst cut is (?:a (full slot)|([0-9.]+) mm wide) at line 8", note)
+    named = re.search(r"the worst cut is (?:a (full slot)|([0-9.]+) mm wide) at line 8", note)
     assert named is not None, note
     assert (6.0 if named[1] else float(named[2])) == pytest.approx(wide, abs=0.3)
 
@@ -387,7 +387,7 @@ def test_the_summary_and_the_answer_say_why_a_feed_stays(tmp_path: Path, capsys:
     file = tmp_path / "part.ngc"
     file.write_text(HEAD + "G0 X10 Y10\nG0 Z2\nG1 Z-2 F60\nG1 X60 F600\n" + TAIL)
     command = ["reorder", str(file), "-o", str(tmp_path / "new.ngc"), "--feeds", "--workpiece", BLOCK]
-    reason = "T1 end-mill Ø6 keeps its feed: its worst cut is a full slot at line 8"
+    reason = "T1 end-mill Ø6 keeps its feed: the worst cut is a full slot at line 8"
     assert cli.run(command) == 0
     assert reason in " ".join(capsys.readouterr().out.split())
     assert cli.run([*command, "--json"]) == 0

@@ -138,7 +138,9 @@ def test_a_zone_above_the_clearance_height_is_refused(process: str, tmp_path: Pa
     document.modelspace().add_circle((15, 15), 10)
     document.saveas(drawing)
     machine = {"cut": {"machine": "plasma-table", "thickness": 2}, "pocket": {"depth": 2, "tool_diameter": 6}}[process]
-    with pytest.raises(OptionError, match=r"is 30 mm high, and rapids cross at Z10; use --clearance-height 31 or more"):
+    with pytest.raises(
+        OptionError, match=r"is 30 mm high, but rapids cross it at Z10; use --clearance-height 31 or more"
+    ):
         api.optimize(drawing, process=process, keep_out="40 0 50 9 30", **machine, **FAST)
 
 
@@ -169,7 +171,7 @@ def test_the_holder_of_the_library_stays_out_of_a_clamp_as_high_as_it(
         f'spindle_speed = "6000 rpm"\n{held}'
     )
     if refused:
-        with pytest.raises(PlanError, match="cuts in an obstacle: the shank or holder of the tool meets a --keep-out"):
+        with pytest.raises(PlanError, match="cuts in an obstacle: the shank or holder of the tool hits a --keep-out"):
             api.optimize(source, keep_out="30 0 32 30 9", tools=tools, **FAST)
     else:
         found = api.optimize(source, keep_out="30 0 32 30 9", tools=tools, **FAST)

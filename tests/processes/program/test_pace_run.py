@@ -194,8 +194,8 @@ def test_a_librarys_feed_and_speed_are_the_limit_and_what_is_above_it_goes_down(
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"feeds": True}, "--feeds needs to know where the material is"),
-        ({"low_retracts": True}, "--low-retracts needs to know where the material is"),
+        ({"feeds": True}, "--feeds needs the position of the material"),
+        ({"low_retracts": True}, "--low-retracts needs the position of the material"),
         (
             {"air": True, "workpiece": "0,0,-5,42,50,0"},
             "a cut reaches X60.00, but this stock ends at X42",

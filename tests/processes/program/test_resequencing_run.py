@@ -432,7 +432,7 @@ def test_every_face_says_how_many_pieces_stay_and_why_with_the_line(tmp_path: Pa
     answer = as_json(report_of(outcome))
     assert answer["counts"]["pieces"] == 3
     (group,) = answer["staying"]
-    text = "alone between barriers (coolant is switched): M8 at line 12"
+    text = "alone between barriers (coolant is switched on or off): M8 at line 12"
     assert group == {"reason": "alone", "count": 1, "first_line": 12, "word": "M8", "text": text}
     assert f"<li><bdi>1 {text}</bdi></li>" in write_page(report_of(outcome))
     console = Console(width=400, record=True, file=io.StringIO())
@@ -553,7 +553,7 @@ def test_a_program_that_cuts_nothing_says_so_beside_verified(text: str, tmp_path
     told = " ".join(capsys.readouterr().out.split())
     assert "verified yes, but no cut and no hole was found in this program" in told
     assert "same work" not in told
-    assert "L502 no cut and no hole was found in the program: check that this is the file that you mean" in told
+    assert "L502 the program has no cuts and no holes: check that this is the intended file" in told
 
 
 def test_units_that_are_assumed_are_no_change_of_units(tmp_path: Path, capsys: Any) -> None:
@@ -562,7 +562,7 @@ def test_units_that_are_assumed_are_no_change_of_units(tmp_path: Path, capsys: A
     path.write_text("G90 G94 G17\nS900 M3\nG0 X-1 Y0 Z5\nG1 Z-1 F20\nX9\nG0 Z5\nM5\nM2\n")
     assert run(["optimize", str(path), "--machine", "linuxcnc-mill", "-o", str(tmp_path / "new.nc")]) == 0
     told = " ".join(capsys.readouterr().out.split())
-    assert "with a block that stays (its units are assumed: G20 or G21 is missing)" in told
+    assert "with a block that stays (the units are assumed: G20 or G21 is missing)" in told
 
 
 @pytest.mark.parametrize("machine", ["grbl-3018", "linuxcnc-mill"])

@@ -132,7 +132,7 @@ def test_what_is_fed_first_from_an_unknown_place_cuts_at_its_end_and_is_told(tmp
     found = leafcut.stock(made(tmp_path, "G21 G90\nT1 M6\nM3 S900\nG1 X10 Y10 Z-2 F60\nG0 Z5\nM2\n"), tool_diameter=6)
     assert found.removed_mm3 == pytest.approx(math.pi * 18, rel=0.01)
     assert [i.message for i in found.issues if i.code == "L808"] == [
-        "the start of 1 cut is unknown: only its end is cut here"
+        "the start point of 1 cut is unknown: only the end point is cut in this simulation"
     ]
     assert found.rapids == ()
 
@@ -149,7 +149,7 @@ def test_what_is_fed_first_from_an_unknown_place_cuts_at_its_end_and_is_told(tmp
             SLOT,
             ["--workpiece", "0,0,-5,9000,9000,0", "--cell", "0.001"],
             1,
-            "of them are needed, but at most 64,000,000",
+            "are needed, but the limit is 64,000,000",
         ),
         (SLOT.replace("Z-2", "Z2"), [], 1, "cuts nothing below Z0"),
         ("G21 G90\nG0 X5 Y5 Z5\nM2\n", [], 1, "the program cuts nothing"),
@@ -250,8 +250,8 @@ def test_a_shank_and_a_holder_in_the_stock_are_dangers_and_with_strict_status_1(
     assert run(["stock", program, *given, "--strict"]) == (1 if found else 0)
     if z == 10:
         out = capsys.readouterr().out
-        assert "danger: L809 the shank of T1 is in the stock, 5.00 mm deep (line 6)" in out
-        assert "the holder of T1 is in the stock, 1.00 mm deep at most, in 4 lines starting here (line 5)" in out
+        assert "danger: L809 the shank of T1 enters the stock, 5.00 mm deep (line 6)" in out
+        assert "the holder of T1 enters the stock, 1.00 mm deep at most, in 4 lines starting here (line 5)" in out
 
 
 def test_a_body_that_the_library_does_not_know_meets_nothing(tmp_path: Path) -> None:

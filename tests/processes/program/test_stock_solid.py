@@ -157,7 +157,7 @@ def test_cells_that_do_not_fit_and_cuts_beyond_the_stock_are_told(
 ) -> None:
     file = stl(tmp_path / "stock.stl", box((0, 0, -10), (40, 40, 0)))
     assert run(["stock", program(tmp_path), "--workpiece", file, "--cell", "0.001"]) == 1
-    assert "1,600,000,000 of them are needed, but at most 64,000,000 fit" in capsys.readouterr().err
+    assert "1,600,000,000 are needed, but the limit is 64,000,000" in capsys.readouterr().err
     small = stl(tmp_path / "small.stl", box((0, 0, -10), (40, 18, 0)))
     assert run(["stock", program(tmp_path), "--workpiece", small]) == 0
     assert "a cut reaches Y30.00, but the given stock ends at Y18 (line 6)" in capsys.readouterr().out

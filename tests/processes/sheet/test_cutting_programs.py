@@ -188,7 +188,7 @@ def test_the_controllers_own_material_has_the_feed() -> None:
     "words, path, post, message",
     [
         ("plasma", two_cuts(mark=True), PostOptions(), "plasma has no command for marking; leave the marks out"),
-        ("plasma", two_cuts(dark=True), PostOptions(), "cannot move on with the torch off"),
+        ("plasma", two_cuts(dark=True), PostOptions(), "cannot switch the torch off during a cut"),
         ("plasma", two_cuts(), PostOptions(material_number=1), "no table of materials"),
         ("linuxcnc", two_cuts(dark=True), PostOptions(), "linuxcnc programs cannot state HEIGHT"),
         (

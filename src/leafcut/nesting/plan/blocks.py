@@ -83,8 +83,8 @@ def _grid_size(
 ) -> tuple[int, int]:
     """Return the number of columns and rows of the block with the most parts; (1, 1) if no block is possible.
 
-    Among equal numbers of parts, the block is as square as possible. `width` and `height` are the sides of a part plus
-    one kerf, mm.
+    Of the blocks with the same number of parts, the most nearly square one is chosen. `width` and `height` are the
+    sides of a part plus one kerf, mm.
     """
     min_side = max(SHORTEST, SHORTEST_KERFS * kerf)
     max_members = min(count, 2 if kind == "pairs" else MAX_MEMBERS)

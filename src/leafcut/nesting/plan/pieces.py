@@ -151,8 +151,8 @@ def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Seq
             box = min(piece.boxes, key=lambda b: max(b.width - length, b.height - width))
             sheet = Message("a sheet") if len(inner) == 1 else Message("the largest sheet")
             raise PlanError(
-                "{}: the part is {:.6g} × {:.6g} mm, and {} less its margins "
-                "{:.6g} × {:.6g} mm; use a larger sheet, a smaller margin or more rotations",
+                "{}: the part measures {:.6g} × {:.6g} mm, but {} without its margins measures only {:.6g} × "
+                "{:.6g} mm; use a larger sheet, a smaller margin or more rotations",
                 part.name,
                 box.width,
                 box.height,

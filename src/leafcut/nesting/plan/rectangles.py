@@ -30,8 +30,8 @@ MICRON = 1000.0
 
 @dataclass(frozen=True)
 class PlacedPiece:
-    """A piece (index) on a sheet: rotated by `angle`, rad, about the origin of the drawing, then moved by (x, y),
-    mm.
+    """A piece, given by its index, on a sheet: rotated by `angle`, rad, about the origin of the drawing, then moved by
+    (x, y), mm.
     """
 
     piece: int

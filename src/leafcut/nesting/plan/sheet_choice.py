@@ -183,7 +183,9 @@ _Need = tuple[frozenset[int], float]
 
 
 def _needs(task: NestTask, packers: Sequence[Packer]) -> list[_Need]:
-    """Return sets of kinds of sheet, and for each set the total area, mm², of the pieces that fit only on its kinds."""
+    """Return sets of kinds of sheet; for each set, return the total area, mm², of the pieces that fit only on its
+    kinds.
+    """
     areas: dict[frozenset[int], float] = {frozenset(range(len(packers))): 0.0}
     for piece, count in enumerate(task.counts):
         kinds = frozenset(k for k, packer in enumerate(packers) if packer.holds(piece))

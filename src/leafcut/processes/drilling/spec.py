@@ -144,8 +144,8 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
     plan = replace(plan, made_for=made_for)
     if "retract" in job.settings.asked and plan.always_initial and options.retract != "initial":
         raise OptionError(
-            "--retract r: the heights between holes of different heights are unknown, so the tool rises above the "
-            "highest hole after each hole; leave it out"
+            "--retract r: the surface between holes at different heights is unknown, so the tool rises above "
+            "the highest hole after each hole; leave the option out"
         )
     for name in ("feed", "spindle_speed"):
         if name in job.settings.asked and not any(tool.assumed for tool in plan.tools):

@@ -98,7 +98,7 @@ def _rule(layer: str, value: object, place: str) -> LayerRule:
     match = _RULE.fullmatch(value.strip()) if isinstance(value, str) and value.isprintable() else None
     if match is None:
         raise DataError(
-            "{}: '{}' is no operation; write a text such as 'profile' or 'engrave 0.3mm T5'",
+            "{}: '{}' is not an operation; write a text such as 'profile' or 'engrave 0.3mm T5'",
             place,
             printable(str(value)),
         )
@@ -107,7 +107,9 @@ def _rule(layer: str, value: object, place: str) -> LayerRule:
         raise DataError("{}: unknown operation '{}'{}", place, printable(word), name_suggestion(word[:80], Operation))
     operation = Operation(word)
     if tool and operation not in _WITH_TOOL:
-        raise DataError("{}: '{}' takes no tool: the end mill of the part does it; leave out T{}", place, word, tool)
+        raise DataError(
+            "{}: '{}' takes no tool number, because the part's end mill is used; leave out T{}", place, word, tool
+        )
     if depth and operation not in _DEEP:
         raise DataError("{}: '{}' takes no depth; leave out '{}'", place, word, printable(depth))
     if not depth and operation in _DEEP:
@@ -209,7 +211,9 @@ def not_a_bore(rule: LayerRule, place: Point, *, is_round: bool) -> PlanError:
     x, y = place
     if is_round:
         return PlanError("{}: the bore at ({:g}, {:g}) has another shape inside; use 'profile'", rule.place, x, y)
-    return PlanError("{}: the shape at ({:g}, {:g}) is not round and no bore; use 'profile'", rule.place, x, y)
+    return PlanError(
+        "{}: the shape at ({:g}, {:g}) is not round, so it cannot be a bore; use 'profile'", rule.place, x, y
+    )
 
 
 def _name(part: Part) -> str:

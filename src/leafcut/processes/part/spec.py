@@ -405,9 +405,9 @@ def _split_holes(
     ]
     issues = []
     if other:
-        words = Message("{} with a recipe in the tool library, not made", count_of(len(other), "hole"))
+        words = Message("{} with a recipe in the tool library, not drilled", count_of(len(other), "hole"))
         x, y = other[0].path.start
-        where = Message("the first at ({:.4g}, {:.4g}): make it first, with leafcut drill", x, y)
+        where = Message("the first at ({:.4g}, {:.4g}): drill it first, with leafcut drill", x, y)
         issues.append(Issue("L707", words, where, missing=missing_paths("hole", [edge.path for edge in other])))
     return kept, list(drilled.values()), issues
 

@@ -228,7 +228,7 @@ def _choose_strategy(job: PocketJob, pocket: Pocket, results: list[PocketResult]
     if options.strategy != "best":
         requested = {r.strategy: (k, r) for k, r in enumerate(results)}.get(options.strategy)
         if requested is None or requested[1].path is None:
-            why = Message("leafcut does not have it") if requested is None else requested[1].refused
+            why = Message("leafcut has no such strategy") if requested is None else requested[1].refused
             raise PlanError("{}: --strategy {} is not possible: {}", name, options.strategy, why)
         if requested[1].measures is not None and (
             more := _limit_error(job, requested[1].strategy, requested[1].measures)

@@ -76,7 +76,7 @@ def reordering_issues(plan: Plan, best: Candidate) -> list[Issue]:
     work, detail = plan.work, best.detail
     issues = [*work.before]
     if not detail.certificate.before.works:
-        message = Message("no cut and no hole was found in the program: check that this is the file that you mean")
+        message = Message("the program has no cuts and no holes: check that this is the intended file")
         issues.append(Issue("L502", message))
     issues += [*work.dangers, *detail.dangers]
     if detail.avoided.moves:

@@ -104,8 +104,8 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     workpiece = job.settings.stock.workpiece
     if blind and not workpiece:
         raise OptionError(
-            "{} needs to know where the material is: give the block with --workpiece, as x,y,z of its lower "
-            "and of its upper corner",
+            "{} needs the position of the material: give the block with --workpiece, as x,y,z of its lower and "
+            "of its upper corner",
             blind[0],
         )
     tools = tools_of(program, source, job.settings, job.machine)
@@ -554,7 +554,7 @@ class _PaceSteps:
             yield Message(
                 "power and torque do not limit feeds of {}: give the number of teeth with --tools", named(toothless)
             )
-        yield Message("slots have the same limits as other cuts")
+        yield Message("feeds in slots are limited like feeds in other cuts")
         if unknown := [number for number in numbers if math.isinf(pace.limits[number].plunge)]:
             yield Message("plunges and ramps of {} keep their feeds: give a plunge feed with --tools", named(unknown))
 
@@ -563,25 +563,28 @@ class _PaceSteps:
 _KEPT_WORDS = {
     "chip": partial(
         Message,
-        "in {:.0f} % of its cutting time its chips are as thick as its feed and speed in the library allow, first "
-        "at line {}",
+        "in {:.0f} % of the cutting time, the chip load is at the limit set by the feed and speed in the "
+        "library, first at line {}",
     ),
     "rate": partial(
-        Message, "in {:.0f} % of its cutting time it removes material as fast as in its worst cut, first at line {}"
+        Message, "in {:.0f} % of the cutting time, the removal rate equals that of the worst cut, first at line {}"
     ),
     "spindle": partial(
-        Message, "power or torque of the spindle is the limit in {:.0f} % of its cutting time, first at line {}"
+        Message, "in {:.0f} % of the cutting time, the power or torque of the spindle is the limit, first at line {}"
     ),
     "ramp": partial(
-        Message, "it cuts on ramps in {:.0f} % of its cutting time, first at line {}; give its plunge feed with --tools"
+        Message,
+        "in {:.0f} % of the cutting time, the tool cuts on ramps, first at line {}; give its plunge feed with --tools",
     ),
-    "finish": partial(Message, "it finishes walls in {:.0f} % of its cutting time, first at line {}"),
+    "finish": partial(Message, "in {:.0f} % of the cutting time, the tool finishes walls, first at line {}"),
     "machine": partial(
-        Message, "it already runs at the maximum feed of the machine in {:.0f} % of its cutting time, first at line {}"
+        Message, "in {:.0f} % of the cutting time, the feed is already the machine's maximum, first at line {}"
     ),
-    "lines": partial(Message, "lines that cannot be changed take {:.0f} % of its cutting time, first line {}"),
+    "lines": partial(Message, "lines that cannot be changed take {:.0f} % of the cutting time; the first is line {}"),
     "short": partial(
-        Message, "a higher feed saves no time in {:.0f} % of its cutting time, first at line {}: the cuts are too short"
+        Message,
+        "in {:.0f} % of the cutting time, a higher feed would save nothing, because the cuts are too short, "
+        "first at line {}",
     ),
 }
 
@@ -591,15 +594,15 @@ def _kept_feed_text(why: KeptFeed, limit: ToolLimits, diameter: float) -> Messag
     if reason == "chip" and not limit.stated:
         if why.width < _SLOT * diameter:
             return Message(
-                "its worst cut is {:.3g} mm wide at line {}, and its chips are as thick as there in {:.0f} % of "
-                "its cutting time; give the feed and speed of the tool with --tools",
+                "the worst cut is {:.3g} mm wide at line {}, and the chip load is the same in {:.0f} % of the "
+                "cutting time; give the feed and speed of the tool with --tools",
                 why.width,
                 why.line,
                 share,
             )
         return Message(
-            "its worst cut is a full slot at line {}, and its chips are as thick as there in {:.0f} % of its "
-            "cutting time; give the feed and speed of the tool with --tools",
+            "the worst cut is a full slot at line {}, and the chip load is the same in {:.0f} % of the cutting "
+            "time; give the feed and speed of the tool with --tools",
             why.line,
             share,
         )

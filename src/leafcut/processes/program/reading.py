@@ -185,7 +185,9 @@ def read_foreign(
         if not free or not _reads(text, source, settings, _HAAS, check_cancelled):
             raise
         hint = Message(
-            "read for {}, but a Haas accepts it: choose your machine, such as --machine {}", machine.name, _HAAS
+            "read as a program for {}, but a Haas would accept it: choose your machine, such as --machine {}",
+            machine.name,
+            _HAAS,
         )
         raise ReadError(source, Message("{}; {}", error.reason, hint), error.line) from None
     read = replace(read, process=_process(read, process))
@@ -199,7 +201,7 @@ def read_foreign(
     if machine.head is Head.SPINDLE and read.process in _BEAMS:
         head, what = _BEAMS[read.process]
         message = Message(
-            "the program drives {}: S is its power, and {} is timed without spindle start-up", what, machine.name
+            "the program drives {}, for which S is the power; {} is timed without spindle start-up", what, machine.name
         )
         note = Issue("L807", message, severity=Severity.NOTE)
         machine = replace(machine, head=head, spindle_start_s=0.0)
@@ -355,7 +357,9 @@ def _material_feed(text: str, settings: Settings, program_dialect: Dialect) -> t
         for name in _OF_MATERIALS:
             # The material of `reorder --feeds` is that of the milled part.
             if name in settings.asked and not (name == "material" and settings.of(FeedOptions).feeds):
-                raise OptionError("{}: not used, the program states its own feeds; leave it out", flag_name(name))
+                raise OptionError(
+                    "{} is not used, because the program states its own feeds; leave it out", flag_name(name)
+                )
         return None, []
     issues: list[Issue] = []
     feed = settings.cut_data.cut_speed

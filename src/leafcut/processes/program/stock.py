@@ -266,7 +266,7 @@ def _body_issues(collisions: tuple[BodyCut, ...]) -> list[Issue]:
     return [
         Issue(
             "L809",
-            Message("the {} of T{} is in the stock, {:.2f} mm deep", body, tool, max(one.depth_mm for one in found))
+            Message("the {} of T{} enters the stock, {:.2f} mm deep", body, tool, max(one.depth_mm for one in found))
             + (Message(" at most, in {} lines starting here", len(found)) if len(found) > 1 else ""),
             Message("line {}", found[0].line),
             Severity.DANGER,
@@ -302,7 +302,10 @@ def _unknown_move_issues(moves: StraightMoves) -> list[Issue]:
     return [
         Issue(
             "L808",
-            Message("the start of {} is unknown: only its end is cut here", count_of(len(fed), "cut")),
+            Message(
+                "the start point of {} is unknown: only the end point is cut in this simulation",
+                count_of(len(fed), "cut"),
+            ),
             Message("line {}", line),
         )
     ]

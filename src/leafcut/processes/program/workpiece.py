@@ -57,7 +57,8 @@ def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
     parts = text.replace(";", ",").split(",")
     if len(parts) != 6:
         raise OptionError(
-            "--workpiece: '{}' has {}; give six: x,y,z of the lower and of the upper corner, or an STL or STEP file",
+            "--workpiece: '{}' has {}; give six numbers (x,y,z of the lower and of the upper corner), or an "
+            "STL or STEP file",
             printable(text, 60),
             count_of(len(parts), "number"),
         )

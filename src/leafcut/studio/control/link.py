@@ -557,7 +557,9 @@ class MachineLink:
         facts = self._read_facts()
         check_ready(facts, unhomed=wishes.unhomed, restarted=talk.restarted, family=talk.family)
         if self.state.unsure and not wishes.unhomed:
-            raise SendError("it was locked by an alarm, so its position may be wrong: home it, or set its zero again")
+            raise SendError(
+                "the machine was locked by an alarm, so its position may be wrong: home it, or set its zero again"
+            )
         issues = check_program(job, facts, unhomed=wishes.unhomed)
         notes = [str(issue) for issue in issues_to_show([*job.issues, *issues])]
         if facts.soft_limits_off:

@@ -51,7 +51,7 @@ def nest_of(history: History, job: str) -> list[SheetOfNest]:
     record = history.get(job)
     answer = history.answer(job) if record is not None and record.task.command == "nest" else None
     if answer is None:
-        raise OptionError("this job has no nests; run one with 'nest' first")
+        raise OptionError("this job has no nests; run a job with 'nest' first")
     return sheets_of(job, answer)
 
 

@@ -310,7 +310,7 @@ def test_a_zone_is_crossed_a_millimetre_above_its_height() -> None:
     assert lifts(keep_out=("20 5 40 15 1.1",)) == [False, True, False]
     with pytest.raises(PlanError, match=r"hole at 30, 20 is in a keep-out zone"):
         plan(keep_out=("32 15 50 40 1",))
-    with pytest.raises(OptionError, match=r"is 9.5 mm high, and rapids cross at Z10; use --clearance-height 10.5"):
+    with pytest.raises(OptionError, match=r"is 9.5 mm high, but rapids cross it at Z10; use --clearance-height 10.5"):
         plan(keep_out=("20 5 40 15 9.5",))
     rows = laid(plan(keep_out=("20 5 40 15 9.5",), clearance_height=10.5))
     assert (Kind.RAPID, (30, 20, 10.5)) in rows

@@ -98,10 +98,10 @@ def test_holes_of_nearly_one_size_share_the_assumed_drill_of_the_nearest_catalog
     assert chosen == [12.4 if diameter < 12.4501 else 12.5 for diameter in DRAWN]
     told = [issue.message for issue in chooser.issues() if "catalogue size" in issue.message]
     assert told == [
-        "T1 drill Ø12.4 makes 10 holes of Ø12.405 to 12.45: within --diameter-tolerance 0.05 mm the nearest catalogue "
-        "size is used",
-        "T2 drill Ø12.5 makes 15 holes of Ø12.455 to 12.53: within --diameter-tolerance 0.05 mm the nearest catalogue "
-        "size is used",
+        "T1 drill Ø12.4 makes 10 holes of Ø12.405 to 12.45: the nearest catalogue size "
+        "within --diameter-tolerance 0.05 mm is used",
+        "T2 drill Ø12.5 makes 15 holes of Ø12.455 to 12.53: the nearest catalogue size "
+        "within --diameter-tolerance 0.05 mm is used",
     ]
 
 

@@ -70,7 +70,7 @@ def test_a_region_too_small_for_any_point_has_one_in_its_middle() -> None:
 def test_too_many_points_are_refused_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     for most in (50, 20):
         monkeypatch.setattr(pocket_grid, "MOST_POINTS", most)
-        with pytest.raises(PlanError, match=f"at most {most} are ordered"):
+        with pytest.raises(PlanError, match=f"the limit is {most}"):
             grid_points(region(shapely.box(0, 0, 60, 60)))
 
 

@@ -84,9 +84,9 @@ BARRIERS = {
     "M1": "the program stops for the operator",
     "T2 M6": "a tool change",
     "T2": "the choice of the next tool",
-    "M8": "coolant is switched",
-    "S2000": "the spindle is switched",
-    "M5 / S1000 M3": "the spindle is switched between pieces of work",
+    "M8": "coolant is switched on or off",
+    "S2000": "the spindle is switched on or off",
+    "M5 / S1000 M3": "the spindle is switched on or off between pieces of work",
     "G43 H1 G0 Z5": "a change of length offset",
     "G53 G0 Z0 / G0 Z5": "a move in machine coordinates",
     "G92 X0": "the origin is moved",
@@ -94,7 +94,7 @@ BARRIERS = {
     "G64 P0.1": "a change of path control (G61, G64)",
     "G20 / F4 / G21 / F100": "a change of units",
     "G93 / G94 F100": "a change of feed mode",
-    "/G0 Z9 / G0 Z5": "the block-delete switch may skip it",
+    "/G0 Z9 / G0 Z5": "the block-delete switch may skip the block",
 }
 
 
@@ -112,7 +112,7 @@ def test_a_coolant_or_tool_change_is_told_in_an_issue() -> None:
     holes = "G0 X{} Y0 / G1 Z-1 F100 / G0 Z5 / X{} / G1 Z-1 / G0 Z5"
     issues = sequence_of(f"{holes.format(0, 9)} / M8 / {holes.format(20, 30)}").issues
     assert [(i.code, i.message, i.place) for i in issues] == [
-        ("L501", "keeps its position: coolant is switched", "line 11")
+        ("L501", "the block keeps its position: coolant is switched on or off", "line 11")
     ]
 
 
@@ -122,7 +122,7 @@ def test_a_reason_with_a_semicolon_is_one_note_at_its_own_line() -> None:
         "G0 Z5 / G81 X0 Y0 Z-1 R1 F100 / X5 / G91 X5 R1 / G80 / G90 / G81 X20 Y0 Z-1 R1 / X25 / G80"
     ).issues
     told = [(i.message, i.place) for i in issues if "inside a cycle" in i.message]
-    assert told == [("keeps its position: G90/G91 changed inside a cycle; give R and Z again", "line 8")]
+    assert told == [("the block keeps its position: G90/G91 changed inside a cycle; give R and Z again", "line 8")]
 
 
 def test_blocks_with_the_same_unknown_axis_are_one_note() -> None:
@@ -130,19 +130,22 @@ def test_blocks_with_the_same_unknown_axis_are_one_note() -> None:
     holes = "G0 X0 Y0 A10 / G1 Z-1 F100 / G0 Z5 / X9 A20 / G1 Z-1 / G0 Z5 / X20 A30 / G1 Z-1 / G0 Z5"
     issues = sequence_of(holes).issues
     told = [(i.message, i.place) for i in issues if "axis A" in i.message]
-    assert told == [("keeps its position: the axis A is not understood", "line 5")]
+    assert told == [("the block keeps its position: the axis A is not understood", "line 5")]
 
 
 def test_a_program_of_one_piece_says_that_nothing_can_move() -> None:
     sequence = sequence_of("G0 X0 Y0 / G1 Z-1 F100 / X10 / G0 Z5")
     assert [type(i) for i in sequence.items] == [FixedBlocks]
-    assert [(i.code, i.message) for i in sequence.issues] == [("L502", "nothing in the program can be reordered")]
+    assert [(i.code, i.message) for i in sequence.issues] == [("L502", "no work in the program can be reordered")]
     assert [(s.reason, s.line) for s in sequence.stays] == [("only", 5)]
 
 
 def test_of_a_program_that_works_nowhere_it_is_said_that_there_is_no_work() -> None:
     (issue,) = sequence_of("G0 X0 Y0 / X10 / G0 Z5").issues
-    assert (issue.code, issue.message) == ("L502", "nothing in the program can be reordered: it contains no work")
+    assert (issue.code, issue.message) == (
+        "L502",
+        "no work in the program can be reordered: the block contains no work",
+    )
 
 
 def test_relative_blocks_move_inside_a_piece_and_hold_it_fast_outside() -> None:
@@ -297,7 +300,7 @@ def test_what_stays_is_said_with_the_line_that_it_is_about() -> None:
     first = f"G21 G90 / T1 M6 / S1000 M3 / G0 X0 Y0 / G43 Z5 H1 / {holes}"
     second = f"M5 / T2 M6 / S900 M3 / G0 G43 Z5 H2 / {holes} / M2"
     sequence = find_sequence(program_of(f"{first} / {second}"))
-    assert ("keeps its position: a tool change", "line 11") in [(i.message, i.place) for i in sequence.issues]
+    assert ("the block keeps its position: a tool change", "line 11") in [(i.message, i.place) for i in sequence.issues]
     assert ("unknown-height", 4) in [(s.reason, s.line) for s in sequence.stays]
 
 

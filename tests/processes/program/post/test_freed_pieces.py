@@ -117,10 +117,10 @@ def test_a_stroke_from_its_other_end_waits_behind_the_plunge_as_before() -> None
 @pytest.mark.parametrize(
     "body, reason",
     [
-        (strokes("G0 X{x} Y{y}\n{s}M3\nG1 Z-1. F100.\nX{end}\nG0 Z5.\n"), "the spindle is switched"),
+        (strokes("G0 X{x} Y{y}\n{s}M3\nG1 Z-1. F100.\nX{end}\nG0 Z5.\n"), "the spindle is switched on or off"),
         (strokes("#1=[#1+1]\nG0 X{x} Y{y}\nG1 Z-1. F#1\nG0 Z5.\n").replace("[#1+1]", "90", 1), "parameters"),
         (strokes("G0 X{x} Y{y}\nG1 Z-1. F100.\nG1 X[#5420+7]\nG0 Z5.\n"), "parameters"),
-        (strokes("G0 X{x} Y{y}\nM98 P8\n"), "coolant is switched"),
+        (strokes("G0 X{x} Y{y}\nM98 P8\n"), "coolant is switched on or off"),
         (strokes("#1=3\nG0 X{x} Y{y}\nM98 P9\n"), "parameters"),
     ],
     ids=[

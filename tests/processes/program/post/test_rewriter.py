@@ -391,7 +391,7 @@ def test_too_many_or_too_long_numbered_lines_are_refused() -> None:
     with pytest.raises(PostError) as caught:
         renumbered([("N1\n", False)] * 100_000, 255)
     assert str(caught.value) == (
-        "the program has 100000 numbered lines, more than there are N-numbers; leave out --line-numbers"
+        "the program has 100000 numbered lines, more than the N-numbers that exist; leave out --line-numbers"
     )
     assert renumbered([("N1\n", False)] * 99_999, 255)[-1] == "N99999\n"
     lines = [("N8 X1\n", False), ("N10 X1234\n", False), ("Y5678\n", True)]

@@ -206,23 +206,24 @@ def test_equal_barriers_are_paired_in_order() -> None:
 @pytest.mark.parametrize(
     ("before", "after", "differences"),
     [
-        ([stop(1), stop(2, 1)], [stop(1)], [Difference("missing stop", 102, 0, "'pause M1' is gone")]),
+        ([stop(1), stop(2, 1)], [stop(1)], [Difference("missing stop", 102, 0, "'pause M1' is missing")]),
         ([stop(1)], [stop(1), stop(2, 1)], [Difference("extra stop", 0, 102, "'pause M1' is new")]),
         ([stop(1), stop(2, 1)], [stop(3, 1), stop(4)],
          [Difference("order of barriers", 101, 103, "'pause M0' has moved in the order")]),
         ([stop(1)], [frame(3, 550)], [Difference("changed stop", 101, 103, "'pause M0' became 'work offset G55'")]),
         ([message(1, "(MSG,a)")], [message(2, "(MSG,b)")],
          [Difference("changed message", 101, 102, "'(MSG,a)' became '(MSG,b)'")]),
-        ([message(1, "M64 P1")], [], [Difference("missing block", 101, 0, "'M64 P1' is gone")]),
-        ([mark((SKIPPED, "a"), 1, "/G0")], [], [Difference("missing block", 101, 0, "'/G0' is gone")]),
-        ([setting(1, "(o=1)")], [], [Difference("missing setting", 101, 0, "'(o=1)' is gone")]),
-        ([mark((Kind.FOREIGN, 0), 1, "M199")], [], [Difference("missing block", 101, 0, "'M199' is gone")]),
+        ([message(1, "M64 P1")], [], [Difference("missing block", 101, 0, "'M64 P1' is missing")]),
+        ([mark((SKIPPED, "a"), 1, "/G0")], [], [Difference("missing block", 101, 0, "'/G0' is missing")]),
+        ([setting(1, "(o=1)")], [], [Difference("missing setting", 101, 0, "'(o=1)' is missing")]),
+        ([mark((Kind.FOREIGN, 0), 1, "M199")], [], [Difference("missing block", 101, 0, "'M199' is missing")]),
         ([wait(1)], [wait(2, place="tail")], [Difference("changed dwell", 101, 102, f"'dwell of 1 s' {SAME}")]),
         ([stop(1), stop(2, 1), stop(3)], [stop(4), stop(5, 30), stop(6)],
          [Difference("changed stop", 102, 105, "'pause M1' became 'pause M30'")]),
-        ([mark((Kind.SHIFT, 0), 1, "G92")], [], [Difference("missing shift of the origin", 101, 0, "'G92' is gone")]),
-        ([mark((Kind.MACHINE, 0), 1, "G53")], [], [Difference("missing machine move", 101, 0, "'G53' is gone")]),
-        ([mark((Kind.END, 0), 1, "M2")], [], [Difference("missing end of program", 101, 0, "'M2' is gone")]),
+        ([mark((Kind.SHIFT, 0), 1, "G92")], [],
+         [Difference("missing shift of the origin", 101, 0, "'G92' is missing")]),
+        ([mark((Kind.MACHINE, 0), 1, "G53")], [], [Difference("missing machine move", 101, 0, "'G53' is missing")]),
+        ([mark((Kind.END, 0), 1, "M2")], [], [Difference("missing end of program", 101, 0, "'M2' is missing")]),
     ],
 )  # fmt: skip
 def test_barriers_that_differ_are_named(
@@ -297,11 +298,11 @@ def test_a_removed_or_added_tool_or_work_offset_implies_changes_of_cuts() -> Non
         ((1, 2, 5), (1, 2, 5), True, None),
         ((1, 2, 5), (1.002, 2, 4.998), True, None),
         ((1, 2, 5), (1.0021, 2, 5), True, ("barrier at another position",
-         "'pause M0' may start at the current position of the tool, which changed: "
-         "X1.000 Y2.000 Z5.000 became X1.002 Y2.000 Z5.000")),
+         "'pause M0' may start at the current position of the tool, which has changed from "
+         "X1.000 Y2.000 Z5.000 to X1.002 Y2.000 Z5.000")),
         ((1, 2, 5), (1, 2, NAN), True, ("barrier at another position",
-         "'pause M0' may start at the current position of the tool, which changed: "
-         "X1.000 Y2.000 Z5.000 became X1.000 Y2.000 and an unknown Z")),
+         "'pause M0' may start at the current position of the tool, which has changed from "
+         "X1.000 Y2.000 Z5.000 to X1.000 Y2.000 and an unknown Z")),
         ((NAN, 2, 5), (NAN, 2, 5), True, None),
         ((1, 2, 5), (7, 2, 5), False, None),
         ((1, 2, 5), (1, 2, 4.998), False, None),

@@ -35,7 +35,7 @@ ALONG, ACROSS, FAR = stroke((0, 0), (20, 0)), stroke((10, -5), (10, 5)), stroke(
 DEEPER = stroke((0, 0), (20, 0), z=-2.0)
 OUTER, INNER = stroke(*square(0, 0, 40)), stroke((20, 20), (22, 20))
 ROWS = [stroke((0, 5.0 * k), (30, 5.0 * k)) for k in range(5)]
-LATER = "which used to come later and now comes first"
+LATER = "which originally came later and now comes first"
 
 
 @pytest.mark.parametrize(
@@ -62,11 +62,11 @@ LATER = "which used to come later and now comes first"
         ]),
         ([OUTER, INNER], [INNER, OUTER], [
             ("inner before outer", 14, 7, "X20.000 Y20.000 Z-1.000 (line 14) lies inside a closed cut that ends at "
-             "X0.000 Y0.000 Z-1.000 (line 11); it used to be cut after this cut and is now cut before it"),
+             "X0.000 Y0.000 Z-1.000 (line 11); originally it was cut after this cut, and now it is cut before it"),
         ]),
         ([INNER, OUTER], [OUTER, INNER], [
             ("inner after outer", 7, 14, "X20.000 Y20.000 Z-1.000 (line 7) lies inside a closed cut that ends at "
-             "X0.000 Y0.000 Z-1.000 (line 15); it used to be cut before this cut and is now cut after it"),
+             "X0.000 Y0.000 Z-1.000 (line 15); originally it was cut before this cut, and now it is cut after it"),
             ("part detached too early", 7, 14, "X20.000 Y20.000 Z-1.000 (line 7) was cut before the part whose outline "
              "ends at X0.000 Y0.000 Z-1.000 (line 15) was detached; now it is cut afterwards"),
         ]),
@@ -93,8 +93,8 @@ HOLE, FIRST, SECOND, THIRD = lit(*square(10, 10, 10)), *(lit(*square(x, 0, 40)) 
 def test_a_hole_that_a_laser_cuts_after_its_part_is_in_a_free_part() -> None:
     text = (
         "X20.000 Y10.000 and an unknown Z (line 4) lies inside a closed cut that ends at X0.000 Y0.000 and an unknown "
-        "Z (line 14); it used to be cut before this cut and is now cut after it, in a part that is already detached by "
-        "then"
+        "Z (line 14); originally it was cut before this cut, and now it is cut after it, in a part that "
+        "is already detached by then"
     )
     assert compared([HOLE, FIRST], [FIRST, HOLE]) == ([Difference("inner after outer", 4, 11, text)], ())
     assert compared([FIRST, HOLE], [HOLE, FIRST]) == ([], ())

@@ -27,7 +27,7 @@ STROKES = [f"G0 X{10 * k} Y0 / G1 Z-1 F60 / Y{k} / G0 Z5" for k in range(1, 8)]
 def test_missing_and_added_holes_of_a_series_are_one_difference(count: int, text: str) -> None:
     whole, part = (program_of(" / ".join([HEAD, *some, "G80", "M5", "M2"])) for some in (HOLES, HOLES[count:]))
     lines = [(6 + k, 0) for k in range(count)]
-    gone = Difference("missing hole", *lines[0], f"{text} gone", tuple(lines[1:]))
+    gone = Difference("missing hole", *lines[0], f"{text} missing", tuple(lines[1:]))
     assert list(certify(whole, part).differences) == [gone]
     added = Difference("extra hole", 0, 6, f"{text} new", tuple((0, line) for line, _ in lines[1:]))
     assert list(certify(part, whole).differences) == [added]
@@ -36,9 +36,9 @@ def test_missing_and_added_holes_of_a_series_are_one_difference(count: int, text
 @pytest.mark.parametrize(
     ("count", "text"),
     [
-        (1, "2 cuts from X10.000 Y0.000 Z5.000 to X10.000 Y1.000 Z-1.000 with tool 1 are gone"),
-        (2, "4 cuts, the first at X10.000 Y0.000 Z-1.000, with tool 1 are gone"),
-        (4, "8 cuts, the first at X10.000 Y0.000 Z-1.000, with tool 1 are gone"),
+        (1, "2 cuts from X10.000 Y0.000 Z5.000 to X10.000 Y1.000 Z-1.000 with tool 1 are missing"),
+        (2, "4 cuts, the first at X10.000 Y0.000 Z-1.000, with tool 1 are missing"),
+        (4, "8 cuts, the first at X10.000 Y0.000 Z-1.000, with tool 1 are missing"),
     ],
 )
 def test_missing_strokes_are_one_difference(count: int, text: str) -> None:

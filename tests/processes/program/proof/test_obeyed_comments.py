@@ -93,7 +93,7 @@ def test_nothing_moves_across_an_obeyed_comment(name: str, line: str) -> None:
 
 def test_a_reason_says_that_a_comment_may_stop_the_program() -> None:
     program = interpret_program(HEAD + FIRST + "(abort, turn)\n" + SECOND + END, dialect("linuxcnc"))
-    assert list(program.fixed.values()) == ["its comment may stop the program"]
+    assert list(program.fixed.values()) == ["the comment in the block may stop the program"]
 
 
 @pytest.mark.hazard

@@ -142,7 +142,8 @@ LOWER: dict[str, tuple[str, str, list[tuple[str, int, int, str]]]] = {
     "an interrupted cut": (
         "F100 / X5", "F100 / G0 Z4 / Z-1 / G1 X5",
         [("interrupted cut", 7, 9,
-          "the cut to X5.000 Y2.000 used to follow the previous cut without a rapid; now it does not")],
+          "the cut to X5.000 Y2.000 originally followed the previous cut without a rapid; "
+          "now a rapid lies between them")],
     ),
     "lower from a stop": (
         "M0 / G0 Z8", "M0 / G0 Z6.5",

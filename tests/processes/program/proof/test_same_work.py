@@ -61,11 +61,11 @@ def retouched(which: int, **words: object) -> list[Hole]:
 MUTATIONS: dict[str, tuple[Toolpath, str]] = {
     "one depth": (drill(retouched(3, bottom=-5.1)), "depth -5 became -5.1"),
     "one feed": (drill(HOLES, feed=2.1), "feed in mm/min 120 became 126"),
-    "one hole less": (drill(HOLES[:-1]), "G83 at X50.000 Y14.000 Z-12.000 with tool 1 is gone"),
+    "one hole less": (drill(HOLES[:-1]), "G83 at X50.000 Y14.000 Z-12.000 with tool 1 is missing"),
     "one hole more": (drill([*HOLES, (99.0, 0.0, G81)]), "G81 at X99.000 Y0.000 Z-5.000 with tool 1 is new"),
     "one hole twice": (drill([*HOLES, HOLES[2]]), "G82 at X20.000 Y14.000 Z-1.000 with tool 1 is new"),
     "one hole moved": (drill(with_hole(0, (0.01, 0.0, G81))), "is now at X0.010 Y0.000"),
-    "R plane lower": (drill(retouched(3, r_plane=1.0)), "R plane 2 sank to 1"),
+    "R plane lower": (drill(retouched(3, r_plane=1.0)), "R plane 2 was lowered to 1"),
     "another tool": (drill(HOLES, tool=2), "'change to tool 1' became 'change to tool 2'"),
     "another speed": (drill(HOLES, rpm=2500), "speed 3000 became 2500"),
     "backwards": (drill(HOLES, rpm=-3000), "speed 3000 became -3000"),
@@ -114,7 +114,7 @@ def test_higher_planes_are_no_difference_but_lower_ones_are() -> None:
 
 
 def test_a_rapid_across_that_sinks_is_seen_without_cycles_too() -> None:
-    """The same cuts, but between them the tool rises to 1 mm only, where it rose to 4 before."""
+    """The same cuts, but between them the tool rises to 1 mm only, where it was raised to 4 before."""
 
     def slots(height: float) -> Toolpath:
         builder = ToolpathBuilder()

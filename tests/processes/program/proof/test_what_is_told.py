@@ -73,7 +73,7 @@ def test_cuts_that_go_on_from_each_other_are_told_from_where_they_begin_to_where
     hole, stroke = "G0 X40 Y40 / G1 Z-1 F100 / G0 Z5", "G0 X0 Y0 / G1 Z-1 F100 / X9 / Y5 / G0 Z5"
     original = f"{HEAD} / {hole} / {stroke} / {FOOT}"
     (gone,) = told(original, f"{HEAD} / {hole} / {FOOT}")
-    assert gone.text == "3 cuts from X0.000 Y0.000 Z5.000 to X9.000 Y5.000 Z-1.000 with tool 1 are gone"
+    assert gone.text == "3 cuts from X0.000 Y0.000 Z5.000 to X9.000 Y5.000 Z-1.000 with tool 1 are missing"
     (moved,) = told(original, changed(original, ("X0 Y0", "X0 Y20"), ("X9 / Y5", "X9 / Y25")))
     assert moved.text.endswith("are now from X0.000 Y20.000 Z5.000 to X9.000 Y25.000 Z-1.000")
 

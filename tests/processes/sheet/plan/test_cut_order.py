@@ -294,7 +294,7 @@ def test_a_cut_that_goes_ahead_comes_before_all_below_it_in_the_plan_and_nothing
     ("sheet", "words"),
     [
         (two_squares(25.0), r"contour 2 at \(95, 20\) started at \(90, 20\)"),
-        (sheet_of((square(20, 20, 50), 0, -1, 1)), "1 contour, the plan 2"),
+        (sheet_of((square(20, 20, 50), 0, -1, 1)), "1 contour, but the plan has 2"),
         (sheet_of((square(20, 20, 51), 0, -1, 1), (square(90, 20, 50), 0, -1, 2)), "204.000 mm long"),
         (ring(), "contour 1"),
     ],

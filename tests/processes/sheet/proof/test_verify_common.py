@@ -112,11 +112,11 @@ def turned(cuts: Cuts) -> Cuts:
     [
         (late_line, "out of order"),
         (late_hole, "out of order"),
-        (dropped, "not all the way"),
+        (dropped, "incomplete"),
         (twice, "cut twice"),
         (across, "crosses a kerf"),
         (aside, "cuts into a part"),
-        (short, "not all the way"),
+        (short, "incomplete"),
         (turned, "direction"),
     ],
 )

@@ -191,7 +191,7 @@ MUTATIONS: list[tuple[Callable[[Cuts], Cuts], set[str]]] = [
     (pierced_in_a_part, {"cuts into a part"}),
     (wrong_side, {"cuts into a part"}),
     (mirrored, {"direction"}),
-    (not_closed, {"not all the way"}),
+    (not_closed, {"incomplete"}),
     (too_wide, {"cuts into a part"}),
     (off_the_sheet, {"off the sheet"}),
 ]

@@ -308,7 +308,7 @@ class ToolChooser:
         return Issue(
             "L401",
             Message(
-                "{} makes {} of Ø{}{}: within --diameter-tolerance {:g} mm the nearest catalogue size is used",
+                "{} makes {} of Ø{}{}: the nearest catalogue size within --diameter-tolerance {:g} mm is used",
                 tool.label,
                 targets,
                 low,

@@ -154,7 +154,11 @@ def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
             length,
         )
         if other_unit:
-            raise PlanError("{}; in {} it would be next to it: save it in the unit of the surface", message, other_unit)
+            raise PlanError(
+                "{}; in {} the fixture would lie next to the surface: save the fixture in the unit of the surface",
+                message,
+                other_unit,
+            )
         raise PlanError("{}: check its unit (--surface-unit) and its origin", message)
     issues = [
         Issue(
@@ -243,9 +247,8 @@ def check_bodies(
             Message("the rim of the hole") if low[index] < tops[index] else Message("the surface beside the hole")
         )
         raise PlanError(
-            "{}: at {:g}, {:g} its {}, \u00d8 {:g} mm, comes down to "
-            "Z{:.3f} and meets {} ({} in all); use a "
-            "longer tool, or leave the holes out",
+            "{}: at {:g}, {:g} its {}, Ø {:g} mm, descends to Z{:.3f} and hits {} ({} in all); use a longer "
+            "tool, or leave the holes out",
             tool.label,
             x,
             y,
@@ -471,7 +474,9 @@ def _refuse_other_unit(part: Part, mesh: Mesh) -> None:
     for name, factor in OTHER_UNITS.items():
         if factor > 1.0 and (_contains_holes(part, mesh, factor) or _similar_length(part, mesh, factor)):
             raise PlanError(
-                "{}: in {} it would hold them; give --surface-unit, or the --units of the drawing", message, name
+                "{}: in {} the surface would contain the holes; give --surface-unit, or the --units of the drawing",
+                message,
+                name,
             )
     if any(factor < 1.0 and _similar_length(part, mesh, factor) for factor in OTHER_UNITS.values()):
         raise PlanError("{}: its unit differs; give --surface-unit, or the --units of the drawing", message)

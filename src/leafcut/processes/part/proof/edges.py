@@ -86,7 +86,7 @@ def _check_ring(
     differences = []
     if wanted is not None and len(left) != wanted:
         words = Message(
-            "{} has {} places that are not cut through, and {} tabs were requested", edge.name, len(left), wanted
+            "{} has {} places that are not cut through, but {} tabs were requested", edge.name, len(left), wanted
         )
         differences.append(Difference(Message("tabs"), 0, 0, words))
     if wanted is None and left and len(left) != tabs.count:

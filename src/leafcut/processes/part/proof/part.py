@@ -88,7 +88,9 @@ def _check_places(
         for k in np.flatnonzero(cuts.lowest < request.bottom - HEIGHT).tolist()
     ]
     differences += [
-        cuts.difference(Message("cut not drawn"), k, Message("a cut at {} follows no edge", cuts.place(k)))
+        cuts.difference(
+            Message("cut not drawn"), k, Message("a cut at {} follows no edge of the drawing", cuts.place(k))
+        )
         for k in np.flatnonzero(~edges.explained & ~others).tolist()
     ]
     return differences

@@ -156,8 +156,8 @@ def _count_spurs(columns: NDArray[np.int64], rows: NDArray[np.int64]) -> int:
 
 def _refuse_grid(count: float, rules: PocketRules) -> None:
     raise PlanError(
-        "a grid for a tool of {:g} mm has about {:.0f} points here; at most {} are "
-        "ordered; use another --strategy or a larger tool",
+        "the grid for a tool of {:g} mm has about {:.0f} points here, but the limit is {}; use another "
+        "--strategy or a larger tool",
         rules.tool_diameter,
         count,
         MOST_POINTS,

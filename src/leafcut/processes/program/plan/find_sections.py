@@ -28,7 +28,7 @@ from leafcut.processes.program.plan.program_rows import (
 )
 
 #: Reason for blocks that contain only fixed work; `Sequence.stays` has the reason for each piece of work.
-STAYING = Message("the tasks in it keep their order")
+STAYING = Message("the tasks in the block keep their order")
 
 _MOTIONS = frozenset(int(k) for k in MOTIONS)
 
@@ -97,7 +97,7 @@ class SectionFinder:
             starts = self._starts(begin, end)
             switches = self._switches(starts)
             if switches:
-                self.barriers.update(dict.fromkeys(switches, Message("the spindle is switched")))
+                self.barriers.update(dict.fromkeys(switches, Message("the spindle is switched on or off")))
                 edges = [begin - 1, *switches, end]
                 runs = [(a + 1, b) for a, b in pairwise(edges) if a + 1 < b]
                 waiting += reversed(runs)

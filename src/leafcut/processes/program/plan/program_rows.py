@@ -23,20 +23,20 @@ from leafcut.processes.program.proof.order_thresholds import FREE
 _BARRIERS = {
     Kind.TOOL: Message("a tool change"),
     Kind.OFFSET: Message("a change of length offset"),
-    Kind.COOLANT: Message("coolant is switched"),
+    Kind.COOLANT: Message("coolant is switched on or off"),
     Kind.PAUSE: Message("the program stops for the operator"),
     Kind.MACHINE: Message("a move in machine coordinates"),
     Kind.END: Message("the end of the program"),
     Kind.FRAME: Message("a change of work offset"),
     Kind.SHIFT: Message("the origin is moved"),
     Kind.BLENDING: Message("a change of path control (G61, G64)"),
-    Kind.FOREIGN: Message("it is not understood"),
+    Kind.FOREIGN: Message("the block is not understood"),
 }
 #: Reason why a block stays, by the modal value that it changes.
 _CHANGES = {
     "unit": Message("a change of units"),
     "feed_mode": Message("a change of feed mode"),
-    "coolant": Message("coolant is switched"),
+    "coolant": Message("coolant is switched on or off"),
     "tool": Message("a tool change"),
     "next_tool": Message("the choice of the next tool"),
     "length": Message("a change of length offset"),
@@ -47,7 +47,7 @@ _CHANGES = {
     "joining": Message("a change of path control (G61, G64)"),
 }
 #: Reason for the block with the first length in a program without units, where the assumed units take effect.
-_ASSUMED_UNITS = Message("its units are assumed: G20 or G21 is missing")
+_ASSUMED_UNITS = Message("the units are assumed: G20 or G21 is missing")
 _TORCH = re.compile(r"plasma|torch|pierce|\bTHC\b", re.IGNORECASE)
 
 TOLERANCE = 1e-6
@@ -210,7 +210,7 @@ def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
         if reasons[pair]:
             barriers.setdefault(number, reasons[pair])
     for row in _idle_rows(program, rows):
-        what = Message("a dwell") if path.kind[row] == Kind.DWELL else Message("the spindle is switched")
+        what = Message("a dwell") if path.kind[row] == Kind.DWELL else Message("the spindle is switched on or off")
         barriers.setdefault(int(block[row]), Message("{} between pieces of work", what))
     _hold_calls(program, barriers)
     return barriers
@@ -232,7 +232,7 @@ def _hold_calls(program: Program, barriers: dict[int, str]) -> None:
     often = np.bincount(program.line, minlength=2)
     for number in np.flatnonzero(often[program.line] > 1).tolist():
         if number not in free:
-            barriers[number] = Message("it is run more than once")
+            barriers[number] = Message("the block is run more than once")
     barriers.update((block, why) for block, why in program.fixed.items() if block not in free)
     barriers.update(held)
 
@@ -246,9 +246,9 @@ def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, en
         text = program.lines[line - 1]
         if not inner and ((plain := plain_block(text)) is None or plain.percent is not None):
             inner = (
-                Message("its numbers come from parameters")
+                Message("the numbers in the block come from parameters")
                 if "#" in text
-                else Message("it contains more than words with numbers")
+                else Message("the block contains more than words with numbers")
             )
         if inner and block == begin:
             return inner

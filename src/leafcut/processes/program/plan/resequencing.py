@@ -149,8 +149,8 @@ def _issues(finder: SectionFinder, items: list[FixedBlocks | Section]) -> list[I
     if not any(isinstance(item, Section) for item in items):
         # Work that stays because of its travel move is reported separately (`SectionFinder.stays`).
         told = where or any(isinstance(item, FixedBlocks) and item.reasons for item in items)
-        why = "" if told else ": " + next(iter(finder.program.fixed.values()), Message("it contains no work"))
-        issues.append(Issue("L502", Message("nothing in the program can be reordered{}", why), severity=Severity.NOTE))
+        why = "" if told else ": " + next(iter(finder.program.fixed.values()), Message("the block contains no work"))
+        issues.append(Issue("L502", Message("no work in the program can be reordered{}", why), severity=Severity.NOTE))
     for reason, lines in where.items():
         times = (
             ("", Message(", here and once more"))[len(lines) - 1]
@@ -159,7 +159,10 @@ def _issues(finder: SectionFinder, items: list[FixedBlocks | Section]) -> list[I
         )
         issues.append(
             Issue(
-                "L501", Message("keeps its position: {}{}", reason, times), Message("line {}", lines[0]), Severity.NOTE
+                "L501",
+                Message("the block keeps its position: {}{}", reason, times),
+                Message("line {}", lines[0]),
+                Severity.NOTE,
             )
         )
     return issues

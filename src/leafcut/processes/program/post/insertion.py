@@ -142,7 +142,7 @@ def renumbered(lines: Sequence[tuple[str, bool]], longest: int) -> list[str]:
     first, step = (numbers[0], step) if numbers[0] + step * count <= _LAST_NUMBER else (1, 1)
     if count > _LAST_NUMBER:
         raise PostError(
-            "the program has {} numbered lines, more than there are N-numbers; leave out --line-numbers", count
+            "the program has {} numbered lines, more than the N-numbers that exist; leave out --line-numbers", count
         )
     width = len(found[0].group(2)) if found[0].group(2).startswith("0") else 0
     result = []

@@ -404,7 +404,7 @@ def _unmatched_differences(
             )
         found.append(Difference(Message("changed {}", _barrier_noun(one)), one.line, other.line, text))
     found += (
-        Difference(Message("missing {}", _barrier_noun(mark)), mark.line, 0, Message("'{}' is gone", mark.text))
+        Difference(Message("missing {}", _barrier_noun(mark)), mark.line, 0, Message("'{}' is missing", mark.text))
         for mark in gone[len(new) :]
     )
     found += (
@@ -477,7 +477,7 @@ def find_misplaced_barriers(
         if mark.fixed_place and apart.any():
             was, now = position_text(*mark.place), position_text(*new.place)
             text = Message(
-                "'{}' may start at the current position of the tool, which changed: {} became {}", mark.text, was, now
+                "'{}' may start at the current position of the tool, which has changed from {} to {}", mark.text, was, now
             )
             yield Difference(Message("barrier at another position"), mark.line, new.line, text)
         elif new.height_unknown and not mark.height_unknown:

@@ -80,7 +80,7 @@ class ChangedOrder:
                 Message("order"),
                 one,
                 other,
-                partial(Message, "{} touches {}, which used to come later and now comes first"),
+                partial(Message, "{} touches {}, which originally came later and now comes first"),
             )
         if not proved:
             yield Difference(
@@ -158,7 +158,7 @@ class ChangedOrder:
                 yield from ((*visits.first[list(pair)].tolist(), message) for _, *pair in new)
         for one, other in rows_in_order(visits, FREE, width).tolist():
             if 0 <= begins[other] < begins[one]:
-                text = partial(Message, "{} clears a row beside {}, which used to come later and now comes first")
+                text = partial(Message, "{} clears a row beside {}, which originally came later and now comes first")
                 yield int(visits.first[one]), int(visits.first[other]), text
 
     def _detached_too_early(self, visits: Visits, visit: Indices) -> Iterator[tuple[int, int]]:
@@ -246,9 +246,10 @@ class ChangedOrder:
 def _changed_side(tabs: bool, later: bool, flat: bool, place: Message, end: Message) -> Message:
     """Return the message about work inside a closed cut or an outline with tabs that is now done later or earlier."""
     message = Message(
-        "{} lies inside an outline with tabs that ends at {}; it used to be cut {} this cut and is now cut {} it"
+        "{} lies inside an outline with tabs that ends at {}; originally it was cut {} this cut, and now it is "
+        "cut {} it"
         if tabs
-        else "{} lies inside a closed cut that ends at {}; it used to be cut {} this cut and is now cut {} it",
+        else "{} lies inside a closed cut that ends at {}; originally it was cut {} this cut, and now it is cut {} it",
         place,
         end,
         Message("before") if later else Message("after"),
@@ -258,7 +259,7 @@ def _changed_side(tabs: bool, later: bool, flat: bool, place: Message, end: Mess
 
 
 def _changed_order(relation: Message, place: Message, other: Message) -> Message:
-    return Message("{} {} {}, which used to come later and now comes first", place, relation, other)
+    return Message("{} {} {}, which originally came later and now comes first", place, relation, other)
 
 
 def _moved_visits(begins: Indices) -> Mask:

@@ -216,9 +216,9 @@ def _group_difference(change: str, group: list[Stretch], side: Features) -> Diff
     holes = [_hole(stretch, side) for stretch in group]
     text = _group_text(group, holes)
     if len(group) == 1 and (holes[0] or len(features) == 1):
-        message = Message("{} is gone", text) if change == "missing" else Message("{} is new", text)
+        message = Message("{} is missing", text) if change == "missing" else Message("{} is new", text)
     else:
-        message = Message("{} are gone", text) if change == "missing" else Message("{} are new", text)
+        message = Message("{} are missing", text) if change == "missing" else Message("{} are new", text)
     noun = "hole" if all(holes) else _noun_of(features)
     lines = [(f.line, 0) if change == "missing" else (0, f.line) for f in features]
     return Difference(_KINDS[change][noun], *lines[0], message, _further_lines(lines))

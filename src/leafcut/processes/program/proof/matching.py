@@ -253,8 +253,8 @@ _EXACT_WORDS: dict[str, tuple[Message, Callable[[int], object]]] = {
     "blending": (Message("blending"), lambda v: _shown_work_offset(v) if v else Message("not stated")),
     "feed_mode": (Message("feed mode"), lambda v: f"G{v}"),
     "spindle": (Message("direction of the spindle"), {1: "M3", -1: "M4", 0: "M5"}.get),
-    "obeyed": (Message("number of the controller's settings before it, (o=…) or #<…>,"), str),
-    "table": (Message("number of blocks before its length offset that may change the tool table"), str),
+    "obeyed": (Message("number of the preceding controller settings, (o=…) or #<…>,"), str),
+    "table": (Message("number of blocks before the length offset that may change the tool table"), str),
 }
 
 
@@ -298,10 +298,10 @@ def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[Featur
     for word, one, other in zip((Message("R plane"), Message("retract")), a.height, b.height, strict=True):
         if not other >= one - near and not (math.isnan(one) and math.isnan(other)):
             found.append(
-                FeatureChange("height", Message("{} {} sank to {}", word, _value_text(one), _value_text(other)))
+                FeatureChange("height", Message("{} {} was lowered to {}", word, _value_text(one), _value_text(other)))
             )
     if b.height[0] > a.height[0] + near:
-        message = Message("R plane {} rose to {}", _value_text(a.height[0]), _value_text(b.height[0]))
+        message = Message("R plane {} was raised to {}", _value_text(a.height[0]), _value_text(b.height[0]))
         found.append(FeatureChange("height", message))
     return found
 

@@ -356,7 +356,9 @@ def _checks_of_features(
     yield (
         Message("interrupted cut"),
         lambda row: (
-            Message("the cut to {} used to follow the previous cut without a rapid; now it does not", ""),
+            Message(
+                "the cut to {} originally followed the previous cut without a rapid; now a rapid lies between them", ""
+            ),
             at(row),
         ),
         *lines,

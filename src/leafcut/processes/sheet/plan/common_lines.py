@@ -220,8 +220,8 @@ def _separate_edge_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Iss
         return []
     (x, y), (u, v) = slots[0].begin, slots[0].end
     words = Message(
-        "{:.6g} mm of edges one kerf apart are cut separately: no line between them can start in the scrap and cut "
-        "without crossing another",
+        "{:.6g} mm of edges one kerf apart are cut separately: no common line between them can start in the "
+        "scrap without crossing another line",
         math.fsum(s.length for s in slots),
     )
     return [Issue("L617", words, Message("at ({:.5g}, {:.5g})", (x + u) / 2, (y + v) / 2), Severity.NOTE)]

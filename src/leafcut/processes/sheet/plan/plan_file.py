@@ -45,15 +45,19 @@ def check_fit(sheet: Sheet, plan: PlanFile) -> None:
         x, y = now.start
         place = Message("contour {} at ({:.6g}, {:.6g})", number, x, y)
         if now.kind != was.kind:
-            raise refuse(Message("{} is of kind {}, in the plan {}", place, now.kind, was.kind))
+            raise refuse(Message("{} is of kind {}, but the plan has {}", place, now.kind, was.kind))
         if abs(now.length - was.length) > SAME:
-            raise refuse(Message("{} is {:.3f} mm long, in the plan {:.3f} mm", place, now.length, was.length))
+            raise refuse(Message("{} is {:.3f} mm long, but {:.3f} mm in the plan", place, now.length, was.length))
         if abs(now.area - was.area) > SAME * max(now.length, 1.0):
-            raise refuse(Message("{} encloses {:.2f} mm², in the plan {:.2f} mm²", place, now.area, was.area))
+            raise refuse(Message("{} encloses {:.2f} mm², but {:.2f} mm² in the plan", place, now.area, was.area))
         if max(abs(a - b) for a, b in zip(now.start, was.start, strict=True)) > SAME:
             raise refuse(Message("{} started at ({:.6g}, {:.6g}) in the plan", place, was.start[0], was.start[1]))
     if len(sheet.contours) != len(plan.contours):
-        raise refuse(Message("it has {}, the plan {}", count_of(len(sheet.contours), "contour"), len(plan.contours)))
+        raise refuse(
+            Message(
+                "the drawing has {}, but the plan has {}", count_of(len(sheet.contours), "contour"), len(plan.contours)
+            )
+        )
 
 
 def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> Cutting:

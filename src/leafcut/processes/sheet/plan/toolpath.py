@@ -118,7 +118,7 @@ def _travel(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) ->
         turns = obstacles.route_around(here, to, None)
         if turns is None:
             x, y = to
-            raise PlanError("there is no path to {:.4g}, {:.4g} around the --keep-out zones; move the clamp", x, y)
+            raise PlanError("no path to {:.4g}, {:.4g} leads around the --keep-out zones; move the clamp", x, y)
         for turn in turns:
             builder.rapid(*turn)
     builder.rapid(*to)

@@ -93,7 +93,7 @@ def uncut_contours(matched: MatchedRuns) -> list[Difference]:
                 bare[0].length,
                 position_text(x, y),
             )
-            found.append(sheet_difference(Message("not all the way"), text, _line_of(matched.runs, claims)))
+            found.append(sheet_difference(Message("incomplete"), text, _line_of(matched.runs, claims)))
     return found
 
 

@@ -103,7 +103,7 @@ def pierce_faults(matched: MatchedRuns) -> list[Difference]:
         for later in tree.query(claim.target.shape, predicate="contains").tolist():
             if later > claim.run and all(c.run != later for c in matched.of_target[claim.target.index]):
                 text = Message(
-                    "the torch is lit at {}, inside of {}, which was cut before",
+                    "the torch is lit at {}, inside {}, which was cut before",
                     position_text(*matched.runs[later].start),
                     claim.target.name,
                 )
