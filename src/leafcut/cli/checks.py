@@ -109,12 +109,16 @@ def stock(
     output: Annotated[
         File | None,
         Parameter(
-            name=["--output", "-o"], help="remaining stock, as a picture (.png) or a solid for other programs (.stl)"
+            name=["--output", "-o"],
+            help="file to write with the remaining stock: a picture (.png) or a solid for other programs (.stl)",
         ),
     ] = None,
     same_as: Annotated[
         File | None,
-        Parameter(name="--same-as", help="another program, which must leave the same stock (else exit status 1)"),
+        Parameter(
+            name="--same-as",
+            help="another program that must leave the same stock; if it does not, the exit status is 1",
+        ),
     ] = None,
     dialect: DialectOption = None,
     no_defaults: NoDefaults = False,
@@ -158,7 +162,7 @@ def stock(
 
 def verify(
     original: Annotated[str, Parameter(name="ORIGINAL", help="the reference program")],
-    new: Annotated[str, Parameter(name="NEW", help="the program to check against it")],
+    new: Annotated[str, Parameter(name="NEW", help="the program to compare with the reference program")],
     /,
     *more: Annotated[str, Parameter(show=False)],
     dialect: Annotated[

@@ -35,7 +35,7 @@ PUBLISHED = "published"
 _Name = Annotated[
     str, Parameter(name="NAME", help="an experiment from `leafcut lab list`, or a TOML file that describes one")
 ]
-_Results = Annotated[File, Parameter(name="--results", help="the file in which all runs are kept (SQLite)")]
+_Results = Annotated[File, Parameter(name="--results", help="results file with all runs (SQLite)")]
 _Reduced = Annotated[
     bool,
     switch("--reduced", help="the short form: fewer inputs, levels and seeds"),
@@ -133,8 +133,10 @@ def report_experiment(
         str,
         Parameter(
             name="NAME",
-            help="an experiment of `leafcut lab list`, a TOML file that describes one, or `published`: all published "
-            "figures beside ours",
+            help=(
+                "an experiment of `leafcut lab list`, a TOML file that describes one, or `published` to compare "
+                "all published figures with ours"
+            ),
         ),
     ],
     /,
@@ -203,7 +205,7 @@ def _report_published(output: str, reduced: bool, results: str, as_json: bool) -
 def tune_parameters(
     sources: Annotated[
         list[str],
-        Parameter(name="SOURCE", help="files, folders, lists of files, examples or random maps of the same class"),
+        Parameter(name="SOURCE", help="files, folders, lists of files, examples or random maps of the same kind"),
     ],
     /,
     *,
@@ -223,7 +225,7 @@ def tune_parameters(
     time_limit: Annotated[
         Time | None,
         Parameter(
-            name="--time-limit", help="time limit of each run; the number of ants or fireflies is then tuned, too"
+            name="--time-limit", help="time limit of each run; the number of ants or fireflies is then tuned as well"
         ),
     ] = None,
     hold_out: Annotated[

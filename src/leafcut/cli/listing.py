@@ -18,7 +18,10 @@ def list_known(
     kind: Annotated[str, Parameter(name="KIND", help=f"one of {', '.join(KINDS)}")],
     name: Annotated[
         str | None,
-        Parameter(name="NAME", help="print the file of this machine, material or dialect, to save and edit: > my.toml"),
+        Parameter(
+            name="NAME",
+            help="print the file of this machine, material or dialect; write it to a file with > my.toml to edit it",
+        ),
     ] = None,
     /,
     *more: Annotated[str, Parameter(show=False)],

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from leafcut.timing.fitting import MachineFit
 
 _Output = Annotated[
-    File | None, Parameter(name=["--output", "-o"], help="profile to write (.toml); without it, it is printed")
+    File | None, Parameter(name=["--output", "-o"], help="profile to write (.toml); by default, the profile is printed")
 ]
 _Units = Annotated[
     Name | None, Parameter(name="--units", help="unit of lengths, mm or in, if the file does not state it")
@@ -48,7 +48,7 @@ def import_machine(
             name="--port", help="serial port of a GRBL, grblHAL, FluidNC or Marlin board to query, instead of a file"
         ),
     ] = None,
-    baud: Annotated[int | None, Parameter(name="--baud", help="speed of the port (default: 115200)")] = None,
+    baud: Annotated[int | None, Parameter(name="--baud", help="baud rate of the port (default: 115200)")] = None,
     output: _Output = None,
     kind: Annotated[
         Name | None, Parameter(name="--kind", help="kind of the settings (default: by their content)")
@@ -97,7 +97,7 @@ def new_machine(
         Name | None,
         Parameter(
             name="--base",
-            help="a profile to complete, such as an imported one: only its estimated values are asked for",
+            help="a profile to complete, such as an imported profile; leafcut asks only for its estimated values",
         ),
     ] = None,
     name: Annotated[Name | None, Parameter(name="--name", help="name of the machine")] = None,
@@ -117,7 +117,7 @@ def new_machine(
         Acceleration | None,
         Parameter(
             name="--acceleration",
-            help="acceleration: one value, or x,y,z, such as 0.25g (default: as a similar machine)",
+            help="acceleration: one value, or x,y,z, such as 0.25g (default: that of a similar machine)",
         ),
     ] = None,
     travel: Annotated[
@@ -128,7 +128,7 @@ def new_machine(
         Speed | None, Parameter(name="--max-feed", help="highest feed rate (default: the speed of rapids)")
     ] = None,
     spindle_speed: Annotated[
-        Rpm | None, Parameter(name="--spindle-speed", help="highest spindle speed (default: as a similar machine)")
+        Rpm | None, Parameter(name="--spindle-speed", help="highest spindle speed (default: that of a similar machine)")
     ] = None,
     tool_changer: Annotated[
         Name | None, Parameter(name="--tool-changer", help="whether the machine changes tools: yes or no")
@@ -295,10 +295,11 @@ def import_tools(
     /,
     *,
     output: Annotated[
-        File | None, Parameter(name=["--output", "-o"], help="library to write (.toml); without it, it is printed")
+        File | None,
+        Parameter(name=["--output", "-o"], help="library to write (.toml); by default, the library is printed"),
     ] = None,
     units: Annotated[
-        Name | None, Parameter(name="--units", help="unit of lengths without one in the file: mm or in")
+        Name | None, Parameter(name="--units", help="unit of lengths whose unit the file does not state: mm or in")
     ] = None,
     material: Annotated[
         Name | None, Parameter(name="--material", help="material to cut: selects the preset of each Fusion tool")

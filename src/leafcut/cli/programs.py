@@ -97,7 +97,9 @@ def optimize(
     ] = None,
     executor: Annotated[
         Name | None,
-        Parameter(name="--executor", group=_MANY, help="where to work: threads, processes, or dask://host:port"),
+        Parameter(
+            name="--executor", group=_MANY, help="where to process the inputs: threads, processes, or dask://host:port"
+        ),
     ] = None,
     workers: Annotated[
         int | None, Parameter(name="--workers", group=_MANY, help="number of inputs to process at once (default: 1)")

@@ -39,7 +39,7 @@ def send(
         Name | None, Parameter(name="--port", help="serial port of the controller: /dev/ttyUSB0, COM3")
     ] = None,
     machine: Annotated[Name, Parameter(name="--machine", help="the machine, by name or profile file")],
-    baud: Annotated[int, Parameter(name="--baud", help="speed of the port, bits per second")] = 115_200,
+    baud: Annotated[int, Parameter(name="--baud", help="baud rate of the port")] = 115_200,
     dialect: Annotated[
         Name | None,
         Parameter(name="--dialect", help="dialect of the program, by name or TOML file (default: the machine's)"),
@@ -48,10 +48,10 @@ def send(
         Literal["mm", "in"] | None, Parameter(name="--units", help="units of a program that does not state them")
     ] = None,
     from_hole: Annotated[
-        int | None, Parameter(name="--from-hole", help="resume after a break at this hole, counted from 1")
+        int | None, Parameter(name="--from-hole", help="resume after an interruption at this hole, counted from 1")
     ] = None,
     from_line: Annotated[
-        int | None, Parameter(name="--from-line", help="resume after a break at this line of the program")
+        int | None, Parameter(name="--from-line", help="resume after an interruption at this line of the program")
     ] = None,
     check: Annotated[
         bool,
@@ -93,11 +93,11 @@ def send(
     log: Annotated[
         File | None, Parameter(name="--log", help="file to which all traffic on the serial line is appended")
     ] = None,
-    yes: Annotated[bool, switch("--yes", "-y", help="start without asking once more")] = False,
+    yes: Annotated[bool, switch("--yes", "-y", help="start without asking for confirmation")] = False,
     as_json: Json = False,
     quiet: Annotated[
         bool,
-        switch("--quiet", "-q", help="no progress, no summary; warnings only"),
+        switch("--quiet", "-q", help="print only warnings: no progress and no summary"),
     ] = False,
 ) -> int:
     """Send a program to a GRBL or Marlin board, after checking it against the machine's current state.

@@ -40,7 +40,7 @@ DialectOption = Annotated[
     Name | None,
     Parameter(name="--dialect", help="dialect of the program, by name or TOML file (default: the machine's)"),
 ]
-Quiet = Annotated[bool, switch("--quiet", "-q", help="no progress, no summary; warnings only")]
+Quiet = Annotated[bool, switch("--quiet", "-q", help="print only warnings: no progress and no summary")]
 
 
 def failure(problem: Exception) -> tuple[str, int]:

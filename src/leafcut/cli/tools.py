@@ -40,7 +40,7 @@ def tool_speeds(
         File | None,
         Parameter(name="--save", help="tool library to write, a copy of --tools with the chosen speeds (.toml)"),
     ] = None,
-    plot: Annotated[File | None, Parameter(name="--plot", help="picture of the fronts to write (.svg)")] = None,
+    plot: Annotated[File | None, Parameter(name="--plot", help="picture of the Pareto fronts to write (.svg)")] = None,
     no_defaults: NoDefaults = False,
     as_json: Json = False,
     options: dict[str, Any],

@@ -93,7 +93,7 @@ class Snapshot:
 
 
 class Observer:
-    """Observes searches without changing their results. Every method does nothing by default, and must return quickly."""
+    """Observes searches without changing their results. Every method does nothing by default and must be fast."""
 
     def begin(self) -> None:
         """Called before each search."""

@@ -65,8 +65,8 @@ def nest(
     """Return the nests that passed the check, best first.
 
     They use `stocks`, or else the sheet sizes of the options. `kerf` is in mm. The same seed gives the same nests,
-    unless a time limit ended the search (`Nest.repeatable`). When `cancelled` is set, or on Ctrl-C, the nests completed
-    so far are returned.
+    unless a time limit ended the search (`Nest.repeatable`). When `cancelled` is set, or on Ctrl-C, the nests that are
+    already complete are returned.
 
     Raises PlanError if the list of parts is empty, a part fits no sheet, or no nest passed the check.
     """
@@ -84,7 +84,7 @@ def nest(
     def report_progress(state: Progress) -> None:
         nonlocal last
         best = 100.0 * max((n.utilisation_of_used for n in nests), default=0.0)
-        last = replace(state, step=Message("{}; {:.1f} % so far", state.step, best)) if nests else state
+        last = replace(state, step=Message("{}; {:.1f} % utilisation", state.step, best)) if nests else state
         if progress is not None:
             progress(last)
 
@@ -147,7 +147,9 @@ def _unplaced_issues(best: Nest) -> list[Issue]:
 def _search_issues(best: list[Nest], dropped: list[str], stopped: bool) -> tuple[Issue, ...]:
     issues = [Issue("L433", Message("a nest was dropped: {}", line)) for line in dropped]
     if stopped:
-        issues.append(Issue("L434", Message("stopped early; these are the nests so far"), severity=Severity.NOTE))
+        issues.append(
+            Issue("L434", Message("nesting was stopped early; the best nests found are used"), severity=Severity.NOTE)
+        )
     if not all(variant.repeatable for variant in best):
         message = Message(
             "the time limit ended the search: run without a limit to get the same nest from the same seed"

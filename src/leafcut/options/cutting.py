@@ -132,7 +132,7 @@ class StockOptions(OptionGroup):
     cell: float | None = option(
         "quantity",
         None,
-        "cell size of the stock model; a cell takes 4 bytes, at most 64 million cells (256 MB)",
+        "cell size of the stock model, which has at most 64 million cells of 4 bytes (256 MB)",
         unit="mm",
         minimum=0.001,
         maximum=100,
@@ -150,8 +150,9 @@ class FeedOptions(OptionGroup):
     feeds: bool = option(
         "flag",
         False,
-        "adapt the feeds of milling tools to the chip thickness: faster where the tool cuts less than in its worst "
-        "cut, slower where the worst cut exceeds the tool's data; a foreign program also needs --workpiece",
+        "adapt the feeds of milling tools to the chip thickness: faster where the tool cuts less than in its "
+        "worst cut, slower where the worst cut exceeds the tool's data; a program of another CAM also needs "
+        "--workpiece",
     )
 
 
@@ -165,7 +166,7 @@ class SpeedOptions(OptionGroup):
     tool_material: str = option(
         "text",
         ToolMaterial.HSS.value,
-        "tool material of the tools for which the library states none",
+        "tool material (HSS or carbide) of tools for which the library does not state it",
         choices=tuple(ToolMaterial),
     )
     shop_rate: float | None = option(

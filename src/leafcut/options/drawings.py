@@ -68,7 +68,7 @@ class ReadOptions(OptionGroup):
     solid: int | None = option(
         "whole",
         None,
-        "number of the solid in a STEP file with several solids; without it, they are listed",
+        "number of the solid in a STEP file with several solids; without this option, the solids are listed",
         minimum=1,
         maximum=1_000_000,
         default_words="the file's only one",
@@ -85,8 +85,8 @@ class ReadOptions(OptionGroup):
     z_zero: str | None = option(
         "text",
         None,
-        "Z0 of the program: the highest point, the lowest point or the drawn Z0 of a solid after turning; with drawn, "
-        "each hole of a drawing starts at its drawn height, and Z0 is the drawing's",
+        "Z0 of the program: the highest point, the lowest point or the drawn Z0 of a solid after it is turned; "
+        "for a drawing, drawn keeps its Z0, and each hole starts at its drawn height",
         choices=("top", "bottom", "drawn"),
         default_words="top; drawn for a --workpiece",
         needs=(when_input_is("step"),),
@@ -195,7 +195,7 @@ class PocketDrawingOptions(OptionGroup):
     pixel_size: float | None = option(
         "quantity",
         None,
-        "size of a pixel of the picture, such as 0.1mm",
+        "size of one pixel, such as 0.1mm",
         unit="mm",
         minimum=1e-4,
         maximum=100,
@@ -214,7 +214,7 @@ class PocketDrawingOptions(OptionGroup):
     speckle: float = option(
         "quantity",
         1.0,
-        "ignore spots in a picture narrower than this",
+        "ignore spots that are narrower than this in a picture",
         unit="mm",
         minimum=0,
         maximum=100,

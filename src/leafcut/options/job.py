@@ -86,7 +86,7 @@ class JobOptions(OptionGroup):
     clearance_height: float = option(
         "quantity",
         10.0,
-        "clearance height (initial plane): safe above part and clamps",
+        "clearance height (initial plane), at which the tool clears the part and the clamps",
         unit="mm",
         minimum=0.1,
         maximum=1000,
@@ -173,9 +173,9 @@ class JobOptions(OptionGroup):
     material: str = option(
         "text",
         "mild_steel",
-        "material: for sheets, a name in the cut chart; for `leafcut tools speeds` and for feeds of a program, a name "
-        "in `leafcut list materials` or a TOML file. For pockets, it sets the speed of an end mill that has no cutting "
-        "data. It also selects the presets of a Fusion tool library",
+        "material: for sheets, a name in the cut chart; for `leafcut tools speeds` and when a program's feeds "
+        "are adapted, a name in `leafcut list materials` or a TOML file. For pockets, it sets the speed of an "
+        "end mill that has no cutting data. It also selects the presets of a Fusion tool library",
         may_be_path=".toml",
         of_file=True,
     )
@@ -227,7 +227,9 @@ class PostOptions(OptionGroup):
     )
     output_units: str = option("text", "mm", "units of the program", choices=("mm", "inch"))
     line_numbers: bool = option("flag", False, "number the blocks N10, N20, …")
-    program_number: int = option("whole", 1, "program number, O0001", minimum=1, maximum=9999, of_file=True)
+    program_number: int = option(
+        "whole", 1, "program number, such as 1 for O0001", minimum=1, maximum=9999, of_file=True
+    )
     header: bool = option(
         "flag",
         True,

@@ -66,8 +66,8 @@ class _ReadOptions4(TypedDict, total=False):
 class _ReadOptions5(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, nest, solve, stock, tool_speeds.
     solid: int | None
-    """Number of the solid in a STEP file with several solids; without it, they are listed (default: the file's
-    only one).
+    """Number of the solid in a STEP file with several solids; without this option, the solids are listed (default:
+    the file's only one).
     """
 
 
@@ -80,8 +80,8 @@ class _ReadOptions6(TypedDict, total=False):
 class _ReadOptions7(TypedDict, total=False):
     # Of optimize, drill, pocket, reorder, stock, tool_speeds.
     z_zero: Literal["top", "bottom", "drawn", None]
-    """Z0 of the program: the highest point, the lowest point or the drawn Z0 of a solid after turning; with drawn,
-    each hole of a drawing starts at its drawn height, and Z0 is the drawing's (default: top; drawn for a
+    """Z0 of the program: the highest point, the lowest point or the drawn Z0 of a solid after it is turned; for a
+    drawing, drawn keeps its Z0, and each hole starts at its drawn height (default: top; drawn for a
     --workpiece).
     """
 
@@ -161,9 +161,9 @@ class _JobOptions3(TypedDict, total=False):
     sheets, and for holes without --depth).
     """
     material: str | None
-    """Material: for sheets, a name in the cut chart; for `leafcut tools speeds` and for feeds of a program, a name
-    in `leafcut list materials` or a TOML file. For pockets, it sets the speed of an end mill that has no
-    cutting data. It also selects the presets of a Fusion tool library (default: mild_steel).
+    """Material: for sheets, a name in the cut chart; for `leafcut tools speeds` and when a program's feeds are
+    adapted, a name in `leafcut list materials` or a TOML file. For pockets, it sets the speed of an end mill
+    that has no cutting data. It also selects the presets of a Fusion tool library (default: mild_steel).
     """
 
 
@@ -192,7 +192,7 @@ class _JobOptions4(TypedDict, total=False):
 class _JobOptions5(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, simulate, tool_speeds.
     clearance_height: Quantity | None
-    """Clearance height (initial plane): safe above part and clamps (mm; default: 10mm)."""
+    """Clearance height (initial plane), at which the tool clears the part and the clamps (mm; default: 10mm)."""
 
 
 class _JobOptions6(TypedDict, total=False):
@@ -340,7 +340,7 @@ class _CutOptions1(TypedDict, total=False):
     common_lines: bool | None
     """Common-line cutting: make a single cut between edges that are one kerf apart."""
     heat_distance: Quantity | None
-    """Minimum distance between consecutive starts (mm)."""
+    """Minimum distance between the start points of consecutive cuts (mm)."""
     sweep: Literal["free", "x", "y", "-x", "-y", None]
     """Cut parts band by band in this direction, to keep the rest of the sheet flat (default: free)."""
     sheet_size: str | None
@@ -394,7 +394,7 @@ class _PartOptions1(TypedDict, total=False):
     tab_width: Quantity | None
     """Width of a tab between the cuts (mm; default: 6mm)."""
     tab_height: Quantity | None
-    """Height of a tab over the underside of the plate (mm; default: 1.5; half the thickness of a plate below 3)."""
+    """Height of a tab above the underside of the plate (mm; default: 1.5; half the thickness of a plate below 3)."""
 
 
 class _ResequenceOptions1(TypedDict, total=False):
@@ -453,11 +453,11 @@ class _PocketDrawingOptions1(TypedDict, total=False):
     island_layers: str | Sequence[str] | None
     """Layers with island outlines; * and ? are wildcards (default: ISLAND* if present)."""
     pixel_size: Quantity | None
-    """Size of a pixel of the picture, such as 0.1mm (mm; default: required for pictures)."""
+    """Size of one pixel, such as 0.1mm (mm; default: required for pictures)."""
     threshold: float | str | None
     """Brightness threshold: mill pixels darker than this (default: Otsu's method)."""
     speckle: Quantity | None
-    """Ignore spots in a picture narrower than this (mm; default: 1mm)."""
+    """Ignore spots that are narrower than this in a picture (mm; default: 1mm)."""
     invert: bool | None
     """Mill the bright areas of a picture."""
 
@@ -511,8 +511,8 @@ class _SolveOptions2(TypedDict, total=False):
     preset: Literal["fast", "default", "thorough", None]
     """Search effort; the result is the same on every machine (default: default)."""
     time_limit: Quantity | None
-    """Time for all searches together; they end earlier if five colonies in a row find no improvement (s; default:
-    set by --preset).
+    """Time limit for all searches together; they end earlier if five colonies in a row find no improvement (s;
+    default: set by --preset).
     """
     seed: int | None
     """Random seed: same seed, same result (default: 1)."""
@@ -547,8 +547,8 @@ class _AcoOptions1(TypedDict, total=False):
     mmas, 0.2 with local search).
     """
     initial_pheromone: float | str | None
-    """Pheromone on every edge at the start (τ₀); random: a random share of 1/(nC) on each; r stands for ρ
-    (default: from the nearest-neighbour tour).
+    """Pheromone on every edge at the start (τ₀): a number; 1/nC or 1/nrC for n nodes, a nearest-neighbour cost C
+    and r = ρ; or random, a random share of 1/nC on each edge (default: from the nearest-neighbour tour).
     """
     parallel: Literal["threads", "processes", "exchange", "partners", "gpu", None]
     """Where ants run in parallel: in threads, in processes that receive the pheromone from a master (processes),
@@ -598,7 +598,7 @@ class _PostOptions2(TypedDict, total=False):
     output_units: Literal["mm", "inch", None]
     """Units of the program (default: mm)."""
     program_number: int | None
-    """Program number, O0001 (default: 1)."""
+    """Program number, such as 1 for O0001 (default: 1)."""
 
 
 class _PostOptions3(TypedDict, total=False):
@@ -627,7 +627,7 @@ class _StockOptions1(TypedDict, total=False):
     below Z0 (stock), or all space that no rapid has crossed (reorder --air)).
     """
     cell: Quantity | None
-    """Cell size of the stock model; a cell takes 4 bytes, at most 64 million cells (256 MB) (mm; default: a
+    """Cell size of the stock model, which has at most 64 million cells of 4 bytes (256 MB) (mm; default: a
     fortieth of the smallest tool, up to a fifth of it for a large stock).
     """
 
@@ -644,14 +644,14 @@ class _FeedOptions1(TypedDict, total=False):
     # Of optimize, pocket, reorder.
     feeds: bool | None
     """Adapt the feeds of milling tools to the chip thickness: faster where the tool cuts less than in its worst
-    cut, slower where the worst cut exceeds the tool's data; a foreign program also needs --workpiece.
+    cut, slower where the worst cut exceeds the tool's data; a program of another CAM also needs --workpiece.
     """
 
 
 class _SpeedOptions1(TypedDict, total=False):
     # Of tool_speeds.
     tool_material: Literal["hss", "carbide", None]
-    """Tool material of the tools for which the library states none (default: hss)."""
+    """Tool material (HSS or carbide) of tools for which the library does not state it (default: hss)."""
 
 
 class _SpeedOptions2(TypedDict, total=False):

@@ -70,7 +70,7 @@ class SolveOptions(OptionGroup):
     time_limit: float | None = option(
         "quantity",
         None,
-        "time for all searches together; they end earlier if five colonies in a row find no improvement",
+        "time limit for all searches together; they end earlier if five colonies in a row find no improvement",
         unit="s",
         minimum=0.001,
         default_words="set by --preset",
@@ -163,7 +163,8 @@ class AcoOptions(OptionGroup):
     initial_pheromone: float | str | None = option(
         "number",
         None,
-        "pheromone on every edge at the start (τ₀); random: a random share of 1/(nC) on each; r stands for ρ",
+        "pheromone on every edge at the start (τ₀): a number; 1/nC or 1/nrC for n nodes, a nearest-neighbour "
+        "cost C and r = ρ; or random, a random share of 1/nC on each edge",
         words=(RANDOM_TRAILS, BY_N_RHO_C, BY_N_C),
         minimum=0,
         maximum=1e30,

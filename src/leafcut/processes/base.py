@@ -91,8 +91,8 @@ HELP_OF_PROGRAM = {
     "tools": ("", "the tools that the program describes"),
     "tool_diameter": ("diameter of the flat mills that the program does not describe", "unknown"),
     "z_zero": (
-        "Z0 of the program on the solid of --workpiece, after turning: its highest point, its lowest point, or its own "
-        "Z0 (drawn)",
+        "Z0 of the program on the solid of --workpiece after it is turned: the highest point, the lowest "
+        "point, or the solid's own Z0 (drawn)",
         "drawn",
     ),
 }

@@ -67,7 +67,7 @@ class CuttingStock(Work):
 
     name = command = "stock"
     title = "cutting stock by a program"
-    helps = HELP_OF_PROGRAM | {"workpiece": ("", "as the program shows: just around the cuts below Z0")}
+    helps = HELP_OF_PROGRAM | {"workpiece": ("", "derived from the program: a block around the cuts below Z0")}
     uses = (
         use(ReadOptions, "units", "strict", solid=(when_given("workpiece", "part"),), up=_OF_STOCK, z_zero=_OF_STOCK)
         | use(MachineOptions)
@@ -77,7 +77,7 @@ class CuttingStock(Work):
 
 
 _SPEED_HELPS = {
-    "material": ("material of the part: a name of `leafcut list materials`, or a TOML file", "must be given"),
+    "material": ("material of the part: a name in `leafcut list materials`, or a TOML file", "required"),
     "tools": ("", "one drill per diameter of the drawing, or --tool-diameter"),
     "tool_diameter": ("diameter of the drill, without a drawing and --tools", "none"),
     "step_over": ("width of an end mill's cut, as a share of the tool diameter", "a full slot"),

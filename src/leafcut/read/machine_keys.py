@@ -93,7 +93,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
     ),
     ProfileKey(
         "cut_process",
-        "cutting source with its power, as named in cut charts; only its rows are used",
+        "cutting source with its power, as named in cut charts; only the chart rows of this source are used",
         why="set --cut-process, unless the chart has rows for every source of that process",
         example="laser_fiber_3kW",
         bounds="starts with the cutting method: plasma, laser, oxyfuel or waterjet",
@@ -117,7 +117,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         "acceleration_factor",
         "share of the acceleration that a move from rest to rest uses, above 0 and at most 1",
         1.0,
-        "all of it; LinuxCNC keeps 10 % back",
+        "all of it; LinuxCNC reserves 10 %",
     ),
     ProfileKey(
         "home",

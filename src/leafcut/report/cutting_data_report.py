@@ -116,7 +116,7 @@ def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, co
 
 
 def _points_to_show(front: ToolFront) -> dict[str, CuttingPoint]:
-    """Return by name the best speed and feed for each objective, and the speed and feed of the library or the options."""
+    """Return by name the best speed and feed for each objective, and those of the library or the options."""
     points = front.points
     shown = {
         "quickest": min(points, key=lambda p: (p.time, p.cost)),

@@ -39,7 +39,7 @@ def remnants_of_layout(nest: Nest, layout: Layout, spacing: float, least: float,
 
 
 def _without_strips(region: Any, least: float) -> Any:
-    """Remove strips narrower than `least` mm from a region. The remaining region is never larger than the given region."""
+    """Remove strips narrower than `least` mm from a region. The region never becomes larger."""
     inner = region.buffer(-0.5 * least, join_style="mitre", mitre_limit=_MITRE)
     return inner.buffer(0.5 * least, join_style="mitre", mitre_limit=_MITRE).intersection(region)
 

@@ -46,12 +46,12 @@ class Drilling(Process):
         JobOptions, material=(when_given("tools"),), diameter_tolerance=()
     )
     helps = {  # noqa: RUF012  # `Process` declares both as class variables
-        "thickness": ("thickness of the plate: the holes go through", "this or the depth must be given"),
-        "depth": ("depth of blind holes below Z0", "this or the thickness must be given"),
-        "material": ("material of the plate; it chooses among the presets of a tool library", ""),
-        "feed": ("feed rate of assumed drills", "by diameter"),
+        "thickness": ("thickness of the plate: the holes go through", "required without --depth"),
+        "depth": ("depth of blind holes below Z0", "required without --thickness"),
+        "material": ("material of the plate; it selects the presets of a Fusion tool library", ""),
+        "feed": ("feed rate of drills, without a tool library", "assumed by diameter"),
         "plan": ("order file: drill these holes first, in this order; the search orders the rest", ""),
-        "spindle_speed": ("spindle speed of assumed drills", "20 m/min surface speed"),
+        "spindle_speed": ("spindle speed of drills, without a tool library", "20 m/min surface speed"),
         "concentric": ("which of several concentric circles to drill", ""),
         "z_zero": ("", "top"),
         "start_point": ("start point of the tool, x,y, or free", ""),

@@ -60,7 +60,7 @@ class PartOptions(OptionGroup):
     tab_height: float = option(
         "quantity",
         1.5,
-        "height of a tab over the underside of the plate",
+        "height of a tab above the underside of the plate",
         unit="mm",
         minimum=0.05,
         maximum=100,

@@ -57,13 +57,13 @@ class PartMilling(Process):
     )
     uses |= use(JobOptions, *_JOB) | use(MillingOptions) | use(MillingOptions, entry_angle=()) | ORDERED | WRITTEN
     helps = {  # noqa: RUF012  # `Process` declares it as a class variable
-        "thickness": ("thickness of the plate: outlines and openings go through it", "must be given"),
-        "material": ("material of the plate; it sets the speed of an assumed end mill", ""),
+        "thickness": ("thickness of the plate: outlines and openings go through it", "required"),
+        "material": ("material of the plate; it sets the speed of an end mill that has no cutting data", ""),
         "feed": ("feed rate of the end mill", "from the tool library or --material"),
         "spindle_speed": ("spindle speed of the end mill", "from the tool library or --material"),
         "tool_diameter": ("diameter of the end mill", ""),
-        "step_down": ("step-down: largest depth per turn around an edge", "half the diameter of the mill"),
-        "break_through": ("break-through: how far the mill goes below the plate", ""),
+        "step_down": ("step-down: maximum depth per pass around an edge", "half the diameter of the mill"),
+        "break_through": ("break-through: distance that the mill extends below the plate", ""),
         "retract": ("height of rapids between edges: the R plane, or the clearance height (initial)", ""),
         "diameter_tolerance": ("largest difference between --tool-diameter and the tool of the library", ""),
         "start_point": ("start point of the tool, x,y, or free", ""),

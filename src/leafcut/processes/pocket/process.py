@@ -89,19 +89,20 @@ class Pocketing(Process):
     #: Options of the fireflies apply with any --algorithm, because every strategy is tried.
     uses |= {name: tuple(one for one in needs if one != FIREFLIES) for name, needs in use(FireflyOptions).items()}
     helps = {  # noqa: RUF012  # a class attribute of the protocol
-        "depth": ("depth of the pockets below Z0", "must be given"),
+        "depth": ("depth of the pockets below Z0", "required"),
         "thickness": ("thickness of the plate, for pockets through it", "unknown"),
-        "material": ("material of the part; it sets the speed of an assumed end mill", ""),
+        "material": ("material of the part; it sets the speed of an end mill that has no cutting data", ""),
         "feed": ("feed rate of the end mill", "from the tool library"),
         "spindle_speed": ("spindle speed of the end mill", "from the tool library or --material"),
         "tool_diameter": ("diameter of the flat end mill", ""),
         "step_over": ("maximum step-over, as a share of the tool diameter", "0.6"),
         "step_down": ("step-down: depth per level", ""),
-        "break_through": ("break-through: how far pockets through the plate go below it", ""),
+        "break_through": ("break-through: distance that pockets through the plate extend below it", ""),
         "retract": ("height of rapids between cuts: the R plane, or the clearance height (initial)", ""),
         "diameter_tolerance": ("largest difference between --tool-diameter and the tool of the library", ""),
         "z_zero": (
-            "Z0 of the program on a solid, after turning: its highest place, its lowest place, or its own Z0 (drawn)",
+            "Z0 of the program on a solid after it is turned: the highest point, the lowest point, or the "
+            "solid's own Z0 (drawn)",
             "top",
         ),
         "start_point": ("start point of the tool, x,y, or free", ""),

@@ -86,17 +86,17 @@ class ForeignProgram(Process):
         "rotate": "rotate the drawing instead, in the CAM, or by the machine's work offset",
     }
     helps = HELP_OF_PROGRAM | {
-        "workpiece": ("", "as the program shows: where no rapid has been"),
+        "workpiece": ("", "derived from the program: all space that no rapid has crossed"),
         "start_point": ("position of the tool before the program's first rapid, x,y, or free", ""),
         "thickness": HELP_OF_CUTTING_DATA["thickness"],
         "material": (
-            "material: of a sheet, its name in the cut chart; for --feeds a name of `leafcut list materials`, or a "
-            "TOML file",
+            "material: for a sheet, its name in the cut chart; for --feeds, a name in `leafcut list materials` "
+            "or a TOML file",
             "",
         ),
         "feeds": (
-            "adapt the feeds of milling tools to the chip: faster where the tool cuts less than in its worst cut, "
-            "slower where its worst cut exceeds its data; needs --workpiece",
+            "adapt the feeds of milling tools to the chip thickness: faster where the tool cuts less than in "
+            "its worst cut, slower where the worst cut exceeds the tool's data; needs --workpiece",
             "",
         ),
     }

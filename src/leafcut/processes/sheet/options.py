@@ -135,7 +135,9 @@ class CutOptions(OptionGroup):
         False,
         "common-line cutting: make a single cut between edges that are one kerf apart",
     )
-    heat_distance: float = option("quantity", 0.0, "minimum distance between consecutive starts", unit="mm", minimum=0)
+    heat_distance: float = option(
+        "quantity", 0.0, "minimum distance between the start points of consecutive cuts", unit="mm", minimum=0
+    )
     sweep: str = option(
         "text",
         "free",

@@ -59,7 +59,7 @@ class SheetCutting(Process):
     uses |= use(SpeedOptions, "shop_rate")
     uses |= ORDERED | use(PostOptions, but=("coolant",))
     helps = {  # noqa: RUF012  # `Process` declares it as a class variable
-        "thickness": ("thickness of the sheet", "must be given"),
+        "thickness": ("thickness of the sheet", "required"),
         "plan": ("plan file with the order and choices to keep", ""),
         "material": ("material of the sheet, by its name in the cut chart", ""),
         "concentric": ("which of several concentric circles to cut as a hole", ""),
