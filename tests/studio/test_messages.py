@@ -29,7 +29,7 @@ ES, EN = words("es"), words("en")
         ),
         (
             Difference(
-                Message("missing slot"), 0, 7, Message("{} is gone", Message("the slot from {} to {}", "A", "B"))
+                Message("missing slot"), 0, 7, Message("{} is missing", Message("the slot from {} to {}", "A", "B"))
             ),
             "falta una ranura: la ranura de A a B ya no está (línea 7)",
         ),
@@ -54,7 +54,7 @@ def test_the_parts_of_a_composed_message_are_translated() -> None:
 
 def test_values_are_translated_only_if_they_are_messages() -> None:
     assert ES.plain(Message("{}: {}", "reading", Message("reading"))) == "reading: leyendo"
-    assert ES.plain(Message("{} is gone", "reading")) == "reading ya no está"
+    assert ES.plain(Message("{} is missing", "reading")) == "reading ya no está"
 
 
 @pytest.mark.parametrize("text", ["reading", "the file is empty", "part 7", "[MSG:Hold]", ""])

@@ -71,7 +71,7 @@ class Status:
 
 @dataclass(frozen=True)
 class Report:
-    """Any other report of a controller: ``[GC:G0 G54]``, ``$110=500``, ``[MSG:Caution: Unlocked]``, ``Cap:EEPROM:1``."""
+    """Any other controller report: ``[GC:G0 G54]``, ``$110=500``, ``[MSG:Caution: Unlocked]``, ``Cap:EEPROM:1``."""
 
     name: str
     text: str

@@ -55,7 +55,7 @@ def refuse_clamped(
             farther = math.ceil(clamp.height - floor - lowest.above)
             apart = math.ceil(max(disc.radius for disc in hits) - away)
             raise PlanError(
-                "{}: the {} of {} meets the keep-out zone '{}', {:.3g} mm beside the tool's path; let the mill "
+                "{}: the {} of {} hits the keep-out zone '{}', {:.3g} mm beside the tool path; let the mill "
                 "stick out {} mm farther, move the clamp {} mm away, or use a lower clamp",
                 name,
                 lowest.body,
