@@ -341,9 +341,9 @@ def main(argv: Sequence[str]) -> int:
         parser.error("no program has such a name")
     text = f"""# Machine time compared with GRBL
 
-Seconds of GRBL 1.1h (the released firmware on a simulated ATmega328P) from its first motor step to its last, by its own
-clock, and leafcut's estimate for the same program and settings. The programs named "{STARVED}" only wait for the next
-line.
+The table compares the run time of GRBL 1.1h with leafcut's estimate for the same program and settings. GRBL is the
+released firmware on a simulated ATmega328P; its time runs from the first motor step to the last, by its own clock. In
+the programs named "{STARVED}", the board only waits for the next line.
 
 {page.facts("grbl_time", argv, ["leafcut", "numpy", "numba"])}
 

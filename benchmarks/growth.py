@@ -197,10 +197,11 @@ def main(argv: Sequence[str]) -> int:
             rows.append(row)
     text = f"""# Growth of time and memory
 
-Every process at n, 2 n and 4 n with the default preset, whose effort follows the size. Each run is a separate process:
-processor seconds of all threads and peak resident memory, start and libraries included, kernels compiled before. The
-power p comes from the differences, so it does not include the start: 1 is linear, 2 is quadratic, – is no growth. Three
-sizes show little if a search chooses its own effort, as the search of *nest* does.
+Every process was run at the sizes n, 2 n and 4 n with the default preset, whose effort depends on the size. Each run is
+a separate process with compiled kernels. The table shows the processor time of all threads and the peak resident
+memory, including the start and the libraries. The power p is computed from the differences, so it does not include the
+start: 1 is linear, 2 is quadratic, and – means no growth. Three sizes show little if a search chooses its own effort,
+as the search of *nest* does.
 
 {page.facts("growth", argv, ["leafcut", "numpy", "numba"])}
 

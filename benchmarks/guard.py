@@ -118,7 +118,8 @@ def text_of(figures: Figures, argv: Sequence[str]) -> str:
     rows = [[*key, *figure.cells()] for key, figure in figures.items()]
     return f"""# Results of a fixed amount of work
 
-Machine time, gap to the lower bound and iterations repeat on every machine. A loop is a fixed NumPy computation.
+Machine time, gap to the lower bound and number of iterations are the same on every machine. A loop is a fixed NumPy
+computation.
 
 {page.facts("guard", argv, ["leafcut"])}
 

@@ -176,9 +176,10 @@ def main(argv: Sequence[str]) -> int:
     machine = f"beside {given.load} busy processes" if given.load else "on an idle machine"
     text = f"""# Time limits
 
-Seconds by the clock, {machine}. A limit holds for all searches and lower bounds of a run together (*search*). *Whole*:
-the run with reading, planning, loading of kernels and proof, which always finish. A run is *late* if its searches
-exceed the limit by more than a tenth. A search ends before its limit if it cannot improve the answer.
+The times are wall-clock seconds, {machine}. A limit applies to all searches and lower bounds of a run together
+(*search*). *Whole* is the time of the whole run; it includes reading, planning, loading of kernels and proof, which
+always finish. A run is *late* if its searches exceed the limit by more than a tenth. A search ends before its limit if
+it cannot improve the answer.
 
 {page.facts("limits", argv, ["leafcut", "numpy", "numba"])}
 

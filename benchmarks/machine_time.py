@@ -135,25 +135,27 @@ GROUPS = (
     Group(
         """## Programs
 
-Seconds of LinuxCNC 2.9 by its own servo clock, on a simulated machine of 100/100/50 mm/s and 500/500/300 mm/s², and
-leafcut's estimate for the same program (profile `linuxcnc-sim`). Both start at machine zero. A real file without G61
-and G64 was given G64, LinuxCNC's initial mode. The formulas are LinuxCNC's; half a cycle at every stop, and the radius
-of helices, were chosen after first comparisons with these programs.""",
+The table compares the run time of LinuxCNC 2.9 with leafcut's estimate for the same program (profile `linuxcnc-sim`).
+LinuxCNC ran on a simulated machine with 100/100/50 mm/s and 500/500/300 mm/s², timed by its servo clock. Both times
+start at machine zero. A real file without G61 and G64 was given G64, LinuxCNC's initial mode. The formulas are
+LinuxCNC's. Two details were chosen after first comparisons with these programs: half a cycle at every stop, and the
+radius of helices.""",
         programs, 1, WORST,
     ),
     Group(
         """## Sheets
 
-Programs that leafcut wrote from a drawing of mild steel, for plasma with G64 P0.1. Each cut: down to the pierce height,
-torch on, pierce delay, down to the cut height, leads, contour, slower small holes, torch off, up. The shorter of two
-simulated runs counts, since a busy host lengthens M words and dwells.""",
+leafcut wrote these programs from a drawing of parts in mild steel, for plasma with G64 P0.1. In each cut, the torch
+descends to the pierce height, is lit, waits for the pierce delay, descends to the cut height, cuts the lead-in, the
+contour and the lead-out, is switched off, and rises. Small holes are cut more slowly. The shorter of two simulated runs
+counts, because a busy host lengthens M words and dwells.""",
         sheets, 2, WORST_OWN,
     ),
     Group(
         """## Pockets
 
-Programs that leafcut wrote for pockets, with a mill of 10 mm at 1200 mm/min: levels, ramps, helices, arcs, finished
-walls.""",
+leafcut wrote these programs for pockets, with a mill of 10 mm at 1200 mm/min. They contain levels, ramps, helices, arcs
+and finishing passes.""",
         pockets, 2, WORST_OWN,
     ),
 )  # fmt: skip

@@ -167,12 +167,12 @@ def main(argv: Sequence[str]) -> int:
 
 Seconds saved by the order (`reorder` alone), by lower retracts and R planes (`--low-retracts`), by rapids in air
 (`--air`) and by higher feeds (`--feeds`, at most 50 % more), on the machine `{MACHINE}`. The stock is the block around
-all cuts below Z0. Tools without a description are flat mills of {WIDTH:g} mm. Chip: thickest chip of each tool, before
-and after, mm per revolution; the limit is the program's own. Check: LinuxCNC's interpreter (rs274) accepts the program
-before and after, and the simulated LinuxCNC runs the new program. The ratio is leafcut's time divided by LinuxCNC's
-time. Both times are of the new program without stops and without lines after its last move, so they can differ from
-the column *after*. LinuxCNC accepts {known} of {len(rows)} programs; {len(errors)} were simulated{worst}. No chip
-exceeds its limit.
+all cuts below Z0. Tools without a description are flat mills of {WIDTH:g} mm. The column *chip* shows the thickest chip
+of each tool before and after, in mm per revolution; the limit is that of the original program. The column *check*
+states whether LinuxCNC's interpreter (rs274) accepts both programs, and whether the simulated LinuxCNC runs the new
+program. The ratio is leafcut's time divided by LinuxCNC's time. Both times are of the new program without stops and
+without lines after its last move, so they can differ from the column *after*. LinuxCNC accepts {known} of {len(rows)}
+programs; {len(errors)} were simulated{worst}. No chip exceeds its limit.
 
 {page.facts("pace", argv, ["leafcut", "numpy", "numba"])}
 

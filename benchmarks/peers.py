@@ -279,10 +279,10 @@ def results(rows: Sequence[Sequence[str]], times: Sequence[float], words: str, r
     head = ["board", "solver", *(f"{t:g} s" for t in times), "note"]
     return f"""# leafcut and other solvers
 
-Gap in percent and, in brackets, seconds by the clock / seconds of the processors, {words}. Each run was a separate
-process; the solvers took turns. The time excludes import, file reading and the matrix of all distances; it includes
-leafcut's neighbour lists. fast-tsp and OR-Tools have no seed. LKH ran once without a time limit, with its defaults; its
-licence is for research only, and leafcut does not use it. Reference lengths of the gaps: {references}.
+The table shows the gap in percent and, in brackets, the wall-clock time / processor time in seconds, {words}. Each run
+was a separate process; the solvers took turns. The time excludes import, file reading and the matrix of all distances;
+it includes leafcut's neighbour lists. fast-tsp and OR-Tools have no seed. LKH ran once without a time limit, with its
+defaults; its licence is for research only, and leafcut does not use it. Reference lengths of the gaps: {references}.
 
 {facts}
 

@@ -100,9 +100,9 @@ def main(argv: Sequence[str]) -> int:
     words += ["--write"] if given.write else []
     text = f"""# Start time
 
-Medians. Cold: the first run, which compiles its kernels. Warm: any later run. Byte code exists before, as after an
-installation by pip. *This checkout* holds the measured code, *other checkout* is the argument of `--beside`. Both wrote
-the same program, byte for byte.
+The times are medians. A cold run is the first run, which compiles its kernels; a warm run is any later run. Byte code
+already exists, as after an installation with pip. *This checkout* contains the measured code, and *other checkout* is
+the argument of `--beside`. Both wrote the same program, byte for byte.
 
 {page.facts("start", words, ["leafcut", "numpy", "numba"])}
 

@@ -91,8 +91,9 @@ def results(rows: Sequence[Sequence[str]], times: Sequence[float], words: str, f
     head = ["board", "nodes", "compared with", *(f"{t:g} s" for t in times), "clock, s", "processor, s"]
     return f"""# Gap to the optimum
 
-Gap in percent, {words}. One run per seed and time limit. The time includes neighbour lists and start tour, not import,
-compiling and file reading. {NO_TOUR}: no tour within this time. The last columns are medians of the longest runs.
+The table shows the gap in percent, {words}, with one run per seed and time limit. The time includes neighbour lists and
+the start tour, but not import, compilation and file reading. {NO_TOUR} means that no tour was found within this time.
+The last columns are medians of the longest runs.
 
 {facts}
 

@@ -78,7 +78,8 @@ def main(argv: Sequence[str]) -> int:
             print("  ".join(rows[-1]), file=sys.stderr, flush=True)
     text = f"""# Programs of {arguments.lines:,} lines
 
-Processor time and peak resident memory of each process, interpreter and libraries included.
+The table shows the processor time and the peak resident memory of each process, including the interpreter and the
+libraries.
 
 {page.facts("verify_large", argv, ["leafcut", "numpy"])}
 

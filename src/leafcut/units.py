@@ -160,12 +160,12 @@ def _split(text: str, unit: str) -> tuple[float, str]:
             raise OptionError("division by zero in '{}'", text)
         if whole and int(part) >= int(parts):
             raise OptionError(
-                "'{}' is not a fraction: {}/{} is not less than 1; write one such as 1 1/2in", text, part, parts
+                "'{}' is not a fraction: {}/{} is not less than 1; write a fraction such as 1 1/2in", text, part, parts
             )
         number = int(whole or 0) + int(part) / int(parts)
         return -number if sign == "-" else number, word
     if _LIKE_FRACTION.search(text):
-        raise OptionError("'{}' is not a fraction; write one such as 1/4in or 1 1/2in", text)
+        raise OptionError("'{}' is not a fraction; write a fraction such as 1/4in or 1 1/2in", text)
     match = _QUANTITY.match(with_point(text))
     if not match:
         raise OptionError("'{}' is not a number with a unit, such as '3{}'", text, BARE_UNIT[unit])

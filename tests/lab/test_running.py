@@ -171,7 +171,7 @@ def test_runs_of_another_version_are_mixed_only_when_that_is_asked_for(
     with Store(tmp_path / "r.sqlite") as store:
         run(found, store, performer=counted([], 5))
         monkeypatch.setattr(running, "__version__", "99.0")
-        with pytest.raises(OptionError, match=r"and this is 99\.0"):
+        with pytest.raises(OptionError, match=r"but this version is 99\.0"):
             run(found, store)
         assert run(found, store, mixed=True).finished == 12
         assert {row.leafcut for row in store.rows("small")} > {"99.0"}

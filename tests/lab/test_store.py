@@ -97,7 +97,7 @@ def test_files_that_are_none_of_ours_are_refused_and_left_as_they_are(tmp_path: 
         assert (file.read_bytes() if file.is_file() else b"") == before
         assert "\n" not in str(refused.value)
         said[file.name] = str(refused.value)
-    assert "no file of results" in said["a.txt"]
+    assert "this is not a results file of leafcut" in said["a.txt"]
     assert "another program" in said["b.sqlite"]
     assert "'schema' is 2, but the newest results file that this version reads has 1; upgrade" in said["c.sqlite"]
     assert "damaged" in said["d.sqlite"]

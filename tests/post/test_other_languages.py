@@ -241,7 +241,7 @@ def arc(b: ToolpathBuilder) -> None:
         (
             "linuxcnc",
             lambda b: b.drill(1.0, 2.0, DrillCycle("G83", 2.0, 1.999, peck=0.0004), feed=1.0),
-            "a peck of 0.0004 mm is too small to write; use a larger one",
+            "a peck of 0.0004 mm is too small to write; use a larger peck",
         ),
         ("linuxcnc", lambda b: b.dwell(-1.0), "a dwell of -1 s is out of range"),
         ("linuxcnc", lambda b: b.dwell(float("nan")), "a dwell of nan s is out of range"),

@@ -178,7 +178,7 @@ def test_every_exceeded_limit_is_one_difference_with_its_first_line_and_numbers(
         Difference(
             "feed too high", 0, 7, "the feed is 1500 mm/min, the machine allows at most 1200; number of such moves: 2"
         ),
-        Difference("no feed", 0, 8, "the feed is 0 mm/min, it must be above 0; number of such moves: 1"),
+        Difference("no feed", 0, 8, "the feed is 0 mm/min, the feed must be above 0; number of such moves: 1"),
         Difference("spindle speed", 0, 5, "50.5 rpm is out of range; the spindle turns 100 to 6000 rpm"),
         Difference("spindle speed", 0, 6, "7000 rpm is out of range; the spindle turns 100 to 6000 rpm"),
     ]

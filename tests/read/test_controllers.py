@@ -376,7 +376,7 @@ def test_a_profile_of_four_lines_is_a_machine_and_its_unknown_travel_is_told(tmp
     assert machine.travel_min == (LOW,) * 3 and machine.reach(0) == NO and not machine.table_known
     outcome = leafcut.optimize("example:plate-10", machine=str(file), thickness=5)
     told = {issue.code: issue.message for issue in outcome.issues}
-    assert "travel unknown in x, y, z" in told["L408"] and "it was not checked" in told["L403"]
+    assert "travel unknown in x, y, z" in told["L408"] and "the travel was not checked" in told["L403"]
     assert outcome.verified and math.isfinite(outcome.after.time_s)
 
 

@@ -107,8 +107,8 @@ def test_a_tap_of_a_linuxcnc_table_has_the_pitch_of_its_thread(
 def test_a_row_without_a_comment_says_that_the_comment_is_missing(tmp_path: Path) -> None:
     (tmp_path / "tool.tbl").write_text("T11 D5\nT2 D3 ;drill\nT12 D5 ;tap\n")
     assert load_tools(tmp_path / "tool.tbl", "mm").left_out == (
-        "T11: it has no comment that names its kind, such as drill or end mill",
-        "T12: its comment 'tap' does not state the pitch of its thread, such as M6x1 or 1/4-20",
+        "T11: the tool has no comment that names its kind, such as drill or end mill",
+        "T12: the comment 'tap' does not state the pitch of the thread, such as M6x1 or 1/4-20",
     )
 
 
@@ -121,7 +121,7 @@ def test_a_countersink_of_a_linuxcnc_table_needs_its_angle(comment: str, tmp_pat
     assert library.by_number[3].kind is ToolKind.V_BIT
     (tmp_path / "one.tbl").write_text("T1 D12 ;45 deg chamfer mill\nT2 D12 ;45 deg included chamfer mill\n")
     assert [tool.number for tool in load_tools(tmp_path / "one.tbl").tools] == [2]  # 45 degrees per side, or in total?
-    assert library.left_out == ("T2: its comment 'c'sink' does not state the full angle of its cone, such as 90 deg",)
+    assert library.left_out == ("T2: the comment 'c'sink' does not state the full angle of the cone, such as 90 deg",)
 
 
 @pytest.mark.parametrize("name", ["shop.json", "shop.tools"])
@@ -172,19 +172,19 @@ def test_a_freecad_library_finds_its_bits_beside_it_or_in_its_folder(tmp_path: P
     ("name", "text", "words"),
     [
         ("a.tbl", "1 2 3\n", "line 1: '1 2 3' is not a line of a LinuxCNC tool table"),
-        ("a.tbl", "T1 P1 D3 ;dovetail\n", "no tool of this library can be used: T1: its comment 'dovetail'"),
+        ("a.tbl", "T1 P1 D3 ;dovetail\n", "no tool of this library can be used: T1: the comment 'dovetail'"),
         ("a.json", "{", "not valid JSON"),
         ("a.json", "{}", "is not a tool library of Fusion"),
-        ("a.json", '{"data": [7]}', "no tool of this library can be used: tool 1: it is not a Fusion tool"),
+        ("a.json", '{"data": [7]}', "no tool of this library can be used: tool 1: the entry is not a Fusion tool"),
         ("a.json", '{"data": [{"type": "saw"}]}', "tool 1: leafcut has no tool of type 'saw'"),
-        ("a.json", '{"data": [{"unit": "millimeters"}]}', "tool 1: it has no type"),
-        ("a.json", '{"data": [{"type": "drill"}]}', "tool 1: it has no unit"),
+        ("a.json", '{"data": [{"unit": "millimeters"}]}', "tool 1: the tool has no type"),
+        ("a.json", '{"data": [{"type": "drill"}]}', "tool 1: the tool has no unit"),
         (
             "a.json",
             '{"data": [{"type": "drill", "unit": "ells", "post-process": {"number": 4}}]}',
-            "T4: its unit 'ells' is not millimeters or inches",
+            "T4: the unit 'ells' is not millimeters or inches",
         ),
-        ("a.fctl", '{"tools": [{"nr": "1"}]}', "tool 1: it has no number or no file"),
+        ("a.fctl", '{"tools": [{"nr": "1"}]}', "tool 1: the tool has no number or no file"),
         ("a.tools", "{}", "a zip file with a .json was expected"),
         ("a.fctl", "[]", "is not a tool library of FreeCAD"),
     ],
@@ -202,7 +202,7 @@ def test_drills_of_a_table_without_feeds_drill_with_assumed_ones_that_are_told(t
     assert "T2 M6" in found.text
     said = {i.code: i.message for i in found.issues}
     assert "no feeds in the tool library" in said["L401"]
-    assert "T3: its comment" in said["L407"]
+    assert "T3: the comment" in said["L407"]
 
 
 def test_mills_that_are_not_flat_have_their_shape(tmp_path: Path) -> None:

@@ -138,7 +138,7 @@ def test_a_block_without_a_pocket_is_refused(tmp_path: Path) -> None:
     file = saved(tmp_path / "block.step", box(0, 0, 0, 20, 10, 5))
     with pytest.raises(ReadError) as refused:
         read_pockets(file)
-    reason = "its level faces are all at the top"
+    reason = "the level faces of the solid are all at the top"
     assert str(refused.value) == f"{file}: the solid has no closed pocket with a level floor: {reason}"
 
 

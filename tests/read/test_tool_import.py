@@ -217,10 +217,10 @@ def test_lengths_without_a_unit_are_those_that_are_said(tmp_path: Path) -> None:
     [
         ("a.csv", b"a,b\n1,2\n", "no column is called number or diameter"),
         ("a.csv", b"T,kind\n1,drill\n", "no column is called diameter"),
-        ("a.csv", b"T,D,kind\nx,1,drill\n", "no tool of this library can be used: line 2: its number 'X'"),
+        ("a.csv", b"T,D,kind\nx,1,drill\n", "no tool of this library can be used: line 2: the tool number 'X'"),
         ("a.csv", b"T,D,kind\n1,-1,drill\n", "'diameter' is -1 mm, but must be above 0"),
         ("a.csv", b"T,D,kind\n1,0,drill\n", "the key 'diameter' is missing"),
-        ("a.csv", b"T,D,kind,unit\n1,1,drill,furlong\n", "its unit 'furlong' is not mm or in"),
+        ("a.csv", b"T,D,kind,unit\n1,1,drill,furlong\n", "the unit 'furlong' is not mm or in"),
         ("a.csv", b"\0\0", "is a binary file"),
         ("a.csv", b"T,D\n" + b"1,1\n" * 10_001, "has more than 10000 rows"),
         ("a.csv", b"x" * (17 << 20), "a tool library of 17 MiB"),

@@ -326,7 +326,7 @@ def test_what_a_person_does_at_the_machines_own_display_is_obeyed() -> None:
 
     ending = sent(board, job_with(drilled(30)), watch)
     assert said == ["paused", "resumed", "cancel"]
-    assert ending.reason.endswith("it was stopped at its display (cancel)") and board.spindle == 0.0
+    assert ending.reason.endswith("the board was stopped at its display (cancel)") and board.spindle == 0.0
 
 
 def broken(board: FakeMarlin, what: str, value: object) -> FakeMarlin:

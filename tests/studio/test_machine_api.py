@@ -197,7 +197,7 @@ def test_a_program_is_held_when_nobody_shows_the_machine_and_can_go_on(open_boar
     until(lambda: link.state.status == "Hold")
     link.grace = 60.0
     state = open_board.state()
-    assert state["said"] == "no page shows the machine any more: it is on hold" and state["bad"]
+    assert state["said"] == "no page shows the machine any more, so the machine is on hold" and state["bad"]
     open_board.ask("resume")
     assert open_board.ended()["complete"]
 

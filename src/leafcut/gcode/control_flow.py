@@ -203,7 +203,7 @@ class Flow:
 
     def _enter_subprogram(self, call: SubprogramCall) -> None:
         if len(self.calls) >= MAX_CALLS:
-            raise BlockError("subprograms call each other more than {} deep; does one call itself?", MAX_CALLS)
+            raise BlockError("subprogram calls are nested more than {} deep; does a subprogram call itself?", MAX_CALLS)
         self.calls.append(call)
         self.parameters.inside = any(c.construct is not None for c in self.calls)
 

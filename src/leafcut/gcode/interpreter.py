@@ -479,7 +479,7 @@ class Interpreter:
         state = self.state
         other = words.letters.get("$")
         if "spindle" in words.m and "speed" in state.unknown_modes and 5 not in words.m["spindle"]:
-            self._record_unclear(Message("its speed is unknown"), _NONE)
+            self._record_unclear(Message("the spindle speed is unknown"), _NONE)
             state.spindle = self._turning[words.m.pop("spindle")[0]]
             words.letters.pop("$", None)
         torch = state.dialect.torch

@@ -236,11 +236,11 @@ class InterpreterState(Modal):
         if self.feed:
             self._assume_unit()
         if "feed" in self.unknown_modes:
-            raise UnclearBlock("its feed is unknown")
+            raise UnclearBlock("the feed is unknown")
         feed = self.feed_rate
         if self.feed_mode == 95:
             if "speed" in self.unknown_modes:
-                raise UnclearBlock("its feed per revolution needs a spindle speed, which is unknown")
+                raise UnclearBlock("a feed per revolution needs a spindle speed, which is unknown here")
             if self.surface:
                 raise UnclearBlock("a feed per revolution (G95) with constant surface speed (G96)")
             if self.spindle == 0:

@@ -155,8 +155,8 @@ def run(
     versions = sorted({rows[key].leafcut for key in stored_keys} - {__version__})
     if versions and todo and not mixed:
         raise OptionError(
-            "{} has runs of '{}' by leafcut {}, and this is {}; give another --results, or --mixed to put both into "
-            "one table",
+            "{} has runs of '{}' by leafcut {}, but this version is {}; give another --results, or --mixed to "
+            "combine both in one table",
             store.path,
             description.key,
             ", ".join(versions),

@@ -107,7 +107,7 @@ class Store:
             raise OutputError("{}: a folder; --results names a file", self.path)
         with self._refused():
             if self.path.is_file() and self.path.stat().st_size and not _is_sqlite(self.path):
-                raise ReadError(self.path, "no file of results: leafcut writes an SQLite file; give another --results")
+                raise ReadError(self.path, "this is not a results file of leafcut (SQLite); give another --results")
             uri = self.path.absolute().as_uri() + ("?mode=ro" if self._read_only else "")
             self._data = sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
         try:

@@ -108,7 +108,7 @@ def nest(
         if not nests:
             raise
     if not nests:
-        raise PlanError("no nest passed the check: {}", (dropped or [Message("stopped too early")])[0])
+        raise PlanError("no nest passed the check: {}", (dropped or [Message("nesting was stopped too early")])[0])
     best = _without_duplicates(nests)[: options.n_offered]
     issues = (*_unplaced_issues(best[0]), *_search_issues(best, dropped, cancelled.is_set()))
     seconds = time.perf_counter() - start_time

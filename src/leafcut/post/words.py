@@ -168,7 +168,7 @@ def peck_text(cycle: DrillCycle, numbers: NumberFormat) -> str:
         peck = float(text) * numbers.unit
         if peck > 0 and len(peck_depths(DrillCycle(cycle.name, r_plane, bottom, peck=peck))) == count:
             return text
-    raise PostError("a peck of {:g} mm is too small to write; use a larger one", cycle.peck)
+    raise PostError("a peck of {:g} mm is too small to write; use a larger peck", cycle.peck)
 
 
 def plain_text(text: str) -> str:

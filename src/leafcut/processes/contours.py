@@ -232,7 +232,7 @@ def _sheet_edge(sheets: list[Contour]) -> tuple[Polyline | None, tuple[Polyline,
     if depth.count(0) != 1 or max(depth) > 1:
         places = _places_text([m.path.start for m in sheets])
         raise PlanError(
-            "the sheet's layer must hold one closed outline, and within it only holes apart from each other; it holds "
+            "the sheet's layer must contain one closed outline, and inside it only separate holes; it contains "
             "{} closed and {}, {}",
             len(closed),
             count_of(len(sheets) - len(closed), "open path"),
@@ -581,8 +581,8 @@ def _warn_of_frame(contours: Sequence[Contour], outline: Polyline | None, issues
     if alone or len({c.parent for c in rest if c.depth == 2}) > (1 if beyond else 0):
         what = Message("everything") if not beyond else Message("all but {}", count_of(beyond, "contour"))
         message = Message(
-            "one rectangle of {:g} × {:g} mm on layer {} lies around {} and is cut as a part; if it is the sheet, use "
-            "--sheet-layers",
+            "a rectangle of {:g} × {:g} mm on layer {} lies around {} and is cut as a part; if the rectangle "
+            "is the sheet, use --sheet-layers",
             x1 - x0,
             y1 - y0,
             layer or "0",

@@ -116,7 +116,7 @@ def plane_point(point: tuple[float, ...] | None) -> Point | None:
 def check_tool_changes(machine: Machine, dialect: Dialect) -> None:
     """Refuse a machine profile with a tool change feature that the controller does not support."""
     for supported, reason in (
-        (machine.tool_changer, Message("its tools are changed by hand")),
+        (machine.tool_changer, Message("the tools of this machine are changed by hand")),
         (dialect.tool_change == "M6", Message("{} has no M6", dialect.name)),
         (dialect.language != "klartext", Message("{} programs cannot preselect a tool", dialect.name)),
         (dialect.length_offset != "D", Message("a T word of {} also activates the tool length", dialect.name)),

@@ -65,8 +65,8 @@ _KINDS = {
     "height not known": (
         "L805",
         Severity.NOTE,
-        Message("move in X or Y before Z is known"),
-        partial(Message, "{:,} moves in X or Y before Z is known"),
+        Message("move in X or Y while Z is unknown"),
+        partial(Message, "{:,} moves in X or Y while Z is unknown"),
     ),
 }
 

@@ -115,7 +115,7 @@ def _feeds(path: Toolpath, machine: Machine) -> list[Difference]:
             values > machine.max_feed * 1.005,
             Message("the machine allows at most {:.6g}", machine.max_feed * 60),
         ),
-        (Message("no feed"), ~(values > 0), Message("it must be above 0")),
+        (Message("no feed"), ~(values > 0), Message("the feed must be above 0")),
     ):
         rows = feeding[is_wrong]
         if len(rows):

@@ -126,7 +126,7 @@ def _columns(
 ) -> tuple[_Columns, Iterator[tuple[int, list[str]]]]:
     number, fields = next(rows, (0, []))
     if not fields:
-        raise ReadError(source.path, "no points: the file holds comments only")
+        raise ReadError(source.path, "no points: the file contains only comments")
     if any(is_number(f, separator) for f in fields[:2]):
         return _Columns(), _with_first((number, fields), rows)
     indices: dict[str, int] = {}

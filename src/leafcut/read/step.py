@@ -121,7 +121,7 @@ def read_pockets_of_step(
     issues, pocket_data = _issues_of_pockets(data), data["pockets"]
     if not pocket_data:
         reasons = Message.joined("; ", (issue.message for issue in issues)) or Message(
-            "its level faces are all at the top"
+            "the level faces of the solid are all at the top"
         )
         raise ReadError(source.path, Message("the solid has no closed pocket with a level floor: {}", reasons))
     # Round openings may be as wide as the tool: the pocket process decides whether to drill them.

@@ -105,7 +105,7 @@ def _for_material(values: dict[str, Any] | str | list[Preset], material: str) ->
     fault = (
         Message("no single preset for '{}'", printable(material, 30)) if material_words else Message("several presets")
     )
-    return Message("it has {}; name one with --material: {}{}", fault, names, ", …" if len(values) > 6 else "")
+    return Message("the tool has {}; name one with --material: {}{}", fault, names, ", …" if len(values) > 6 else "")
 
 
 def _material_words(text: str) -> frozenset[str]:
@@ -133,17 +133,17 @@ def _linuxcnc_row(values: dict[str, str], comment: str, units: str) -> dict[str,
         kind = cone[0]
     elif kind is None and pitch is not None:
         kind = "tap"
-    remark = Message("its comment '{}'", printable(comment, 30))
+    remark = Message("the comment '{}'", printable(comment, 30))
     if not comment:
-        return Message("it has no comment that names its kind, such as drill or end mill")
+        return Message("the tool has no comment that names its kind, such as drill or end mill")
     if kind is None:
         return Message("{} names no kind of tool that leafcut knows, such as drill or end mill", remark)
     if cone is not None and not cone[1]:
-        return Message("{} does not state the full angle of its cone, such as 90 deg", remark)
+        return Message("{} does not state the full angle of the cone, such as 90 deg", remark)
     if kind == "tap" and not pitch:
-        return Message("{} does not state the pitch of its thread, such as M6x1 or 1/4-20", remark)
+        return Message("{} does not state the pitch of the thread, such as M6x1 or 1/4-20", remark)
     if "D" not in values:
-        return Message("it has no diameter (D)")
+        return Message("the tool has no diameter (D)")
     row = {"number": int(values["T"]), "kind": kind, "diameter": f"{values['D']} {units}", "name": _name(comment)}
     if cone is not None:
         row["point_angle"] = cone[1]
@@ -159,20 +159,20 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
         raise DataError("{}: is not a tool library of Fusion: it has no list 'data'", path)
     for count, tool in enumerate(tools, 1):
         if not isinstance(tool, dict):
-            yield Message("tool {}", count), Message("it is not a Fusion tool")
+            yield Message("tool {}", count), Message("the entry is not a Fusion tool")
             continue
         number = _subtable(tool, "post-process").get("number")
         name = f"T{number}" if isinstance(number, int) else Message("tool {}", count)
         kind = FUSION_KINDS.get(str(tool.get("type", "")).lower())
         unit = _FUSION_UNITS.get(str(tool.get("unit", "")))
         if "type" not in tool:
-            yield name, Message("it has no type")
+            yield name, Message("the tool has no type")
         elif kind is None:
             yield name, Message("leafcut has no tool of type '{}'", printable(str(tool["type"]), 30))
         elif "unit" not in tool:
-            yield name, Message("it has no unit")
+            yield name, Message("the tool has no unit")
         elif unit is None:
-            yield name, Message("its unit '{}' is not millimeters or inches", printable(str(tool["unit"]), 20))
+            yield name, Message("the unit '{}' is not millimeters or inches", printable(str(tool["unit"]), 20))
         else:
             presets = list(_fusion_presets(tool)) or [("", {})]
             yield name, [(name, _fusion_row(tool, kind, unit, number, preset)) for name, preset in presets]
@@ -268,7 +268,7 @@ def _freecad(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
     for count, entry in enumerate(tools, 1):
         number, file = (entry.get("nr"), entry.get("path")) if isinstance(entry, dict) else (None, None)
         if not isinstance(number, int) or not isinstance(file, str):
-            yield Message("tool {}", count), Message("it has no number or no file")
+            yield Message("tool {}", count), Message("the tool has no number or no file")
             continue
         # FreeCAD stores bits beside the library, or in a folder Bit beside the folder of the library.
         candidates = [path.parent / Path(file).name, path.parent.parent / "Bit" / Path(file).name]
@@ -276,7 +276,9 @@ def _freecad(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
         if bit is None:
             yield (
                 f"T{number}",
-                Message("its file {} lies neither beside the library nor in ../Bit", printable(Path(file).name, 40)),
+                Message(
+                    "the tool's file {} lies neither beside the library nor in ../Bit", printable(Path(file).name, 40)
+                ),
             )
             continue
         yield f"T{number}", _freecad_row(bit, _json(bit, bit.read_bytes()[:MAX_BYTES]), number)
@@ -284,7 +286,7 @@ def _freecad(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
 
 def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
     if not isinstance(bit, dict):
-        return Message("it is not a FreeCAD tool")
+        return Message("the file is not a FreeCAD tool")
     shape = Path(str(bit.get("shape", ""))).stem.lower()
     kind = _FREECAD_KINDS.get(shape)
     if kind is None:

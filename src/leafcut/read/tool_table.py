@@ -116,12 +116,12 @@ def _column(cell: str) -> tuple[str, str]:
 
 def _tool(cells: Mapping[str, tuple[str, str]], number: str, units: str) -> dict[str, Any] | str:
     if not re.fullmatch(r"[0-9]{1,9}", number):
-        return Message("its number '{}' is not a whole number", printable(number, 20))
+        return Message("the tool number '{}' is not a whole number", printable(number, 20))
     unit = units
     if "unit" in cells:
         word = cells["unit"][0].lower()
         if word not in _UNIT_WORDS:
-            return Message("its unit '{}' is not mm or in", printable(word, 20))
+            return Message("the unit '{}' is not mm or in", printable(word, 20))
         unit = _UNIT_WORDS[word]
     name = cells.get("name", ("", ""))[0]
     word = cells.get("kind", ("", ""))[0]

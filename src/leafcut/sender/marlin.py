@@ -226,7 +226,7 @@ class MarlinConversation(Conversation):
         elif action in ("resume", "resumed"):
             self._held = False
         elif action in ("cancel", "poweroff", "disconnect"):
-            return [Alarm(Message("it was stopped at its display ({})", action))]
+            return [Alarm(Message("the board was stopped at its display ({})", action))]
         return []
 
     def _process_ok(self) -> list[ControllerAnswer]:

@@ -38,14 +38,14 @@ KILLED = Message(
 _ERRORS = {
     "kill() called": KILLED,
     "stopped due to errors": Message(
-        "it was stopped by an internal error; unlock it with --unlock (M999) after fixing the cause"
+        "the board was stopped by an internal error; unlock it with --unlock (M999) after fixing the cause"
     ),
     "MINTEMP": Message("a temperature sensor is missing, or too cold"),
     "MAXTEMP": Message("a temperature sensor is shorted, or too hot"),
     "Thermal Runaway": Message("a heater does not follow its command"),
     "Heating failed": Message("a heater does not follow its command"),
     "bad parameters": Message("an arc has invalid words"),
-    "Watchdog": Message("its watchdog has stopped it"),
+    "Watchdog": Message("the watchdog has stopped the board"),
     "flow fault": Message("the coolant has stopped flowing"),
 }
 

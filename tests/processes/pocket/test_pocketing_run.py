@@ -376,8 +376,10 @@ def test_every_strategy_keeps_the_step_over_or_is_refused_by_name(drawing: Path,
     found = {r.strategy: r for r in plans[0].results}
     kept = {name for name, r in found.items() if r.measures is not None and r.measures.max_step_over <= 3.005}
     assert kept == {"zigzag", "contour", "connected", "adaptive"}
-    assert all("more than the step-over of 3 mm" in found[name].refused for name in ("firefly", "ants"))
-    with pytest.raises(PlanError, match=r"--strategy ants is not possible: its grid needs points more than 0.5 diam"):
+    assert all("exceeds the step-over of 3 mm" in found[name].refused for name in ("firefly", "ants"))
+    with pytest.raises(
+        PlanError, match=r"--strategy ants is not possible: the grid of the strategy needs points more than 0.5 diam"
+    ):
         api.optimize(drawing, step_over=0.3, strategy="ants", **FAST)
 
 

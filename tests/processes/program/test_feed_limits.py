@@ -333,7 +333,7 @@ SIDE = "G1 Y11.5\nG1 X10\n"
         ("G1 X60 Z-3 F600\n", None, {}, "in 100 % of the cutting time, the tool cuts on ramps, first at line 8"),
         (f"G93\nG1 X60 F12\n{SIDE.replace('5', '5 F12').replace('X10', 'X10 F12')}G94\n", {"feed": '"4 m/min"'}, {},
          "lines that cannot be changed take 67 % of the cutting time; the first is line 10"),
-        ("G0 Z2\nG81 X30 Y10 R2 Z-3 F100\nX40\nG80\n", None, {}, "it only plunges"),
+        ("G0 Z2\nG81 X30 Y10 R2 Z-3 F100\nX40\nG80\n", None, {}, "the tool only plunges"),
     ],
 )  # fmt: skip
 def test_a_tool_that_keeps_its_feed_has_a_note_with_the_reason_and_its_line(
@@ -365,7 +365,7 @@ def test_a_drill_and_a_mill_without_a_spindle_speed_have_a_reason_each(tmp_path:
     hole = "G0 X10 Y10\nG0 Z2\nG1 Z-2 F60\nG0 Z2\n"
     mill = "G0 X10 Y10\nG0 Z2\nG1 Z-2 F60\nG1 X60 F600\n"
     for text, reason in (
-        (HEAD.replace("flat end mill", "drill") + hole, "it does not mill"),
+        (HEAD.replace("flat end mill", "drill") + hole, "the tool does not mill"),
         (HEAD.replace("S6000 M3\n", "M3\n") + mill, "the program does not state the spindle speed of its cuts"),
     ):
         found = reordered(tmp_path, text + TAIL, feeds=True, workpiece=BLOCK)

@@ -43,7 +43,7 @@ def check_gpu() -> None:
     from numba import cuda as there
 
     if not there.is_available():
-        raise SolveError("--parallel gpu: this machine has no CUDA GPU, or no driver for one; leave it out")
+        raise SolveError("--parallel gpu: this machine has no CUDA GPU, or no driver for it; leave the option out")
 
 
 class GpuAnts(Ants):

@@ -508,7 +508,7 @@ class _PaceSteps:
             mine = loads.cuts_of(number)
             turns = tool.kind not in MILLING or not mine.any() or bool((loads.rpm[mine] > 0).all())
             why = (
-                Message("it does not mill")
+                Message("the tool does not mill")
                 if turns
                 else Message("the program does not state the spindle speed of its cuts")
             )
@@ -530,7 +530,7 @@ class _PaceSteps:
                 continue
             tool, diameter = self.tools[number], 2.0 * self.cutters[number].radius
             why = why_kept(program, loads, number, limit, diameter, self.rules, self.job.machine)
-            words = Message("it only plunges") if why is None else _kept_feed_text(why, limit, diameter)
+            words = Message("the tool only plunges") if why is None else _kept_feed_text(why, limit, diameter)
             issues.append(Issue("L512", Message("{} keeps its feed: {}", tool.label, words), severity=Severity.NOTE))
         return issues
 

@@ -57,7 +57,7 @@ def stock_judge(job: Job, program: Program, source: str, process: str) -> Judgin
     if not tools:
         beam = dialect_of(job).torch is not None
         why = (
-            Message("it is read as a milling program; if a beam cuts, give --process laser or plasma")
+            Message("the program is read as a milling program; if a beam cuts, give --process laser or plasma")
             if beam
             else _NO_SHAPES
         )

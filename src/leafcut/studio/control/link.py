@@ -630,7 +630,7 @@ class MachineLink:
         if self._is_abandoned() and not (self._wishes.alone or self._left_alone):
             self._left_alone = True
             run.ask(Request.HOLD)
-            self._show_message(Message("no page shows the machine any more: it is on hold"), bad=True)
+            self._show_message(Message("no page shows the machine any more, so the machine is on hold"), bad=True)
 
     def _prompt(self, pause: Pause, messages: Sequence[str]) -> str | None:
         """Ask the user and wait for the answer. Manual actions are executed meanwhile."""

@@ -36,7 +36,7 @@ def region(shape: object, rules: PocketRules = RULES) -> CentreRegion:
 
 
 def test_a_step_over_of_half_a_diameter_is_too_small_for_a_grid() -> None:
-    with pytest.raises(PlanError, match=r"more than 0\.5 diameters apart, which is more than the step-over of 5 mm"):
+    with pytest.raises(PlanError, match=r"more than 0\.5 diameters apart, which exceeds the step-over of 5 mm"):
         grid_points(region(RING, replace(RULES, step_over=5.0)))
 
 

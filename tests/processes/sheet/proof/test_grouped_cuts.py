@@ -46,7 +46,7 @@ def test_common_lines_have_one_cut_around_them(around: int) -> None:
     laid = runs_of([(5, 0), (5, 10)], *[[(0, 0), (10, 0), (10, 10), (0, 10), (0, 0)]] * around)
     cuts = [SimpleNamespace(group=3, common=10.0), *[SimpleNamespace(group=3, common=0.0)] * around]
     laid.plan = SimpleNamespace(cuts=[*cuts, SimpleNamespace(group=4, common=0.0)])
-    text = f"{around} cuts go around parts with common lines instead of one"
+    text = f"{around} cuts, instead of a single one, go around parts with common lines"
     assert list(_group_faults(laid, 3, [0])) == [Difference("out of order", 0, 10, text)]
 
 

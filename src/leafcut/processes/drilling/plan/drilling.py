@@ -450,8 +450,8 @@ def _hole_tops(part: Part, drawn: bool) -> tuple[NDArray[np.float64], list[Issue
             height = heights_seen.setdefault((round(hole.x, 2), round(hole.y, 2)), hole.z)
             if abs(height - hole.z) > SAME_HEIGHT:
                 raise PlanError(
-                    "{}: --z-zero drawn: at {:g}, {:g} one hole is drawn at Z{:g} "
-                    "and one at Z{:g}; choose one of them (--layers, --max-diameter)",
+                    "{}: --z-zero drawn: at {:g}, {:g} one hole is drawn at Z{:g} and another at Z{:g}; choose "
+                    "one of them (--layers, --max-diameter)",
                     part.name,
                     hole.x,
                     hole.y,

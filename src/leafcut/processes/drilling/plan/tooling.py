@@ -269,7 +269,7 @@ class ToolChooser:
         assert self.library is not None
         drills = [t.diameter for t in self.library.tools if t.kind is ToolKind.DRILL]
         near = min(drills, key=lambda d: abs(d - diameter), default=None)
-        advice = Message("the nearest is {:g} mm", near) if near is not None else Message("it has no drill")
+        advice = Message("the nearest is {:g} mm", near) if near is not None else Message("the library has no drill")
         return Message(
             "{}: no drill of {:g} mm for the hole at {:g}, {:g}"
             " (layer '{}'); {}; add a tool or a recipe, or raise --diameter-tolerance",

@@ -100,8 +100,8 @@ def checked_pitch(rules: PocketRules) -> float:
     pitch = min(rules.step_over, USUAL * rules.tool_diameter)
     if pitch <= NEAREST * rules.tool_diameter:
         raise PlanError(
-            "its grid needs points more than {:g} diameters apart, which is more than the step-over of "
-            "{:.4g} mm; use another strategy",
+            "the grid of the strategy needs points more than {:g} diameters apart, which exceeds the step-over "
+            "of {:.4g} mm; use another strategy",
             NEAREST,
             rules.step_over,
         )

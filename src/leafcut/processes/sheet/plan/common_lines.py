@@ -206,8 +206,8 @@ def _no_common_lines(least: float, rules: CutRules) -> Message:
             "no common lines: without compensation, parts share only edges that coincide over {:.3g} mm or more", least
         )
     return Message(
-        "no common lines: no two parts have straight edges one kerf of {:.4g} mm apart, within {:g} mm, "
-        "that face each other over {:.3g} mm or more",
+        "no common lines: no two parts have straight edges that are one kerf apart ({:.4g} mm, ± {:g} mm) and "
+        "face each other over at least {:.3g} mm",
         rules.kerf,
         GAP,
         least,

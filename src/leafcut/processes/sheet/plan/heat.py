@@ -28,7 +28,9 @@ def heat_issue(order: Sequence[CutStart], apart: float) -> Issue:
     left = close_starts(order, apart)
     if not left:
         words = Message(
-            "no cut starts within {:g} mm of the previous start; the nearest-neighbour order ignores heat", apart
+            "no cut starts within {:g} mm of the previous start. The nearest-neighbour order, which is only "
+            "for comparison, ignores heat",
+            apart,
         )
         return Issue("L614", words, "", Severity.NOTE)
     x, y = order[left[0][1]].entry

@@ -56,7 +56,7 @@ def _group_faults(matched: MatchedRuns, group: int, own: Sequence[int]) -> Itera
     runs, lines, cuts, kerf = matched.runs, matched.burnt_lines, matched.plan.cuts, matched.kerf
     around = [k for k, cut in enumerate(cuts[: len(runs)]) if cut.group == group and not cut.common]
     if len(around) != 1:
-        text = Message("{} cuts go around parts with common lines instead of one", len(around))
+        text = Message("{} cuts, instead of a single one, go around parts with common lines", len(around))
         yield sheet_difference(Message("out of order"), text, runs[own[0]].line)
         return
     last = around[0]
