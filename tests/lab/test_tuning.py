@@ -110,7 +110,7 @@ def test_defaults_that_are_refused_end_it_in_one_line(tmp_path: Path) -> None:
 
 
 def test_an_input_that_costs_nothing_is_told_and_not_divided_by(tmp_path: Path) -> None:
-    with Store(tmp_path / "r.sqlite") as store, pytest.raises(OptionError, match=r"random:12:\d: costs nothing"):
+    with Store(tmp_path / "r.sqlite") as store, pytest.raises(OptionError, match=r"random:12:\d: its cost is 0"):
         tune(task(), store, performer=Formula(lambda _: 0.0))
 
 
@@ -155,12 +155,12 @@ def test_the_number_of_ants_is_sought_only_where_time_is_the_budget() -> None:
     [
         ({"algorithm": "colony"}, "--algorithm: cannot tune 'colony'"),
         ({"inputs": INPUTS[:2]}, "2 inputs: give 3 to 1000"),
-        ({"inputs": (*INPUTS, INPUTS[0])}, "random:12:1: is given for tuning and for testing"),
+        ({"inputs": (*INPUTS, INPUTS[0])}, "random:12:1: is given for tuning and for evaluation"),
         ({"hold_out": 1.0}, "--hold-out: choose a share"),
         ({"trials": 0}, "--trials: choose 1 to"),
         ({"seeds": 0}, "--seeds: choose 1 to"),
-        ({"options": {"candidates": 8}}, "--candidates: is sought or set"),
-        ({"options": {"seed": 8}}, "--seed: is sought or set"),
+        ({"options": {"candidates": 8}}, "--candidates: is set by the search"),
+        ({"options": {"seed": 8}}, "--seed: is set by the search"),
     ],
 )
 def test_what_cannot_be_tuned_is_refused_in_one_line(changes: dict[str, Any], line: str) -> None:
@@ -180,7 +180,7 @@ def test_by_the_command_it_is_written_as_options_that_a_run_takes(
     answer = json.loads(capsys.readouterr().out)
     assert answer["trials"] == 3
     assert [Path(file).name for file in answer["files"]] == ["tune_as.toml", "tune_as.html", "tune_as.csv"]
-    assert "The set that was found" in (tmp_path / "tune_as.html").read_text()
+    assert "Best parameter set" in (tmp_path / "tune_as.html").read_text()
     plate = ["optimize", "example:plate-10", "--depth", "3", "--no-bound", "--iterations", "2", "--json", "--dry-run"]
     assert run([*plate, "--options", str(tmp_path / "tune_as.toml")]) == 0
     assert json.loads(capsys.readouterr().out)["algorithm"] == "as"

@@ -91,7 +91,7 @@ def _anova_sentences(name: str, factor: str, anova: OneWay) -> list[str]:
     sentences = [
         f"{name}: F = {number(anova.f)} ({anova.between} and {anova.within} degrees of freedom; critical "
         f"{number(anova.f_critical)} at α = {anova.alpha:g}), {p_words(anova.p)}: "
-        f"{'an effect' if proved else 'no effect that these runs can prove'} of the factor '{factor.lower()}'. "
+        f"{'an effect' if proved else 'no effect can be proved from these runs'} of the factor '{factor.lower()}'. "
         f"It explains η² = {100 * anova.eta_squared:.0f} % of the variance (ω² = {100 * anova.omega_squared:.0f} %)."
     ]
     if anova.lsd is not None:
@@ -108,11 +108,11 @@ def _anova_sentences(name: str, factor: str, anova: OneWay) -> list[str]:
             if p is not None
         ]
         sentences.append(
-            f"{name}: the residuals do not look as the analysis assumes ({', '.join(checks)}). Tests that do not "
-            f"assume it: {', '.join(alternatives)}."
+            f"{name}: the residuals contradict the assumptions of the analysis ({', '.join(checks)}). "
+            f"Tests without this assumption: {', '.join(alternatives)}."
         )
     elif checks:
-        sentences.append(f"{name}: the residuals look as the analysis assumes ({', '.join(checks)}).")
+        sentences.append(f"{name}: the residuals agree with the assumptions of the analysis ({', '.join(checks)}).")
     return sentences
 
 
@@ -134,7 +134,9 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
     tables: list[Table] = []
     drawn: list[tuple[str, str]] = []
     if deterministic:
-        sentences.append("The runs of a cell agree within 0.1 %: there is no chance in a cell, and it counts once.")
+        sentences.append(
+            "The runs of a cell agree within 0.1 %, so chance has no influence, and each cell counts once."
+        )
     if blocked:
         sentences.append(
             "Each instance is a block with its own degrees of freedom. The analysis takes logarithms, because effects "
@@ -144,7 +146,7 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
         effects = two_way(rows, (first.title, second.title))
         if blocked:
             if min(y for _, _, y in rows) <= 0.0:
-                raise OptionError("an analysis over instances takes logarithms, and a figure is not positive")
+                raise OptionError("an analysis over several instances uses logarithms, but a value is not positive")
             zero = any(e.zero for e in effects)
             logs = [(a, b, math.log(y)) for a, b, y in rows]
             effects = tuple(
@@ -155,7 +157,7 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
         sentences.append(
             f"{name}: {'; '.join(effects_text)}."
             if effects_text
-            else f"{name}: every run of a cell is equal; no chance is in it."
+            else f"{name}: all runs of a cell are equal, so chance has no influence."
         )
         sentences += [
             f"{name}: {e.name} is zero by construction (the model of the machine adds the two), so it is not tested."
@@ -317,7 +319,7 @@ def _trend_words(sizes: Sequence[float], gains: Sequence[float], alpha: float) -
         line = trend(sizes, gains, alpha)
     except OptionError as problem:
         return str(problem)
-    proved = "shows no trend that these instances can prove"
+    proved = "shows no trend that can be proved from these instances"
     if line.tau_p < alpha:
         proved = f"{'grows' if line.tau > 0 else 'falls'} with the size"
     return (
@@ -363,7 +365,10 @@ def _projection(results: Results, analysis: Analysis, response: Response) -> Rep
         f"Saved{unit}",
         "Saved, %",
     )
-    sentences = ("Projected: the time of one piece, times the pieces. Set-up and loading are not in it.",)
+    sentences = (
+        "The projected time is the time of one workpiece, multiplied by their number. It does not include set-up and "
+        "loading.",
+    )
     return ReportBlock(
         f"{_TITLES['projection']}: {response.title.lower()}", sentences, (Table(columns, tuple(rows), 2),)
     )
@@ -387,7 +392,7 @@ def _pareto(results: Results, analysis: Analysis, response: Response) -> ReportB
         signs = [-1.0 if item.more_is_better else 1.0 for item in (second, response)]
         costs = [(signs[0] * x, signs[1] * y) for x, y in points.values()]
         front = [list(points)[k] for k in pareto_front(costs)]
-        sentences.append(f"{instance.name}: nothing beats {', '.join(front)} in both.")
+        sentences.append(f"{instance.name}: no variant is better than {', '.join(front)} in both responses.")
         label = f"{response.title} against {second.title.lower()} on {instance.name}"
         drawn.append((instance.name, charts.pareto(points, front, second.heading, response.heading, label)))
     if not drawn:
@@ -452,7 +457,7 @@ _TITLES = {
     "messages": "Speed-up over one thread, and the cost of messages",
     "trend": "Gain and its trend",
     "pareto": "Two figures at once",
-    "projection": "Projection to several pieces",
+    "projection": "Projection to several workpieces",
     "attraction": "Attractiveness",
 }
 _JUDGES = {

@@ -57,12 +57,13 @@ def messages_block(results: Results, analysis: Analysis, response: Response) -> 
         raise OptionError(f"needs facts.size of the instances, and runs of '{analysis.base}' with one worker")
     sentences = (
         "S = T(1 thread) / T(p) and E = S / p, for the time of an iteration, without the start of processes. The "
-        "fastest iteration of all seeds counts: all have the same work, and other load on the machine only slows them.",
+        "fastest iteration of all seeds counts, because all iterations do the same work, and other load on the machine "
+        "only slows them down.",
         "Simulated, not measured: T(p) = C / p + U + p·M. C is the time of the ants and U the rest of an iteration on "
         f"one thread ({analysis.base}). U + M is the rest of an iteration with one worker, so M is the time of its "
         "messages. All three are measured.",
-        "Break-even: the smallest size from which an iteration is faster than on one thread, interpolated between "
-        "instances.",
+        "The break-even size is the smallest size above which an iteration is faster than on one thread, interpolated "
+        "between instances.",
     )
     models = [level.name for level in model.levels if any(level.name in item.costs for item in instances)]
     sent = [name for name in models if name != analysis.base]

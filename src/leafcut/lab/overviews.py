@@ -78,7 +78,7 @@ def searches(results: Results) -> ReportBlock | None:
         }
         sentences = f"Time to target on {name}: the share of runs that came within {percent:g} % of the best found"
         drawn.append((f"{name}: time to {percent:g} % of the best found", charts.time_to_target(times, "s", sentences)))
-    return ReportBlock("How the searches went", (), (), tuple(drawn))
+    return ReportBlock("Progress of the searches", (), (), tuple(drawn))
 
 
 def _common_target(variants: Mapping[str, Sequence[Sequence[tuple[float, float]]]]) -> tuple[float, float]:

@@ -26,7 +26,7 @@ OWN_PART = "open_part"
 #: Algorithms that can be compared, which are those that search for a tour.
 COMPARED = tuple(name for name in ALGORITHM_TITLES if name not in ("auto", "none"))
 
-_TIME = Response("time", "Time of the computer", "s", PROCESSOR)
+_TIME = Response("time", "Computing time", "s", PROCESSOR)
 _PROGRAM = Response("machining", "Machining time", "s", "after.time_s")
 _RESPONSES = {
     SOLVE: (Response("length", "Length", "", "length"), _TIME),
@@ -91,7 +91,7 @@ def comparison_experiment(
         options={"threads": 1, **shared},
         analyses=(*comparisons, pareto),
         listed=False,
-        notes=("One part: the proof holds for this part only.",),
+        notes=("The experiment uses a single part, so its results hold for this part only.",),
     )
 
 

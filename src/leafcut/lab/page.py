@@ -142,7 +142,7 @@ def _state_sentences(
 ) -> list[str]:
     sentences = [f"{len(results.finished)} of {count_of(n_runs, 'run')} done"]
     if n_left_out:
-        sentences.append(f"{count_of(n_left_out, 'run')} left out, as this machine has fewer cores")
+        sentences.append(f"{count_of(n_left_out, 'run')} left out, because this machine has fewer cores")
     if failed := sum(bool(row.failed) for row in rows):
         sentences.append(f"{failed} failed")
     sentences.append(
@@ -165,8 +165,8 @@ def run_circumstances(rows: Sequence[Row]) -> list[str]:
     ]
     if loads:
         words.append(
-            f"Processes that waited when a run began, for each core: median {number(median(loads))}, most "
-            f"{number(max(loads))}. Above 1, times are of a machine that others used as well."
+            f"Processes that waited for a core at the start of a run, per core: median {number(median(loads))}, maximum "
+            f"{number(max(loads))}. A value above 1 means that other work used the machine as well."
         )
     return words
 

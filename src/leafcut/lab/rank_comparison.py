@@ -29,7 +29,7 @@ def comparison_block(results: Results, analysis: Analysis, response: Response) -
         meaning = "a run of an instance with one seed"
         if len(complete) > 1:
             sentences.append(
-                "There are few instances: a block is one run, so this is proved for these instances alone."
+                "There are few instances, so each block is one run, and the results hold only for these instances."
             )
     heading = f"{factor.title} compared: {response.title.lower()}"
     has_reference = bool(analysis.base or analysis.fact)

@@ -111,17 +111,17 @@ class TuningTask:
                 raise OptionError(f"{flag}: choose 1 to {limit:,}")
         if not MIN_INPUTS <= len(self.inputs) <= MAX_INPUTS:
             raise OptionError(
-                f"{count_of(len(self.inputs), 'input')}: give {MIN_INPUTS} to {MAX_INPUTS}, some to learn from and "
-                "others to judge by"
+                f"{count_of(len(self.inputs), 'input')}: give {MIN_INPUTS} to {MAX_INPUTS}, some for tuning and "
+                "others for evaluation"
             )
         if not 0.0 < self.hold_out < 1.0:
             raise OptionError("--hold-out: choose a share between 0 and 1")
         twice = next((name for name, times in Counter(self.inputs).items() if times > 1), None)
         if twice is not None:
-            raise OptionError(f"{twice}: is given for tuning and for testing; use different inputs")
+            raise OptionError(f"{twice}: is given for tuning and for evaluation; use different inputs")
         for name in self.options:
             if name in {range_.name for range_ in RANGES[self.algorithm]} | {"algorithm", "seed"}:
-                raise OptionError(f"{flag_name(name)}: is sought or set by the search; leave it out of the options")
+                raise OptionError(f"{flag_name(name)}: is set by the search; leave it out of the options")
 
     @property
     def ranges(self) -> tuple[SearchRange, ...]:
@@ -185,7 +185,7 @@ class TuningResult:
         better = "less" if self.change < 0.0 else "more"
         measure = self.task.response.title.lower()
         return (
-            f"on {unseen} that the search did not see: {measure} {abs(100.0 * self.change):.2f} % {better} "
+            f"on {unseen} that were not used for tuning: {measure} {abs(100.0 * self.change):.2f} % {better} "
             "than the defaults"
         )
 
@@ -250,8 +250,8 @@ def tune(
     judging = replace(
         _description(task, held_out, {DEFAULTS: {}, TUNED: parameters}, _FRESH),
         notes=(
-            f"Parameters of {task.algorithm} were sought in {count_of(len(trials), 'trial')} on "
-            f"{', '.join(source.name for source in training)}; the search used neither these inputs nor these "
+            f"Parameters of {task.algorithm} were tuned in {count_of(len(trials), 'trial')} on "
+            f"{', '.join(source.name for source in training)}; the tuning used neither these inputs nor these "
             "seeds.",
         ),
     )
@@ -294,7 +294,7 @@ def _description(
     return Description(
         name=f"tune_{task.algorithm}",
         title=f"Parameters of {task.algorithm}, tuned",
-        about="The tuned parameters against the parameters of its authors, on parts that the search did not see.",
+        about="The tuned parameters are compared with the default parameters on parts that were not used for tuning.",
         command=task.command,
         instances=tuple(instances),
         factors=(Factor(FACTOR, "Parameters", levels),),
@@ -313,7 +313,7 @@ def _costs(rows: Sequence[Row], task: TuningTask, *, strict: bool = False) -> di
         if strict and row.failed:
             raise OptionError(f"{row.instance}: the defaults are refused: {row.failed}")
         if strict and (row.instance, row.seed) not in costs:
-            raise OptionError(f"{row.instance}: costs nothing, so no parameters can be better there; leave it out")
+            raise OptionError(f"{row.instance}: its cost is 0, so no parameters can improve it; leave this input out")
     return costs
 
 
@@ -346,7 +346,7 @@ def search_block(tuned: TuningResult) -> ReportBlock:
             for range_ in task.ranges
         ),
         2,
-        "The set that was found",
+        "Best parameter set",
     )
     costs = [(float(k), trial.cost) for k, trial in enumerate(tuned.trials, 1) if trial.cost is not None]
     heading = "cost ÷ cost of the defaults"
