@@ -165,8 +165,8 @@ def run_circumstances(rows: Sequence[Row]) -> list[str]:
     ]
     if loads:
         words.append(
-            f"Processes that waited for a core at the start of a run, per core: median {number(median(loads))}, maximum "
-            f"{number(max(loads))}. A value above 1 means that other work used the machine as well."
+            f"Processes that waited for a core at the start of a run, per core: median {number(median(loads))}, "
+            f"maximum {number(max(loads))}. A value above 1 means that other work used the machine as well."
         )
     return words
 
