@@ -4,8 +4,8 @@
     controller_settings(["(o=0, kw=1.5, ph=4, pd=0.5, ch=1.5, fr=1200)"], dialect("qtplasmac"))
 
 A setting may select another material, slower holes, or no cutting at all. The dialect lists the settings that its
-controller knows. They apply in the order of the text, as in the filter of the controller's screen, which ignores loops
-and subprograms.
+controller knows. They apply in the order of the text, because the filter of the controller's screen ignores loops and
+subprograms.
 """
 
 from __future__ import annotations
@@ -44,18 +44,22 @@ def is_active_comment(comment: str) -> bool:
 
 
 def may_stop(comments: Iterable[str]) -> bool:
-    """Return whether one of these comments may stop the program."""
+    """Return whether any of the comments may stop the program."""
     return any(_STOP.match(comment) for comment in comments)
 
 
 def active_comments(comments: Sequence[str]) -> list[str]:
-    """Return the comments of a block from the first active one on; LinuxCNC acts only on the last comment."""
+    """Return the first active comment of a block and all comments after it. LinuxCNC acts only on the last comment of a
+    block.
+    """
     first = next((at for at, comment in enumerate(comments) if is_active_comment(comment)), len(comments))
     return list(comments[first:])
 
 
 def shown_comments(line: str, dialect: Dialect) -> list[str]:
-    """Return the active comments of a line, or all comments if the line displays them (alarm, stop, question)."""
+    """Return the active comments of a line, or all its comments if the line displays them to the operator (alarm, stop,
+    question).
+    """
     if "(" not in line and ";" not in line:
         return []
     comments = split_line(line, nested=True)[1]
@@ -63,7 +67,8 @@ def shown_comments(line: str, dialect: Dialect) -> list[str]:
 
 
 class ControllerSetting(NamedTuple):
-    """A line (number from 1) with a setting of the controller; `value` is equal for equivalent lines."""
+    """A setting of the controller on a line of a program (numbered from 1). Equivalent settings have the same
+    `value`."""
 
     line: int
     value: tuple[object, ...]
@@ -109,8 +114,9 @@ def _number(text: str) -> float | str:
 
 
 def _figures(line: str, bare: str) -> Sequence[object]:
-    """Return the parameters of a comment such as ``(o=0, kw=1.5, na=steel)`` by name; the last of duplicates counts. A
-    name with a space before the equals sign is not recognised. If the line is not such a comment, return its text.
+    """Return the parameters of a comment such as ``(o=0, kw=1.5, na=steel)``, sorted by name. If a name occurs twice,
+    its last value counts. A name with a space before the equals sign is not recognised. If the line is not such a
+    comment, return its text.
     """
     if not bare.startswith("("):
         return [bare]

@@ -1,11 +1,11 @@
-"""Descriptions of blocks with unknown effects, by value, so that verification can compare them.
+"""Descriptions of blocks whose effects are unknown. Verification compares blocks by their descriptions.
 
     A[#3+90]        A93.
     G65 P100 A5.    G65 P100. A5., and digests of the parameters and of the subprograms
     (MSG, turn it)  itself, and the comments after it
 
-Two such blocks are equal only if all their inputs are equal: their words by value, the parameters that a macro of the
-controller may read, the text that they may call (after the end of the program), and their messages.
+Two descriptions are equal only if all inputs of the blocks are equal: the values of their words, the parameters that a
+macro of the controller may read, the text that they may call (after the end of the program), and their messages.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ _NUMBER = re.compile(r"^(/?)N[0-9]+")
 
 
 class BlockDescription(NamedTuple):
-    """A block by value: its words and active comments, and digests of its other inputs.
+    """Description of a block by its inputs: the values of its words, its active comments, and digests of other inputs.
 
     Attributes
     ----------
     text
-        Words by value, and active comments; a block with block delete starts with a slash.
+        The words with their values, and the active comments; the text of a block with block delete starts with a slash.
     parameters
-        Digest of the parameters that a macro or a message may read; None if it reads none.
+        Digest of the parameters that a macro or a message of the block may read; None if they read none.
     calls, again
-        Digests of the subprograms that it may call, and of the code that it may repeat, or "".
+        Digests of the subprograms that the block may call, and of the code that it may repeat; "" without any.
     """
 
     text: str = ""
@@ -68,7 +68,7 @@ def describe_block(
 ) -> BlockDescription:
     """Return the description of a block.
 
-    `parameters` and `called` are the digests of the parameters that it may read, and of the subprograms. With Fanuc,
+    `parameters` is a digest of the parameters that the block may read, `called` that of the subprograms. With Fanuc,
     numbers with and without a decimal point differ, since their units may differ.
     """
     points = dialect.groups == "fanuc"
@@ -82,7 +82,7 @@ def describe_block(
 
 
 def may_read_parameters(unknown: Iterable[Word], comments: Sequence[str], dialect: Dialect) -> bool:
-    """Return whether a macro or a message of a block may read parameters that are not in its words."""
+    """Return whether a macro or a message in a block may read parameters that the words of the block do not contain."""
     plain_m = _PLAIN_M if dialect.groups == "rs274" else ()
     macro = any(w.letter != "M" or w.value not in plain_m for w in unknown)
     return macro or any("#" in text or "%" in text or text[:2].lower() == "py" for text in comments)
@@ -94,7 +94,8 @@ def _number_text(value: float) -> str:
 
 
 def subprogram_digest(lines: Sequence[str], dialect: Dialect) -> str:
-    """Return a digest of the text after the end of a program and of its subroutines (o… sub); "" if there is none.
+    """Return a digest of the text after the end of a program and of its subroutines (o… sub), or "" if there is no such
+    text.
 
     An unsupported block can call only this text, regardless of whether its number is stated, computed or implied.
     """
@@ -114,7 +115,7 @@ def subprogram_digest(lines: Sequence[str], dialect: Dialect) -> str:
 
 
 class RangeDigests:
-    """Digests of ranges of lines, each in constant time, by a prefix hash (Rabin and Karp 1987)."""
+    """Digests of ranges of lines. A prefix hash computes each digest in constant time (Rabin and Karp 1987)."""
 
     _BASE, _PRIME = 0x1E3779B97F4A7C15F39CC0605CEDC835, 2**127 - 1
 
@@ -134,7 +135,8 @@ class RangeDigests:
 
 
 def significant_text(line: str, dialect: Dialect) -> str:
-    """Return the significant text of a line; on a Fagor this includes comments, which may be statements."""
+    """Return the part of a line that affects the program. On a Fagor, this includes comments, which may be
+    statements."""
     return "".join(line.split()).upper() if dialect.cycle_words == "fagor" else normalized(line)
 
 

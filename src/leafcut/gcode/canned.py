@@ -1,7 +1,7 @@
-"""Canned cycles: conversion of words to `DrillCycle` rows. `model.cycles` has their motions.
+"""Canned cycles: conversion of their words to `DrillCycle` rows. `model.cycles` converts cycles to single motions.
 
-In RS274/NGC (3.5.16), Z is the bottom, R the plane at which rapid changes to feed, Q the peck, P the dwell. In the
-Fagor 8055, Z is that plane, I the bottom and K the dwell.
+In RS274/NGC (3.5.16), Z is the bottom of the hole, R the plane at which rapid changes to feed, Q the peck depth, and P
+the dwell. In the Fagor 8055, Z is the plane, I the bottom, and K the dwell.
 
 If the tool must rise for the next hole of a series (G98 after G99, or a higher R), LinuxCNC moves there on a slant
 (`DrillCycle.approach`). Other controllers cross at the current height, or rise to R first.
@@ -25,7 +25,7 @@ MAX_PECKS = 10_000
 
 
 def start_cycle(state: InterpreterState, number: int) -> None:
-    """Activate a cycle. In RS274/NGC a change of cycle clears the words of the previous one."""
+    """Activate a canned cycle. In RS274/NGC, a different cycle clears the words of the previous cycle."""
     if state.cycle != number and state.dialect.groups == "rs274":
         state.cycle_values = CycleValues()
     elif state.cycle != number:
@@ -34,14 +34,14 @@ def start_cycle(state: InterpreterState, number: int) -> None:
 
 
 def end_cycle(state: InterpreterState) -> None:
-    """End the active cycle (G80 or a move)."""
+    """End the active canned cycle, because of G80 or a move."""
     state.cycle = None
     state.cycle_values = CycleValues()
     state.path.end_cycles()
 
 
 def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Drill the hole of a block, or several with repeats."""
+    """Drill the hole of a block in a canned cycle, or several holes if the block states a number of repeats."""
     if state.plane != 17:
         raise UnclearBlock("canned cycles are understood in the XY plane (G17) only")
     if state.feed_mode == 93:
@@ -63,7 +63,7 @@ def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def _hole_coordinate(state: InterpreterState, letters: dict[str, Word], letter: str, here: float) -> float:
-    """Return the coordinate of the hole; with G91 the step to it."""
+    """Return the coordinate of a hole on one axis; with G91, return the step to the hole."""
     word = letters.pop(letter, None)
     if word is None:
         return 0.0 if state.incremental else here
@@ -118,7 +118,9 @@ def _note_spare(state: InterpreterState, words: CycleValues, word: Word, used: b
 
 
 def _peck_word(state: InterpreterState, word: Word) -> float:
-    """Return the Q of a cycle, mm. Without a decimal point, many Fanuc controls read thousandths, unlike for X."""
+    """Return the peck depth Q of a cycle, mm. A value without a decimal point means thousandths on many Fanuc controls,
+    although it does not for X.
+    """
     if state.dialect.point_required and "." not in word.text:
         raise UnclearBlock("{} has no decimal point: its unit differs between controls", word)
     return state.mm(word)
@@ -127,7 +129,8 @@ def _peck_word(state: InterpreterState, word: Word) -> float:
 def _take_plane_words(
     state: InterpreterState, letters: dict[str, Word], words: CycleValues, names: tuple[str, str]
 ) -> None:
-    """Take the words of the R plane and the bottom; refuse old words whose meaning has changed."""
+    """Store the words of the R plane and the bottom in the cycle. Refuse older words whose meaning has changed
+    since."""
     given = [name in letters for name in names]
     known = words.r is not None or words.z is not None
     changed = words.incremental != state.incremental or words.unit != state.unit
@@ -144,7 +147,9 @@ def _take_plane_words(
 
 
 def _plane_heights(state: InterpreterState, words: CycleValues, fagor: bool) -> tuple[float, float]:
-    """Return the R plane and the bottom, mm. With G91, R counts from the initial plane and Z from R."""
+    """Return the heights of the R plane and the bottom of the hole, mm. With G91, R is relative to the initial plane
+    and Z to R.
+    """
     initial = state.path.position[2] if state.path.initial_plane is None else state.path.initial_plane
     r, z = words.r, words.z
     if r is None and fagor and not math.isnan(initial):

@@ -44,7 +44,7 @@ _KEYWORDS = {*_PARTS, "sub", "if", "while", "do", "repeat", "call"}
 
 @dataclass(frozen=True, slots=True)
 class Control:
-    """An O-word: its label, its keyword, and the rest of its line."""
+    """An O-word: its label, its keyword, and the remaining text of its line."""
 
     label: str
     keyword: str
@@ -52,7 +52,8 @@ class Control:
 
 
 def control_of(line: str) -> Control | None:
-    """Return the O-word of a line, or None. Raises BlockError if its keyword is unknown, or its number is computed."""
+    """Return the O-word of a line, or None. Raises BlockError if its keyword is unknown, or if its label is
+    computed."""
     found = _CONTROL.match(line)
     if found is None:
         if _COMPUTED.match(line):
@@ -68,7 +69,9 @@ def control_of(line: str) -> Control | None:
 
 @dataclass(slots=True)
 class Construct:
-    """One sub, if, while, do or repeat: its kind, and its lines (from 0) with keywords, in order."""
+    """A control structure (sub, if, while, do or repeat): its kind, and its lines with keywords, in order. Lines are
+    counted from 0.
+    """
 
     kind: str
     parts: list[tuple[int, str]]
@@ -79,21 +82,21 @@ class Construct:
         return self.parts[0][0]
 
     def closing(self) -> int:
-        """Return the line of the closing keyword."""
+        """Return the line of the closing keyword. Raises BlockError if there is none."""
         line, keyword = self.parts[-1]
         if keyword not in _CLOSING and not (self.kind == "do" and keyword == "while"):
             raise BlockError("'{}' is not closed", self.kind)
         return line
 
     def next_branch(self, line: int) -> tuple[int, str]:
-        """Return the next branch of an `if` after `line`: its line and keyword."""
+        """Return the line and keyword of the next branch of an `if` after `line`."""
         self.closing()
         return next((at, keyword) for at, keyword in self.parts if at > line)
 
 
 @dataclass(slots=True)
 class SubprogramCall:
-    """A running subprogram: first line, return line, remaining repeats, and the parameters to restore."""
+    """An active call of a subprogram: its first line, return line, remaining repeats, and the parameters to restore."""
 
     start: int
     back: int
@@ -105,7 +108,7 @@ class SubprogramCall:
 
 
 class Flow:
-    """Follows the O-words of a program; lines are counted from 0."""
+    """Executes the O-words of a program; lines are counted from 0."""
 
     def __init__(self, lines: Sequence[str], parameters: ProgramParameters) -> None:
         self.parameters = parameters
@@ -129,7 +132,7 @@ class Flow:
         return bool(self.calls) or (line < len(self._looped) and self._looped[line] == 1)
 
     def count_repeated_block(self, line: int) -> None:
-        """Count a block executed in a loop or subprogram. Raises BlockError if the limit is exceeded."""
+        """Count a block that runs in a loop or subprogram. Raises BlockError if the count exceeds its limit."""
         if not self.is_repeated(line):
             return
         self.repeated += 1
@@ -160,15 +163,17 @@ class Flow:
         self._looped[goal : line + 1] = b"\1" * (line + 1 - goal)
 
     def call_line(self, number: int, times: int, line: int) -> int | None:
-        """Start the subprogram at N`number` (M97), to be run `times` times; return its first line, or None."""
+        """Start the subprogram at line N`number` (M97), which runs `times` times. Return its first line, or None if it
+        does not exist.
+        """
         start = self.jumps.label(number, line)
         if start is None:
             return None
         return self._begin(start, times, line)
 
     def call_program(self, number: int, times: int, line: int) -> int | None:
-        """Start the subprogram O`number` (M98) `times` times; return its first line, or None. P30012 calls O12 three
-        times.
+        """Start the subprogram O`number` (M98), which runs `times` times. Return its first line, or None if it does not
+        exist. P30012 calls O12 three times.
         """
         if self._labels is None:
             self._labels = {}
@@ -189,7 +194,7 @@ class Flow:
         return start
 
     def leave_program(self) -> int | None:
-        """End the subprogram that M98 started (M99); return the next line, None in the main program."""
+        """End one run of the subprogram that M98 started (M99). Return the next line, or None in the main program."""
         if not self.calls:
             return None
         call = self.calls[-1]
@@ -328,7 +333,9 @@ class Flow:
         return (construct.first if construct.kind == "do" else line) + 1
 
     def start_iteration(self, line: int) -> None:
-        """Start an iteration of the loop. Raises BlockError if parameters and calls are unchanged: it is endless."""
+        """Start the next iteration of a loop. Raises BlockError for an endless loop, in which no parameter or call has
+        changed since the last iteration.
+        """
         own = self.parameters
         calls = [(c.back, c.again, dict(c.numbered), dict(c.local), dict(c.counters)) for c in self.calls]
         now = own.asks, dict(self._counters), dict(own.numbered), dict(own.shared), dict(own.local), calls

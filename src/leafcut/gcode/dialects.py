@@ -1,5 +1,5 @@
-"""G-code dialects of controllers, as data: TOML files in `dialects/`, with a source for every value; a user's own
-file; or an installed package (`leafcut.dialects`).
+"""G-code dialects of controllers. A dialect is a TOML file: in `dialects/`, with a source for every value, in an
+installed package (`leafcut.dialects`), or a user's own file.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ _PLACES = {"on": POWER, "mark_on": POWER, "material": NUMBER}
 
 @dataclass(frozen=True)
 class Torch:
-    """Control of a torch or laser beam by a controller: the table ``[torch]`` of a dialect.
+    """How a controller controls a torch or a laser beam: the table ``[torch]`` of a dialect.
 
     Attributes
     ----------
@@ -88,25 +88,26 @@ class Torch:
     cuts
         Supported processes: ``plasma``, ``laser``, ``oxyfuel``, ``waterjet``.
     heights
-        Control of Z: ``program``, ``controller`` (which probes, pierces and holds the height), or ``none``.
+        What moves Z: ``program``, ``controller`` (which probes, pierces and holds the height), or ``none``.
     waits
-        The program contains the pierce delay (G4); otherwise the controller adds it.
+        Whether the program contains the pierce delay (G4); otherwise the controller adds it.
     power
-        S sets the beam power; S0 switches the beam off while the head keeps moving.
+        Whether S sets the beam power, and S0 switches the beam off while the head keeps moving.
     dark_rapids
-        The controller switches the beam off in every rapid, regardless of S.
+        Whether the controller switches the beam off in every rapid, regardless of S.
     arc_output, height_output
-        Digital outputs (M62 to M65) that keep the arc off during a move and hold the torch height; None without one.
+        Digital outputs (M62 to M65) that keep the arc off during a move, and that hold the torch height; None if
+        absent.
     feed_output
         Analog output (M67, M68) that reduces the feed, in percent, while M52 P1 is active; None: only F sets the feed.
     probe
-        Word for a downward probe move to the sheet; empty if the program does not probe.
+        Word that probes downwards for the sheet; empty if the program does not probe.
     compensation
         ``G41.1``: D is the kerf width. ``G41``: D is a register of the controller. Empty: no compensation.
     material, material_feed
-        Blocks that select material ``{number}`` from the controller's table, and the F word for its feed.
+        Blocks that select material ``{number}`` from the controller's table, and the F word that uses its feed.
     material_comment
-        The controller reads the cutting parameters of the material from a comment.
+        Whether the controller reads the cutting parameters of the material from a comment.
     finish
         Blocks before the end of the program.
     """
@@ -133,7 +134,7 @@ class Torch:
 
     @property
     def on_code(self) -> int:
-        """Number of the M word that switches the torch on."""
+        """The number of the M word that switches the torch on."""
         return _m_code(self.on)
 
     @property
@@ -155,8 +156,8 @@ class Dialect:
     name, description, extension
         The extension includes the dot. The name of a dialect loaded from a file is the file name, ``my.toml``.
     family
-        The shipped dialect itself, or the one it is based on. Code for that controller also applies to this dialect.
-        Empty for an independent dialect.
+        Name of the shipped dialect that this dialect is or is based on. Rules for that controller also apply to this
+        dialect. Empty for an independent dialect.
     g_words, m_words
         All G and M words that both the controller and leafcut support, separated by spaces: ``"G0 G1 …"``.
     language
@@ -168,23 +169,24 @@ class Dialect:
     percent
         ``frame``: percent signs in the first and last line. ``title``: a first line ``%NAME,MX,``. Empty: none.
     program_number
-        The program has an O word.
+        Whether the program has an O word.
     comments
         ``()``: in parentheses. ``;``: from a semicolon to the end of the line.
     uppercase_comments
-        The panel displays capital letters only.
+        Whether the panel displays capital letters only.
     line_numbers
-        Blocks may be numbered (N10).
+        Whether blocks may be numbered (N10).
     one_command
-        Every block starts with its only G or M word. The firmware would ignore a second one.
+        Whether every block starts with its only G or M word. The firmware would ignore a second G or M word.
     max_line
         Maximum line length, in characters.
     point_required
-        A length without a decimal point may mean thousandths. The point is always written, and required when reading.
+        Whether a length without a decimal point may mean thousandths. The point is then always written, and required
+        when a program is read.
     opening
         Blocks before all others, for example to select the language.
     units_mm, units_inch
-        Words that select the unit; without one for inches, all programs are in millimetres.
+        Words that select the unit; without a word for inches, all programs are in millimetres.
     preamble
         Blocks between the units and the first move. They select the plane and absolute mode and cancel active modes.
     cycles
@@ -198,24 +200,24 @@ class Dialect:
         Letter and unit of a dwell. ``s``: seconds. ``ms``: integer milliseconds. ``point``: seconds with a decimal
         point, otherwise milliseconds. ``cs``: integer hundredths of a second.
     repeat_letter
-        Letter for the repeats of a cycle.
+        Letter of the number of repeats of a cycle.
     tool_change
         ``M6``; ``pause``: T, then a stop for a manual tool change; ``T``: the same, but T alone changes the tool;
         ``M0``: the stop and the tool in one block, M0 T1.
     stop_word
         Word that stops the program until the operator continues: ``M0``, or ``M226`` if M0, M1 and M2 end the program.
     rapid_feed
-        Rapids also use the last F, so G0 states the rapid feed, and every cut after it restates its own.
+        Whether rapids also use the last F. G0 then states the rapid feed, and every cut after it restates its own feed.
     arc_turns
-        G2 and G3 accept the number of turns in P.
+        Whether G2 and G3 accept the number of turns in P.
     corner_tolerance
-        G64 accepts the corner tolerance in P.
+        Whether G64 accepts the corner tolerance in P.
     rounding
-        With G61 the tool stops after every move; with G64 it rounds corners as its acceleration requires.
+        Whether the tool stops after every move with G61, and with G64 rounds corners as its acceleration requires.
     arc_ends
-        Even a full circle states its end point.
+        Whether even a full circle states its end point.
     hand_change_pause
-        M6 may not wait, so a manual tool change needs an M0 after it.
+        Whether M6 may continue without waiting, so that a manual tool change needs an M0 after it.
     length_offset
         ``H``: G43 Hn. ``D``: Dn with the tool, and G43. ``edge``: D1, the first cutting edge of the tool. Empty: the
         program selects no length offset.
@@ -223,7 +225,7 @@ class Dialect:
         Move in machine coordinates: ``G53``; ``G28`` to machine zero (G91 G28, then G90); ``SUPA`` with the length
         offset cancelled (D0). Empty: not available in programs.
     off_after_motion
-        M5 and M9 act after the motion of their block, not before.
+        Whether M5 and M9 act after the motion of their block, not before it.
     end_word, end_required
         The last word; empty if the program ends with its text. Required: ``word`` (M2 or M30), ``percent`` (a word or a
         closing percent sign), or empty.
@@ -320,19 +322,19 @@ class Dialect:
 
 
 def dialects(torch: bool | None = None) -> list[str]:
-    """Return the sorted names of all dialects, or of those with a torch (True) or without one (False)."""
+    """Return the sorted names of all dialects, or only of those with a torch (True) or without a torch (False)."""
     names = sorted([*_shipped_names(), *(one.name for one in DIALECTS.plugins() if one.adds is not None)])
     return names if torch is None else [name for name in names if (dialect(name).torch is not None) == torch]
 
 
 def dialect_list() -> list[tuple[str, str]]:
-    """Return the names of all dialects with their descriptions; a broken plug-in has its error instead."""
+    """Return the name and description of every dialect. A broken plug-in has its error message as its description."""
     known = [(name, dialect(name).description) for name in dialects()]
     return known + [(one.name, one.refusal) for one in DIALECTS.plugins() if one.adds is None]
 
 
 def dialect_template(name: str) -> str:
-    """Return a TOML template based on a shipped dialect. Raises OptionError if there is none of that name."""
+    """Return a TOML template based on a shipped dialect. Raises OptionError if no shipped dialect has the name."""
     if name not in _shipped_names():
         raise OptionError("leafcut has no built-in dialect '{}'{}", name, name_suggestion(name, sorted(_shipped_names())))
     text = re.sub(r"^base = .*\n", "", _text(name), flags=re.MULTILINE)
@@ -341,8 +343,10 @@ def dialect_template(name: str) -> str:
 
 
 def dialect(name: str) -> Dialect:
-    """Return a dialect by its name, or by the path of a ``.toml`` file. Raises OptionError if the name is unknown (the
-    message suggests the nearest one); DataError if the file is not a valid dialect.
+    """Return a dialect by its name, or by the path of a ``.toml`` file.
+
+    Raises OptionError if the name is unknown (the message suggests the nearest name), and DataError if the file is not
+    a valid dialect.
     """
     if name.lower().endswith(".toml"):
         return _read_dialect(Path(name), Path(name).name)
@@ -419,7 +423,9 @@ def _keys(kind: type[Dialect | Torch]) -> list[str]:
 
 
 def _values(table: TomlTable, kind: type[Dialect | Torch], base: Dialect | Torch | None) -> dict[str, Any]:
-    """Return the values of a table, without nested tables; without a base, all required keys must be given."""
+    """Return the values of a table, except nested tables. Without a base dialect, the table must contain all required
+    keys.
+    """
     read: dict[str, Callable[..., Any]] = {
         "str": table.text,
         "bool": table.flag,
@@ -437,8 +443,8 @@ def _values(table: TomlTable, kind: type[Dialect | Torch], base: Dialect | Torch
 
 
 def _faults_of_words(dialect: Dialect) -> Iterator[tuple[str, Message]]:
-    """Yield the keys of a dialect with inconsistent words, and the errors: both the controller and leafcut must support
-    every word that leafcut writes.
+    """Yield each key of a dialect whose words are inconsistent, and the error. Both the controller and leafcut must
+    support every word that leafcut writes.
     """
     yield from _faults_of_texts(dialect)
     g_words, m_words = dialect.g_words.split(), dialect.m_words.split()

@@ -62,8 +62,8 @@ _LEVELS = {
 
 @dataclass
 class ProgramParameters:
-    """Parameters set by the program, and the few that `known` returns from its modal state. Any other is `UNKNOWN`; a
-    local name that the program does not set is an error.
+    """The parameters of a program. The program sets most of them; `known` returns the few that follow from its modal
+    state. Any other parameter is `UNKNOWN`, but a local name that the program has not set is an error.
     """
 
     known: Callable[[str], float | None] = lambda _: None
@@ -80,7 +80,7 @@ class ProgramParameters:
 
     @property
     def first_machine_parameter(self) -> int:
-        """Number of the first parameter of the machine."""
+        """The number of the first parameter that belongs to the machine."""
         return FIRST_OF_FANUC if self.fanuc else FIRST_OF_MACHINE
 
     def number(self, number: int) -> float:
@@ -100,7 +100,9 @@ class ProgramParameters:
         return UNKNOWN if value is None else value
 
     def exists(self, name: str) -> float:
-        """Return 1 if #<name> has a value, 0 if not, `UNKNOWN` if another program may have set it."""
+        """Return 1 if parameter #<name> has a value, 0 if it has none, and `UNKNOWN` if another program may have set
+        it.
+        """
         if self._find(name) is not None:
             return 1.0
         return UNKNOWN if name.startswith("_") else 0.0
@@ -119,7 +121,7 @@ class ProgramParameters:
         return hashlib.sha256(repr(values).encode()).hexdigest()[:16] if any(values) else ""
 
     def set_parameter(self, key: int | str, value: float) -> None:
-        """Set a parameter by number or name."""
+        """Set a parameter, given by its number or its name."""
         if key == ANY_NUMBER:
             self.forget(names=False)
         elif isinstance(key, int):
@@ -129,8 +131,8 @@ class ProgramParameters:
             (self.shared if key.startswith("_") else self.local)[key] = value
 
     def forget(self, names: bool = True) -> None:
-        """Mark all values as unknown, because they may have changed invisibly; with `names`, also those of named
-        parameters.
+        """Mark the values of all parameters as unknown, because they may have changed without a trace; with `names`,
+        this includes named parameters.
         """
         self.numbered = dict.fromkeys(range(1, ARGUMENTS + 1), UNKNOWN)
         if names:
@@ -155,7 +157,7 @@ Setting = tuple[int | str, float]
 
 
 class BlockReading(NamedTuple):
-    """A block, the parameters that it sets, and flags for computed numbers and for setting machine parameters."""
+    """A block, the parameters that it sets, and whether it contains computed numbers or sets machine parameters."""
 
     block: Block
     settings: list[Setting]
@@ -170,8 +172,8 @@ class BlockReading(NamedTuple):
 
 
 def read_block(line: str, number: int, parameters: ProgramParameters) -> BlockReading:
-    """Return the block and the settings of a line; the value of a word may be `UNKNOWN`. Raises BlockError as
-    `words.tokenise` does, or if an expression has no value.
+    """Return the block and the parameter settings of a line; the value of a word may be `UNKNOWN`. Raises BlockError as
+    `words.tokenise` does, and for an expression without a value.
     """
     if _SPECIAL.search(line) is None and line.count("(") < 2:
         return BlockReading(tokenise(line, number), [])
@@ -197,8 +199,10 @@ def read_block(line: str, number: int, parameters: ProgramParameters) -> BlockRe
 
 
 def words_as_written(line: str) -> tuple[Word, ...] | None:
-    """Return the words of a line with their numbers as text, nan for expressions. None if the line sets a parameter,
-    computes a number other than a length, feed, speed or time, or has an error.
+    """Return the words of a line with their numbers as text; the value of a word with an expression is NaN.
+
+    Return None if the line sets a parameter, has an error, or computes a number other than a length, feed, speed or
+    time.
     """
     try:
         body, _ = split_line(line)
@@ -218,7 +222,7 @@ def words_as_written(line: str) -> tuple[Word, ...] | None:
 
 
 class Scanner:
-    """Parser of a line. `computed`: a value was not a plain number; `of_machine`: a machine parameter is set."""
+    """Parser of a line. `computed`: a value was not a plain number; `of_machine`: the line sets a machine parameter."""
 
     def __init__(self, text: str, parameters: ProgramParameters) -> None:
         self.text = text
@@ -238,7 +242,7 @@ class Scanner:
         return not self.peek()
 
     def word(self) -> Word:
-        """Parse a letter and its value."""
+        """Parse a word: a letter and its value."""
         letter = self._consume(_WORD_LETTER)
         if letter is None:
             if self.peek() in "]=<>*":
@@ -255,7 +259,7 @@ class Scanner:
         return Word(letter.upper(), value, plain if plain is not None else _shown(value))
 
     def setting(self) -> Setting:
-        """Parse `#… = value`."""
+        """Parse a parameter setting, `#… = value`."""
         key = self._target()
         if self.peek() != "=":
             found = self.text[self.position : self.position + 12]
@@ -296,7 +300,7 @@ class Scanner:
             self._depth -= 1
 
     def expression(self) -> float:
-        """Parse `[ … ]`."""
+        """Parse an expression in brackets, `[ … ]`."""
         if self.peek() != "[":
             raise BlockError("'[' is expected")
         self.position += 1

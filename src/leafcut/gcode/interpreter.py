@@ -1,8 +1,8 @@
-"""The interpreter of G-code blocks, in the order of RS274/NGC table 8: feed mode, F, S, T, tool change, spindle,
-coolant, dwell, plane, units, offsets, distance mode, motion, stop.
+"""The interpreter of G-code blocks. It executes the words of a block in the order of RS274/NGC, table 8: feed mode, F,
+S, T, tool change, spindle, coolant, dwell, plane, units, offsets, distance mode, motion, stop.
 
-An unsupported block is an error in leafcut's own programs. In programs of other CAMs, it becomes a row FOREIGN, and the
-axes that it may move are unknown until they are programmed again. `policy` has the differences.
+In leafcut's own programs, an unsupported block is an error. In programs from other CAM systems, it becomes a FOREIGN
+row, and the axes that it may move are unknown until they are programmed again. `policy` defines these differences.
 """
 
 from __future__ import annotations
@@ -71,28 +71,29 @@ def _is_probe(words: SortedBlock) -> bool:
 
 
 class Interpreter:
-    """Executes blocks one at a time. `begins` is set before `run`: the block starts a subprogram, so it may have a
-    program number. The other attributes describe the last block.
+    """Executes blocks one at a time. The caller sets `begins` before `run` if the block starts a subprogram, so that it
+    may have a program number. The other attributes describe the last block.
 
     Attributes
     ----------
     reason
-        Reason to keep the block in its position, or ``""``.
+        Reason why the block must stay in its position, or ``""``.
     unclear
         Reasons why the block is not fully understood, each with the axes that are unknown afterwards.
     unknown, obeyed
-        Unsupported words; comments on which the controller acts.
+        Unsupported words, and comments on which the controller acts.
     named
-        The word that distinguishes a stop or a reference point from others.
+        The word that states the kind of a stop or of a reference point.
     opaque
-        The word after which anything may have changed, or ``""``.
+        The word that may have changed any state of the machine, or ``""``.
     call, label, returns
-        The subprogram that the block calls (M98) and how often; the N number that it calls (M97) or returns to
-        (M99 P); whether it ends a subprogram (M99).
+        The subprogram that the block calls (M98) and the number of runs; the N number that the block calls (M97) or
+        returns to (M99 P); whether the block ends a subprogram (M99).
     jumps, restores
-        The block jumps to an unknown line; it restores modes at the end of the call (M73).
+        Whether the block jumps to an unknown line, and whether the end of the subprogram restores the modes (M73).
     during_motion
-        The number of rows and the modal values before the words that act after the motion; None without such words.
+        The number of rows and the modal values before the words that act after the motion; None if there are no such
+        words.
     """
 
     def __init__(self, state: InterpreterState, policy: Policy) -> None:
@@ -211,7 +212,7 @@ class Interpreter:
     # -- start and end of the program ----------------------------------------------------------------------------------
 
     def check_end(self, file: str) -> None:
-        """End the program at the end of its text; raise an error if the controller requires an end word."""
+        """End the program at the end of its text. Raise an error if the controller requires an end word."""
         required = self.state.dialect.end_required
         if not self.state.dialect.end_word and not self.ended:
             self.state.path.end(line=self.state.line)
@@ -276,9 +277,7 @@ class Interpreter:
                 unknown.remove(word)
 
     def _run_with_unknown_values(self, words: SortedBlock, unknown: set[str]) -> None:
-        """Execute a block in which the numbers after the letters `unknown` have unknown values; it becomes a row
-        FOREIGN.
-        """
+        """Execute a block in which the values of the letters `unknown` are unknown; the block becomes a FOREIGN row."""
         state, g = self.state, words.g
         named = named_axes({**words.letters, **dict.fromkeys(unknown, Word("", 0.0, ""))})
         clear = unknown <= _CLEAR_LETTERS and g.keys() <= _CLEAR_GROUPS and not words.unknown
@@ -323,7 +322,7 @@ class Interpreter:
         self.unclear.append((reason, lost))
 
     def _execute_or_keep(self, words: SortedBlock) -> None:
-        """Execute offsets and motion. If anything is unclear, replace them by a single row FOREIGN."""
+        """Execute offsets and motion. If any part of them is unclear, replace them by a single FOREIGN row."""
         state, path = self.state, self.state.path
         named = named_axes(words.letters)
         rows, arcs, place = len(path), len(path.arcs), tuple(path.position)
@@ -378,7 +377,7 @@ class Interpreter:
             )
 
     def _feed_output(self, word: Word, letters: dict[str, Word]) -> None:
-        """Apply the analog output that reduces the feed of a torch; the block is kept in any case."""
+        """Apply the analog output that reduces the feed of a torch; the block itself is always kept."""
         state = self.state
         if state.dialect.torch is not None and word.value == 52:
             state.adaptive = "P" not in letters or letters["P"].value != 0.0
@@ -388,7 +387,7 @@ class Interpreter:
     # -- feed, speed, tool, spindle, coolant ---------------------------------------------------------------------------
 
     def _run_settings(self, words: SortedBlock) -> None:
-        """Execute the words for units, feed mode, feed and speed."""
+        """Execute the words for units, feed mode, feed rate and spindle speed."""
         state, letters, g = self.state, words.letters, words.g
         unit_before, mode_before, feed = state.unit, state.feed_mode, letters.get("F")
         if "units" in g:
@@ -459,7 +458,7 @@ class Interpreter:
             self.policy.forget_height(state)
 
     def _select_cutting_edge(self, word: Word) -> None:
-        """Select the lengths of the tool's first cutting edge (D1), or none (D0)."""
+        """Select the length offset of the tool's first cutting edge (D1), or cancel it (D0)."""
         number = whole_number(word, 1)
         if number and self.state.tool is None:
             raise BlockError("{} before a tool was called", word)
@@ -475,7 +474,9 @@ class Interpreter:
         state.next_tool = None if state.dialect.changes_by_hand else number
 
     def _run_switches(self, words: SortedBlock, off: bool | None) -> None:
-        """Execute all switching words, or only those that switch off (True) or on (False)."""
+        """Execute the words that switch something. `off` selects only words that switch off (True) or on (False); None
+        selects all.
+        """
         state = self.state
         other = words.letters.get("$")
         if "spindle" in words.m and "speed" in state.unknown_modes and 5 not in words.m["spindle"]:
@@ -523,8 +524,8 @@ class Interpreter:
             self._path_control(path, letters)
 
     def _path_control(self, code: int, letters: dict[str, Word]) -> None:
-        """Execute G61, G61.1, or G64 with P (corner tolerance) and Q (tolerance for short moves; P if Q is missing).
-        Source: LinuxCNC, G64; confirmed with rs274.
+        """Execute G61, G61.1 or G64. P of G64 is the corner tolerance, and Q the tolerance for short moves, which
+        defaults to P. Source: LinuxCNC, G64; confirmed with rs274.
         """
         state = self.state
         given = [letters.pop(letter, None) if code == 640 else None for letter in "PQ"]
@@ -535,7 +536,7 @@ class Interpreter:
             state.path.blending(code, tolerance, joining, line=state.line)
 
     def _compensation(self, code: int, letters: dict[str, Word]) -> None:
-        """Execute radius compensation: add a row RADIUS when the mode changes or D is stated."""
+        """Execute cutter compensation. Add a RADIUS row when the mode changes or D is stated."""
         state, mode = self.state, code // 10
         word = letters.pop("D", None) if mode != 40 else None
         register = 0.0 if mode == 40 else self.policy.register(state, code, word)
@@ -552,8 +553,8 @@ class Interpreter:
         return self.state.dwell(letters.pop(letter))
 
     def _states_dwell(self, letters: dict[str, Word]) -> bool:
-        """Return whether a dwell states its time in the form of its controller; otherwise remove its words. Fanuc,
-        Haas and Mach also accept X or U, in seconds; a number without a point may be in thousandths.
+        """Return whether a dwell states its time in the form of its controller; otherwise remove its words. Fanuc, Haas
+        and Mach also accept a time in seconds in X or U. A number without a decimal point may be in thousandths.
         """
         dialect = self.state.dialect
         given = [letter for letter in "PXUFSK" if letter in letters]
@@ -573,7 +574,7 @@ class Interpreter:
     # -- offsets -------------------------------------------------------------------------------------------------------
 
     def _offsets(self, words: SortedBlock) -> None:
-        """Execute the words for tool length and work offset."""
+        """Execute the words for tool length offset and work offset."""
         state, g, letters = self.state, words.g, words.letters
         length = g.get("length")
         if length == 430:
@@ -693,7 +694,7 @@ class Interpreter:
             self.policy.unknown(message)
 
     def _check_clear(self, special: int | None, words: SortedBlock, moving: bool) -> None:
-        """Raise `UnclearBlock` for a move with unsupported axes, motion or modes."""
+        """Raise `UnclearBlock` for a move whose axes, kind of motion or modes are not supported."""
         state, g, letters = self.state, words.g, words.letters
         if not letters.keys().isdisjoint(OTHER_AXES):
             other = next(letter for letter in OTHER_AXES if letter in letters)
@@ -722,7 +723,7 @@ class Interpreter:
             )
 
     def _check_modes_known(self) -> None:
-        """Raise `UnclearBlock` if a mode that matters to the active motion is unknown."""
+        """Raise `UnclearBlock` if a mode that affects the active motion is unknown."""
         state = self.state
         needed = {"distance": "G90 or G91"}
         if state.cycle is not None:
@@ -734,7 +735,7 @@ class Interpreter:
                 raise UnclearBlock("it is unknown whether {} is active", words)
 
     def _drill_or_keep(self, words: SortedBlock) -> None:
-        """Drill a hole of a cycle; if it is unclear, so are the following holes."""
+        """Drill a hole of a canned cycle. If the hole is unclear, the following holes of the cycle are unclear too."""
         state, letters, fagor = self.state, words.letters, self.state.dialect.cycle_words == "fagor"
         repeat = state.dialect.repeat_letter
         for letter in "ZIKB" if fagor else "RZPQ":
@@ -770,7 +771,7 @@ class Interpreter:
 
 
 def _split_tool(letters: dict[str, Word]) -> None:
-    """Convert T5.2 of a Fagor to T5 D2. Source: Fagor 8055, programming manual, 5.6.4."""
+    """Convert a T word of a Fagor, such as T5.2, to T5 D2. Source: Fagor 8055, programming manual, 5.6.4."""
     tool, point, offset = letters["T"].text.partition(".")
     if point and offset.isdecimal() and tool.isdecimal():
         letters["T"] = Word("T", float(tool), tool)
@@ -778,7 +779,9 @@ def _split_tool(letters: dict[str, Word]) -> None:
 
 
 def _is_one_command(block: Block, tool_alone: bool) -> bool:
-    """Return whether a block has a single command: such firmware executes only the first. T may be a command."""
+    """Return whether a block has a single command; some firmware executes only the first command of a block. With
+    `tool_alone`, T is a command too.
+    """
     if tool_alone and [word.letter for word in block.words] == ["T"]:
         return True
     commands = [word for word in block.words if word.letter in "GM"]

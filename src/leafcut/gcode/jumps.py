@@ -35,8 +35,9 @@ _AFTER_WHILE = re.compile(r"[ \t]*DO[ \t]*([0-9]{1,9})[ \t]*$", re.IGNORECASE)
 
 
 class UndecidedJump(Exception):
-    """The next line depends on a value that only the machine knows. `last` is the last line, from 0, that may or may
-    not be executed, or None for the last line of the program; `again` is the first line that may be repeated, or None.
+    """The next line depends on a value that only the machine knows. It is unknown whether the lines up to `last` are
+    executed. Lines are counted from 0; None means the last line of the program. `again` is the first line that may be
+    repeated, or None.
     """
 
     def __init__(self, last: int | None, again: int | None = None) -> None:
@@ -45,7 +46,7 @@ class UndecidedJump(Exception):
 
 
 class JumpStatement(NamedTuple):
-    """IF, WHILE, GOTO, DO or END, and the rest of its line."""
+    """A statement IF, WHILE, GOTO, DO or END, and the remaining text of its line."""
 
     keyword: str
     rest: str
@@ -60,7 +61,7 @@ def statement_of(line: str) -> JumpStatement | None:
 
 
 def board_command(line: str) -> str:
-    """Return the command of GRBL in a line, such as ``$H`` or ``$J=``; "" for a line of G-code."""
+    """Return the GRBL command in a line, such as ``$H`` or ``$J=``, or "" for a line of G-code."""
     found = _BOARD.match(line)
     return "" if found is None else found.group(1)
 
@@ -71,7 +72,7 @@ def is_output(line: str) -> bool:
 
 
 def has_statements(lines: Sequence[str]) -> bool:
-    """Return whether a program has macro statements."""
+    """Return whether a program contains macro statements."""
     return any("[" in line or "GOTO" in line.upper() for line in lines) and any(map(_STATEMENT.match, lines))
 
 
@@ -84,7 +85,7 @@ def code_without_spaces(line: str) -> str:
 
 
 class Jumps:
-    """Follows the statements of a program; lines are counted from 0."""
+    """Executes the macro statements of a program; lines are counted from 0."""
 
     def __init__(self, lines: Sequence[str], parameters: ProgramParameters) -> None:
         self._lines, self._parameters = lines, parameters
@@ -100,12 +101,12 @@ class Jumps:
         return line in self._goals
 
     def line_number_text(self, line: int) -> str:
-        """Return the number of a line, such as "N20", or ""."""
+        """Return the N word of a line, such as "N20", or "" if it has none."""
         found = _LABEL.match(self._lines[line])
         return "" if found is None else f"N{int(found.group(1))}"
 
     def label(self, number: int, line: int) -> int | None:
-        """Return the line N`number` to which a jump from `line` leads, or None."""
+        """Return the line N`number` to which a jump from `line` leads, or None if there is no such line."""
         if self._labels is None:
             self._labels = {}
             for at, text in enumerate(self._lines):
@@ -123,8 +124,8 @@ class Jumps:
         return mine[behind] if behind < len(mine) else mine[0] if mine else None
 
     def obey(self, statement: JumpStatement, line: int) -> tuple[int, str]:
-        """Execute the statement on `line`; return the next line, and a block to be executed first. Raises Undecided if
-        the next line is not known; BlockError if the statement is invalid.
+        """Execute the statement on `line`. Return the next line, and a block to be executed first. Raises UndecidedJump
+        if the next line is unknown, and BlockError if the statement is invalid.
         """
         keyword, rest = statement
         if keyword == "GOTO":
@@ -145,7 +146,9 @@ class Jumps:
         return (line + 1 if condition else end + 1), ""
 
     def undecided(self, line: int, last: int, again: int | None = None) -> UndecidedJump:
-        """Return the exception for text up to `last`; if that text may jump out, all following text is included."""
+        """Return the exception for lines up to `last` that may or may not be executed. If these lines may jump
+        elsewhere, the exception covers all following text.
+        """
         inside = [code_without_spaces(self._lines[at]) for at in range(line, last + 1)]
         goals = [self._target_line(found, line) for text in inside for found in _GOAL.finditer(text)]
         away = any(goal is None or not line <= goal <= last + 1 for goal in goals)
@@ -154,7 +157,9 @@ class Jumps:
         return UndecidedJump(last, again)
 
     def undecided_to_end(self, line: int) -> UndecidedJump:
-        """Return the exception for all text from a line on, with the first target of its backward jumps."""
+        """Return the exception for all text from a line on that may or may not be executed. It names the first line to
+        which this text may jump back.
+        """
         goals = [
             self._target_line(found, at)
             for at in range(len(self._lines))
@@ -210,7 +215,7 @@ class Jumps:
         return found[1]
 
     def _all_loops(self) -> dict[int, tuple[int, int]]:
-        """Return, for the first and last lines of loops, the number of the loop and the line of its other end."""
+        """Return, by the first and the last line of each loop, the number of the loop and the line of its other end."""
         if self._loops is None:
             self._loops = {}
             opened: dict[int, list[int]] = {}

@@ -10,8 +10,8 @@
     9 L X+10 Y+5 R0 FMAX M99
     10 END PGM LEAFCUT MM
 
-M99 runs cycle 200: rapid to the XY position, rapid down to Q203 + Q200, feed to Q203 + Q201, and rapid up to
-Q203 + Q204.
+M99 runs cycle 200: a rapid to the XY position, a rapid down to Q203 + Q200, a feed move to Q203 + Q201, and a rapid up
+to Q203 + Q204.
 """
 
 from __future__ import annotations
@@ -53,7 +53,9 @@ _M_WORDS = ("M0", "M1", "M3", "M4", "M5", "M8", "M9", "M30")
 
 
 def interpret_klartext(text: str, file: str = "program") -> Toolpath:
-    """Return the motions of a program. Raises ReadError for a block outside the subset (with its line) or no end."""
+    """Return the motions of a program. Raises ReadError if the program has no end or contains a block outside the
+    subset; the message names the line.
+    """
     reader = _Reader()
     last = 0
     try:
@@ -67,7 +69,9 @@ def interpret_klartext(text: str, file: str = "program") -> Toolpath:
 
 
 def _blocks(program: str) -> Iterator[tuple[int, str]]:
-    """Yield (line, block) with continuation lines (~) joined; block numbers must be consecutive."""
+    """Yield each block and its line. Continuation lines (~) are joined to their block. Block numbers must be
+    consecutive.
+    """
     begin, parts, expected = 0, list[str](), 0
     for number, line in lines(program):
         if len(line) > MAX_LINE:

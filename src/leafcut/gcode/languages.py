@@ -1,5 +1,5 @@
-"""Recognition of unsupported programs: for lathes and 3D printers, and in the languages of Heidenhain and Siemens, by
-words that never occur outside comments in a program for a mill, a laser or a torch.
+"""Recognise unsupported programs by words that never occur outside comments in a program for a mill, a laser or a
+torch. These are programs for lathes and 3D printers, and programs in the languages of Heidenhain and Siemens.
 """
 
 from __future__ import annotations
@@ -57,7 +57,8 @@ _CHANGES = re.compile(r"M0*6(?![0-9.])", re.IGNORECASE)
 
 
 def other_language(text: str) -> str:
-    """Return a message that names the unsupported language of a text; "" for G-code of a mill, a laser or a torch."""
+    """Return a message that names the unsupported language of a text, or "" for G-code for a mill, a laser or a
+    torch."""
     lines = text[:_LOOKED_AT].splitlines()
     if len(text) > _LOOKED_AT:
         lines = lines[:-1]
@@ -113,8 +114,8 @@ def _printer_program(lines: list[str], code: list[str]) -> str:
 
 
 def _lathe_program(code: list[str], text: str) -> str:
-    """Return the first lathe word and its line in a program that moves X and Z but not Y, without drilling cycles. G18
-    counts only with arcs, as in a turned contour: a slot along X may also be milled in G18.
+    """Return the first lathe word and its line in a program that moves X and Z but not Y and has no drilling cycles.
+    G18 counts only with arcs, as in a turned contour, because a slot along X may also be milled in G18.
     """
     if any(_Y.search(line) or _DRILLS.search(line) for line in code):
         return ""

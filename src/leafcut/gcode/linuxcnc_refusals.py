@@ -22,12 +22,12 @@ _TAKES_Q = frozenset({50, 100, 640, 730, 760, 830}), frozenset({19, 61, 66, 67, 
 
 
 def is_linuxcnc(dialect: Dialect) -> bool:
-    """Return whether LinuxCNC reads programs of a dialect."""
+    """Return whether a dialect is read by LinuxCNC."""
     return dialect.family in _FAMILIES
 
 
 def is_malformed(words: tuple[Word, ...]) -> bool:
-    """Return whether a block has a G or M word twice, M7 and M8, or N or O after another word."""
+    """Return whether a block contains the same G or M word twice, both M7 and M8, or N or O after another word."""
     codes = [(word.letter, word.value) for word in words if word.letter in "GM"]
     letters = [word.letter for word in words]
     numbered = letters[0] == "N"
@@ -36,7 +36,7 @@ def is_malformed(words: tuple[Word, ...]) -> bool:
 
 
 def is_refused(state: InterpreterState, words: SortedBlock) -> bool:
-    """Return whether LinuxCNC rejects a block, given the state before it. Changes: state.feed_forgotten."""
+    """Return whether LinuxCNC rejects a block, given the state before the block. Changes: state.feed_forgotten."""
     g, letters = words.g, words.letters
     starts = g.get("radius", 400) != 400
     again = starts and state.radius != 40
@@ -52,8 +52,8 @@ def is_refused(state: InterpreterState, words: SortedBlock) -> bool:
 
 
 def _breaks_compensation(state: InterpreterState, words: SortedBlock, *, starts: bool) -> bool:
-    """Return whether a block starts radius compensation (`starts`) or runs under it, and contains words that LinuxCNC
-    does not accept there. Compensation works in the XY and XZ planes.
+    """Return whether a block under cutter compensation contains words that LinuxCNC does not accept there. `starts`:
+    the block itself starts the compensation. Compensation works in the XY and XZ planes.
     """
     g, letters = words.g, words.letters
     on, plane = state.radius in (41, 42), g.get("plane", 10 * state.plane)
@@ -72,7 +72,7 @@ def _breaks_compensation(state: InterpreterState, words: SortedBlock, *, starts:
 
 
 def _lacks_words(state: InterpreterState, words: SortedBlock) -> bool:
-    """Return whether a block lacks a word or a state that one of its codes requires, or has it out of range."""
+    """Return whether one of the codes of a block lacks a required word or state, or has a word that is out of range."""
     g, letters = words.g, words.letters
     radius, cycle = g.get("radius"), g.get("cycle")
     number = letters.get("D")
@@ -96,7 +96,7 @@ def _sets_missing_offset(letters: Mapping[str, Word]) -> bool:
 
 
 def _has_spare_words(state: InterpreterState, words: SortedBlock) -> bool:
-    """Return whether a block has a P or Q word that no code of the block uses."""
+    """Return whether a block has a P or Q word that none of its codes uses."""
     unknown = words.unknown
     # The blocks after G5.2 are control points.
     if state.unknown_motion == "G5.2" or any(word.letter == "G" for word in unknown):

@@ -1,7 +1,8 @@
-"""Controller materials that a program defines in comments, and the moves that the controller adds at every cut, which
-`gcode.torch.for_controller` leaves out.
-Source: QtPlasmaC manual, material handling: ``(o=0, …)`` applies to this program; ``o=1`` and ``o=2`` are stored in
-the table under the number ``nu``, and selected by M190.
+"""Materials of the controller that a program defines in comments, and the moves that the controller adds at every cut.
+`gcode.torch.for_controller` leaves these moves out of the program.
+
+Source: QtPlasmaC manual, material handling. ``(o=0, …)`` applies to the current program; ``o=1`` and ``o=2`` are stored
+in the table under the number ``nu``, and selected by M190.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ _MOVING = [int(kind) for kind in MOTIONS]
 
 @dataclass(frozen=True)
 class Material:
-    """Pierce and cut data of a material: mm, s, mm/s."""
+    """Pierce and cut data of a material, in mm, s and mm/s."""
 
     pierce_height: float
     pierce_delay: float
@@ -67,8 +68,10 @@ def read_materials(lines: Sequence[str]) -> list[Choice]:
 
 class MaterialFeeds:
     """Feeds that a program takes from the selected material of the controller by a `word` such as
-    ``F#<_hal[plasmac.cut-feed-rate]>``. `words` maps marked feeds to it; they are a millionth higher than the feed
-    of the material, so that they differ from every feed that a program states.
+    ``F#<_hal[plasmac.cut-feed-rate]>``.
+
+    `words` maps each such feed to its word. The feeds are a millionth higher than those of the material, so that they
+    differ from every feed that a program states.
     """
 
     def __init__(self, lines: Sequence[str], word: str, otherwise: float) -> None:
@@ -78,7 +81,7 @@ class MaterialFeeds:
         self._starts = [line for line, _ in self._choices]
 
     def feed_at(self, line: int, unit: float) -> float:
-        """Return the feed at a line, in program units per minute; `unit` is the program unit in mm."""
+        """Return the feed at a line, in program units per minute; `unit` is the length of a program unit, mm."""
         chosen = bisect_right(self._starts, line)
         material = self._choices[chosen - 1][1] if chosen else None
         known = material.feed if material is not None and material.feed > 0.0 else self._otherwise
@@ -97,13 +100,14 @@ def _material(figures: dict[str, float], unit: float) -> Material:
 
 
 def with_controller_moves(path: Toolpath, lines: Sequence[str], clearance: float) -> tuple[Toolpath, int]:
-    """Return a path with the moves that its controller adds at every cut, and the number of cuts of unknown material.
+    """Return a path with the moves that its controller adds at every cut, and the number of cuts whose material is
+    unknown.
 
     The torch descends to the pierce height, waits, descends to the cut height, and retracts after the cut; marking has
     no delay. The second descent uses the feed of the first cutting move, as in leafcut's plans; the real feed is a
     controller setting. Probing is not included, because its path and feed are settings. Outputs synchronized with
-    motion (M62, M63, M67) are left out, since the machine does not stop for them.
-    `clearance` is the height of travel moves above the sheet, mm.
+    motion (M62, M63, M67) are left out, since the machine does not stop for them. `clearance` is the height of travel
+    moves above the sheet, mm.
     """
     choices = read_materials(lines)
     starts = [line for line, _ in choices]
@@ -134,7 +138,7 @@ def with_controller_moves(path: Toolpath, lines: Sequence[str], clearance: float
 
 
 def _feed_after(path: Toolpath, index: int) -> float:
-    """Return the feed of the first cut after a row, mm/s; 0 if a rapid or no move comes first."""
+    """Return the feed of the first cut after a row, mm/s; 0 if a rapid comes before it, or if no cut follows."""
     ahead = path.kind[index + 1 : index + 1 + _NEAR]
     moving = np.flatnonzero(np.isin(ahead, _MOVING))
     first = index + 1 + int(moving[0]) if len(moving) else index
@@ -142,7 +146,9 @@ def _feed_after(path: Toolpath, index: int) -> float:
 
 
 def _switching_moves(row: Motion, material: Material, place: Point3, clearance: float, feed: float) -> Iterator[Motion]:
-    """Yield the moves of the controller where the program switches the torch; `feed` is that of the following cut."""
+    """Yield the moves that the controller adds where the program switches the torch; `feed` is the feed of the
+    following cut.
+    """
 
     def to(kind: Kind, z: float, feed: float = 0.0) -> Motion:
         return Motion(kind, (place[0], place[1], z), feed, 0, row.line)

@@ -1,5 +1,6 @@
-"""Modal dependencies of a range of blocks: the modes that it inherits from earlier blocks (`G1 Z-1`: the feed; `X5`:
-the motion and the Y position), and the modes that it sets. Inherited modes must be restated when the range moves.
+"""Modal dependencies of a range of blocks: the modes that it inherits from earlier blocks, and the modes that it sets.
+`G1 Z-1` inherits the feed; `X5` inherits the motion and the Y position. Inherited modes must be restated when the range
+moves.
 """
 
 from __future__ import annotations
@@ -41,7 +42,9 @@ _MOVES = _CUTS | {int(Kind.RAPID)}
 
 @dataclass(frozen=True, slots=True)
 class BlockWords:
-    """The fields of `Modal` that a block states, its numbers as text by letter, and whether it has M3 or M4."""
+    """The words of a block: the fields of `Modal` that they set, their numbers as text by letter, and whether M3 or M4
+    is among them.
+    """
 
     states: frozenset[str]
     letters: dict[str, str]
@@ -54,14 +57,14 @@ class BlockWords:
 
 @dataclass(frozen=True, slots=True)
 class ModalUse:
-    """The fields of `Modal` that a range of blocks uses before stating them, and those that it states or uses."""
+    """The fields of `Modal` that a range of blocks uses before it sets them, and those that it sets or uses."""
 
     inherited: frozenset[str]
     sets: frozenset[str]
 
 
 def with_fields(modal: Modal, fields: Iterable[str], source: Modal) -> Modal:
-    """Return a modal state with some `INHERITED` fields of another state."""
+    """Return a copy of a modal state in which some `INHERITED` fields have the values of another state."""
     names = [
         name for field in fields for name in (("motion", "cycle", "cycle_words") if field == "motion" else (field,))
     ]
@@ -69,7 +72,9 @@ def with_fields(modal: Modal, fields: Iterable[str], source: Modal) -> Modal:
 
 
 class BlockReader:
-    """Parses and caches the words of a program's blocks. With `beam`, S is a power, which may also act in rapids."""
+    """Parses and caches the words of a program's blocks. With `beam`, S is the power of a beam, which may also act in
+    rapids.
+    """
 
     def __init__(self, program: Program, *, beam: bool = False) -> None:
         self.program = program
@@ -81,7 +86,9 @@ class BlockReader:
 
     @cached_property
     def blocks_by_letter(self) -> dict[str, tuple[list[int], list[str]]]:
-        """For each letter, the blocks that state it, in order, and its text; cycle words count in cycles only."""
+        """For each letter, the blocks that contain it, in order, and the text of its numbers. Cycle words count in
+        cycles only.
+        """
         found: dict[str, tuple[list[int], list[str]]] = {}
         for block in range(self.program.n_blocks):
             words = self.words(block)
@@ -97,7 +104,7 @@ class BlockReader:
 
     @cached_property
     def first_blocks_by_field(self) -> dict[str, int]:
-        """The first block that states each field of `Modal`."""
+        """The first block that sets each field of `Modal`."""
         found: dict[str, int] = {}
         for block in range(self.program.n_blocks):
             for field in self.states(block, block + 1):
@@ -105,12 +112,12 @@ class BlockReader:
         return found
 
     def states(self, begin: int, end: int) -> set[str]:
-        """Return the fields of `Modal` that words in blocks begin … end - 1 set."""
+        """Return the fields of `Modal` that the words of blocks begin … end - 1 set."""
         words = (self.words(block) for block in range(begin, end))
         return {field for w in words if w is not None for field in w.states}
 
     def kinds(self, block: int) -> list[int]:
-        """Return the kinds of a block's rows."""
+        """Return the kinds of the toolpath rows of a block."""
         return self._kinds[self._first[block] : self._first[block + 1]]
 
     def words(self, block: int) -> BlockWords | None:
@@ -158,7 +165,7 @@ class BlockReader:
         return words is not None and words.outputs and set(self.kinds(block)) == {int(Kind.FOREIGN)}
 
     def _used_and_stated(self, block: int, words: BlockWords) -> tuple[set[str], set[str]]:
-        """Return the modes that a block uses without stating them, and those that it states."""
+        """Return the modes that a block uses without setting them, and those that it sets."""
         kinds, stated = set(self.kinds(block)), set(words.states)
         after = self.program.modal(block + 1)
         used: set[str] = set()
@@ -186,8 +193,8 @@ HERE = "here"
 
 
 def next_position(reader: BlockReader, blocks: Iterable[int], clearance: float) -> tuple[float, float] | str | None:
-    """Return the first position in X and Y in `blocks`; `HERE` if it depends on the position before them; None without
-    a move. `clearance` is the height above which the tool may descend anywhere, mm.
+    """Return the first position in X and Y in `blocks`, or None if they do not move in X or Y. Return `HERE` if the
+    blocks depend on the position before them. `clearance` is the height above which the tool may descend anywhere, mm.
     """
     program = reader.program
     path, first = program.path, program.first
@@ -225,7 +232,7 @@ def next_position(reader: BlockReader, blocks: Iterable[int], clearance: float) 
 
 
 def depends_on_height(reader: BlockReader, blocks: Iterable[int]) -> bool:
-    """Return whether the effect of `blocks` depends on the height of the tool before them."""
+    """Return whether the effect of `blocks` depends on the height of the tool before the first block."""
     program = reader.program
     drilled = False
     for block in blocks:

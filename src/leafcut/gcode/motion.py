@@ -1,7 +1,7 @@
-"""Moves: straight, circular, to machine coordinates, and of the origin (G10, G52, G92 and related codes).
+"""Execute moves: straight, circular, in machine coordinates, and moves of the origin (G10, G52, G92 and related codes).
 
-After a move of the origin the position is known only if the word states it (G92 X0, G10 L20 of the active frame);
-otherwise the axis is unknown until it is programmed again.
+After a move of the origin, the position on an axis is known only if the word states it (G92 X0, or G10 L20 of the
+active frame). Otherwise it is unknown until the axis is programmed again.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _G92_OFF = (921, 922, 923)
 
 
 def run_straight(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Run G0 or G1."""
+    """Execute a straight move, G0 or G1."""
     before = list(state.path.position)
     x, y, z = (state.target(letters, axis) for axis in range(3))
     if state.motion == 0:
@@ -39,7 +39,7 @@ def run_straight(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def run_probe(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Run G38.2 straight down until the probe trips; raise an alarm if it never does."""
+    """Execute G38.2: move straight down until the probe trips, and raise an alarm if it never does."""
     if "X" in letters or "Y" in letters or "Z" not in letters:
         raise BlockError("a probe (G38.2) that does not go straight down is not understood")
     before, z = state.path.position[2], state.target(letters, 2)
@@ -49,7 +49,7 @@ def run_probe(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def run_machine(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Run a move in machine coordinates, G53 with G0."""
+    """Execute a move in machine coordinates, G53 with G0."""
     if state.motion != 0:
         raise UnclearBlock("G53 is understood with G0 only")
     if state.incremental:
@@ -61,7 +61,9 @@ def run_machine(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def run_home(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Run G28 or G30: a rapid through the programmed point, then to machine zero (by convention) in the same axes."""
+    """Execute G28 or G30: a rapid through the programmed point, then a rapid to machine zero (by convention) on the
+    same axes.
+    """
     given = [axis in letters for axis in AXES]
     before = list(state.path.position)
     x, y, z = (state.target(letters, axis) for axis in range(3))
@@ -72,7 +74,7 @@ def run_home(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def run_arc(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Run G2 or G3 with a centre (I J K) or a radius (R), with P turns."""
+    """Execute an arc, G2 or G3, given by its centre (I, J, K) or its radius (R); P is the number of turns."""
     begin = (state.path.position[0], state.path.position[1], state.path.position[2])
     targets = [state.target(letters, axis) for axis in range(3)]
     end = [b if t is None else t for b, t in zip(begin, targets, strict=True)]
@@ -115,7 +117,7 @@ def _in_plane(point: list[float] | Point3, axes: tuple[int, int, int]) -> tuple[
 def _centre_of_offsets(
     state: InterpreterState, letters: dict[str, Word], begin: Point3, axes: tuple[int, int, int]
 ) -> list[float]:
-    """Return the centre given by two of I, J and K; the third coordinate is that of the start."""
+    """Return the centre of an arc that is given by two of I, J and K. The third coordinate is that of the start."""
     names = ["IJK"[axis] for axis in axes[:2]]
     if not any(name in letters for name in names):
         raise BlockError("an arc needs {} and {}, or R", names[0], names[1])
@@ -130,7 +132,8 @@ def _centre_of_offsets(
 
 
 def check_radii(u0: float, v0: float, u1: float, v1: float, uc: float, vc: float) -> None:
-    """Raise an error if start (u0, v0) and end (u1, v1) of an arc have different distances from (uc, vc)."""
+    """Raise an error if the start (u0, v0) and the end (u1, v1) of an arc are not equally far from its centre (uc,
+    vc)."""
     inner, outer = math.hypot(u0 - uc, v0 - vc), math.hypot(u1 - uc, v1 - vc)
     if inner == 0.0:
         raise BlockError("an arc of radius 0")
@@ -145,7 +148,7 @@ def check_radii(u0: float, v0: float, u1: float, v1: float, uc: float, vc: float
 def _centre_of_radius(
     begin: Point3, end: list[float], axes: tuple[int, int, int], radius: float, clockwise: bool
 ) -> list[float]:
-    """Return the centre of an arc of given radius; a negative radius selects the arc of more than half a turn."""
+    """Return the centre of an arc with a given radius; a negative radius selects the arc of more than half a turn."""
     (u0, v0), (u1, v1) = _in_plane(begin, axes), _in_plane(end, axes)
     du, dv = u1 - u0, v1 - v0
     half = math.hypot(du, dv) / 2.0
@@ -165,7 +168,7 @@ def _centre_of_radius(
 def _sweep(
     begin: Point3, end: list[float], center: list[float], axes: tuple[int, int, int], clockwise: bool, turns: int
 ) -> float:
-    """Return the angle of an arc, rad, always positive."""
+    """Return the swept angle of an arc, rad; it is always positive."""
     (u0, v0), (u1, v1), (uc, vc) = _in_plane(begin, axes), _in_plane(end, axes), _in_plane(center, axes)
     turn = math.atan2(v1 - vc, u1 - uc) - math.atan2(v0 - vc, u0 - uc)
     sweep = (-turn if clockwise else turn) % math.tau
@@ -178,8 +181,8 @@ def chooses_origin(code: int) -> bool:
 
 
 def run_origin(state: InterpreterState, code: int, letters: dict[str, Word]) -> None:
-    """Run a code that moves the origin: add a row SHIFT. Raises BlockError if a word is missing; UnclearBlock if the
-    stored value is not in the program.
+    """Execute a code that moves the origin, and add a SHIFT row. Raises BlockError if a word is missing, and
+    UnclearBlock if the program does not contain the stored value.
     """
     if code in _G92_OFF:
         if state.policy.cancels_shift(state):
@@ -198,7 +201,7 @@ def run_origin(state: InterpreterState, code: int, letters: dict[str, Word]) -> 
 
 
 def _set_table(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Run G10: L2 and L20 set a work offset; other tables are not supported."""
+    """Execute G10: L2 and L20 set a work offset; other tables are not supported."""
     if "L" not in letters:
         raise UnclearBlock("G10 without L is not understood")
     table = whole_number(letters.pop("L"), 999)
@@ -222,6 +225,6 @@ def _set_table(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def _take_axis_words(letters: dict[str, Word]) -> tuple[tuple[bool, bool, bool], dict[int, Word]]:
-    """Remove X, Y and Z from `letters`; return which are stated, and their words."""
+    """Remove the X, Y and Z words from `letters`. Return which of the axes are stated, and their words."""
     named = named_axes(letters)
     return named, {axis: letters.pop(AXES[axis]) for axis in range(3) if named[axis]}

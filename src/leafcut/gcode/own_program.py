@@ -24,8 +24,8 @@ def interpret(
 ) -> Toolpath:
     """Return the motions and commands of a program; every word must be supported.
 
-    Coordinates are NaN until the program moves their axis. Text after the end of the program is ignored. G28 and G30
-    are assumed to end at machine zero.
+    A coordinate is NaN until the program moves its axis. Text after the end of the program is ignored. G28 and G30 are
+    assumed to end at machine zero.
 
     Parameters
     ----------

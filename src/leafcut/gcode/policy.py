@@ -1,5 +1,5 @@
-"""Policies of the interpreter: programs of other CAMs may contain any word, and a block that is not understood is kept;
-leafcut's own programs contain supported words only.
+"""Policies of the interpreter. A program from another CAM system may contain any word, and a block that is not
+understood is kept. leafcut's own programs contain only supported words.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ _MOTIONS = frozenset({0, 10, 20, 30, 730, 810, 820, 830, 840, 850, 860, 890})
 
 
 class Policy:
-    """Policy for programs of other CAMs: a block that is not understood is kept, and the state that it may change is
-    unknown afterwards.
+    """Policy for programs from other CAM systems. A block that is not understood is kept, and any state that it may
+    change is unknown afterwards.
     """
 
     def unknown(self, message: str) -> None:
-        """Handle a part of a block that is not understood or not expected: raise an error, or return to keep it."""
+        """Handle an unknown or unexpected part of a block: raise an error, or return so that the block is kept."""
 
     def codes(self, dialect: Dialect) -> tuple[frozenset[int], frozenset[int]]:
-        """Return the supported G codes, in tenths, and M codes."""
+        """Return the supported G codes, in tenths, and the supported M codes."""
         m_codes = frozenset(M_GROUP_OF) - OUTPUT_CODES - {PAUSE}
         if dialect.cycle_words == "fagor":
             return dialect.g_codes, m_codes
@@ -35,47 +35,49 @@ class Policy:
         return frozenset(GROUP_OF) - (other - dialect.g_codes), m_codes
 
     def spindle_directions(self, dialect: Dialect) -> dict[int, int]:
-        """Return the spindle direction of M3, M4 and M5: 1, -1 or 0."""
+        """Return the spindle direction of M3, M4 and M5: 1, -1 and 0."""
         # With a beam, M3 and M4 differ in whether the power follows the speed.
         return {3: 1, 4: -1, 5: 0}
 
     def is_refused(self, state: InterpreterState, block: Block, words: SortedBlock) -> bool:
-        """Return whether the controller refuses a block of clear meaning. Changes: state.feed_forgotten."""
+        """Return whether the controller refuses a block although its meaning is clear. Changes:
+        state.feed_forgotten."""
         if not is_linuxcnc(state.dialect):
             return False
         malformed = is_malformed(block.words)
         return is_refused(state, words) or malformed
 
     def start(self, state: InterpreterState) -> None:
-        """Set the state at the start of a program."""
+        """Set the state of the interpreter at the start of a program."""
         # The state at switch-on: Fanuc has G98, RS274/NGC G99 (seen with rs274).
         state.to_initial = state.dialect.groups == "fanuc"
         if state.to_initial:
             state.unknown_motion = Message("the motion mode at power-on")
 
     def is_known_motion(self, code: int) -> bool:
-        """Return whether a motion or a cycle, in tenths, is supported."""
+        """Return whether the G code of a motion or a cycle, in tenths, is supported."""
         return code in _MOTIONS
 
     def is_known_spindle(self, number: float) -> bool:
-        """Return whether the spindle of a $ word is supported."""
+        """Return whether the spindle that a $ word selects is supported."""
         return number in (0.0, -1.0)
 
     def changes_blending(self, state: InterpreterState, blending: tuple[int, float, float]) -> bool:
-        """Return whether a path control word (mode, tolerance and joining, as in `Modal`) adds a row."""
+        """Return whether a path control word adds a row; `blending` is its mode, tolerance and joining, as in
+        `Modal`."""
         return blending != (state.blending, state.tolerance, state.joining)
 
     def register(self, state: InterpreterState, code: int, word: Word | None) -> float:
-        """Return the register of the D word of G41 to G42.1, in tenths."""
+        """Return the register number in the D word of cutter compensation; `code` is G41 to G42.1, in tenths."""
         return 0.0 if word is None else word.value
 
     def forget_height(self, state: InterpreterState) -> None:
-        """Forget the height after a change of the length offset."""
+        """Mark the height as unknown after a change of the length offset."""
         state.path.position[2] = UNKNOWN
         state.path.initial_plane = None
 
     def forget_xy_position(self, state: InterpreterState) -> None:
-        """Forget the position in X and Y after G43 if the offsets may include X and Y."""
+        """Mark the position in X and Y as unknown after G43 if the offset may include X and Y."""
 
     def cancels_shift(self, state: InterpreterState) -> bool:
         """Return whether G92.1 to G92.3 may move the origin."""
@@ -83,42 +85,46 @@ class Policy:
 
 
 class OwnPolicy(Policy):
-    """Policy for leafcut's own programs: an unsupported word is an error, and positions are those of the plan."""
+    """Policy for leafcut's own programs: an unsupported word is an error, and positions are those of the planned
+    toolpath.
+    """
 
     def unknown(self, message: str) -> None:
         """Raise an error."""
         raise BlockError(message)
 
     def codes(self, dialect: Dialect) -> tuple[frozenset[int], frozenset[int]]:
-        """Return the codes of the dialect."""
+        """Return the G and M codes of the dialect."""
         return dialect.g_codes, dialect.m_codes
 
     def spindle_directions(self, dialect: Dialect) -> dict[int, int]:
-        """Return the directions; M4 may switch on a beam."""
+        """Return the spindle directions; M4 may also switch on a beam."""
         beam = {} if dialect.torch is None else {dialect.torch.on_code: 1}
         return {**super().spindle_directions(dialect), **beam}
 
     def is_refused(self, state: InterpreterState, block: Block, words: SortedBlock) -> bool:
-        """Return False: the controller supports all words of its dialect."""
+        """Return False, because the controller supports all words of its dialect."""
         return False
 
     def start(self, state: InterpreterState) -> None:
-        """Keep the default state."""
+        """Keep the default state of the interpreter."""
 
     def is_known_motion(self, code: int) -> bool:
         """Accept all motions of the dialect."""
         return True
 
     def is_known_spindle(self, number: float) -> bool:
-        """Accept all spindles: a torch has several tools."""
+        """Accept all spindle numbers, because a torch has several tools."""
         return True
 
     def changes_blending(self, state: InterpreterState, blending: tuple[int, float, float]) -> bool:
-        """Return whether G64 is or was active: a toolpath without such a row stops at the end of every move (G61)."""
+        """Return whether G64 is or was active. A toolpath without a row for path control stops at the end of every move
+        (G61).
+        """
         return 640 in (blending[0], state.blending)
 
     def register(self, state: InterpreterState, code: int, word: Word | None) -> float:
-        """Return the kerf width, mm, or the register with half of it."""
+        """Return the kerf width, mm, or the number of the register that contains half of it."""
         torch = state.dialect.torch
         if torch is None or not torch.compensation:
             raise BlockError("radius compensation (G41, G42) is not understood")
@@ -127,13 +133,15 @@ class OwnPolicy(Policy):
         return state.mm(word) if code in (411, 421) else float(whole_number(word, 9_999))
 
     def forget_height(self, state: InterpreterState) -> None:
-        """Keep the height."""
+        """Keep the height, which is known."""
 
     def forget_xy_position(self, state: InterpreterState) -> None:
-        """Forget X and Y if a tool for marking has offsets in them, which only the controller's table contains."""
+        """Mark X and Y as unknown if the marking tool has offsets in X and Y, which only the controller's table
+        contains.
+        """
         if state.dialect.torch is not None and state.dialect.torch.mark_tool is not None:
             state.path.position[:2] = [UNKNOWN, UNKNOWN]
 
     def cancels_shift(self, state: InterpreterState) -> bool:
-        """Return whether the origin was moved before."""
+        """Return whether the origin has been moved before."""
         return bool(state.shift)

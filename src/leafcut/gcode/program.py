@@ -1,4 +1,6 @@
-"""`Program`: a program of any CAM, block by block, with its motions and the modal state before every block."""
+"""`Program`: a program from any CAM system, as a sequence of blocks with their motions and the modal state before each
+block.
+"""
 
 from __future__ import annotations
 
@@ -67,33 +69,35 @@ class Modal:
     Attributes
     ----------
     motion
-        0 to 3 for G0 to G3, None after G80, or before any motion, or while a cycle is active.
+        0 to 3 for G0 to G3; None after G80, before the first motion, and while a cycle is active.
     cycle
         Number of the active canned cycle (81 for G81), or None.
     cycle_words
         Letter and value of the modal words of the active cycle (R, Z, P, Q …), as written.
     unit
-        Millimetres in one unit; None before it is stated.
+        Length of the program unit, mm; None before the program states its unit.
     incremental, absolute_centres, to_initial
-        G91, G90.1 and G98.
+        Whether G91, G90.1 and G98 are active.
     feed_mode, feed
-        93, 94 or 95; F as written, in units per minute, units per revolution, or 1/min; 0 without any.
+        93, 94 or 95; F as written, in units per minute, units per revolution, or 1/min; 0 without F.
     rpm, spindle, coolant
-        S; 1 for M3, -1 for M4, 0 for M5; 0 off, 1 mist, 2 flood, 3 both.
+        Spindle speed S; direction of the spindle (1 for M3, -1 for M4, 0 for M5); coolant (0 off, 1 mist, 2 flood, 3
+        both).
     tool, next_tool
-        The tool in the spindle, and the tool of the last T word; None if not stated.
+        The tool in the spindle, and the tool of the last T word; None if unknown.
     length
-        Register of the length offset (0: G49); negative after a block that may have changed it: minus the number of
-        such blocks so far.
+        Register of the length offset (0: G49). After a block that may have changed the offset, the value is minus the
+        number of such blocks so far.
     radius, register
-        40, 41 or 42, and the number of its D; `radius` is negative after a block that may have changed it.
+        40, 41 or 42 for cutter compensation, and its D number; `radius` is negative after a block that may have changed
+        it.
     frame
         Work offset in tenths (540 for G54, 591 for G59.1).
     shift
         Number of changes of the origin so far (G52, G92 …).
     blending, tolerance, joining
-        610, 611 or 640 (G61, G61.1, G64), 0 before it is stated; the P of G64, in mm, 0 without; its Q, in mm, P
-        without.
+        610, 611 or 640 (G61, G61.1, G64), or 0 before any of them; P of G64, mm, or 0 without P; Q of G64, mm, or P
+        without Q.
     """
 
     motion: int | None = None
@@ -134,7 +138,7 @@ _FIELD_OF = {
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """A program, block by block, in the order of execution.
+    """A program as a sequence of blocks in the order of execution.
 
     A block in a loop or subprogram appears once per execution.
 
@@ -149,27 +153,27 @@ class Program:
     before
         int32[m + 1]: the row of `modals` before block b; the last is the state at the end.
     switched_off
-        By block that switches the spindle or coolant off, or changes the tool, after its motion: the first row after
-        the motion, and the row of `modals` during it.
+        For each block that switches the spindle or coolant off, or changes the tool, after its motion: the first row
+        after the motion, and the row of `modals` during the motion.
     fixed
-        By block: the reason to keep it unchanged in its place. It may be unsupported, belong to a loop or subprogram,
-        have a computed number, or be skipped by a switch of the machine.
+        For each block that must stay unchanged in its position: the reason. It may be unsupported, belong to a loop or
+        subprogram, have a computed number, or depend on the block-delete switch of the machine.
     descriptions
         Descriptions of the blocks with unknown effects or an active comment.
     calls
-        The blocks begin … end - 1 of every subprogram that the main program calls, including the calling block.
+        The block ranges (begin … end - 1) of all subprogram calls in the main program, including the calling blocks.
     last_line
         The last line of the program; the text after it is ignored.
     feed_words
-        Words such as F with a parameter of the controller's material, with the feed that replaces them.
+        Feeds that replace words such as F with a parameter of the controller's material, with these words.
     assumed_units
-        The program has lengths before it states its units; the option `units` gave them.
+        Whether the program has lengths before it states its units, so that the option `units` supplied them.
     dark_rapids
-        The controller switches the beam off in every rapid, regardless of S.
+        Whether the controller switches the beam off in every rapid, regardless of S.
     title_lines
         Number of title lines above the first percent sign, which are not G-code.
     obeyed
-        Settings of the controller in comments and parameters, in the order of the whole text.
+        Settings of the controller in comments and parameters, in the order of the text.
     """
 
     lines: Sequence[str]
@@ -191,7 +195,9 @@ class Program:
 
     @classmethod
     def of_toolpath(cls, path: Toolpath, lines: Sequence[str]) -> Program:
-        """Return the program of a toolpath whose lines with rows are its blocks; the rows set the modal state."""
+        """Return the program of a toolpath. Each line that has rows in the toolpath becomes a block, and the rows set
+        the modal state.
+        """
         line, first = np.unique(path.line, return_index=True)
         modal = Modal(unit=1.0)
         setting: dict[str, Any]
@@ -229,8 +235,8 @@ class Program:
 
     @cached_property
     def row_modal(self) -> NDArray[np.int32]:
-        """int32[n]: the row of `modals` in which each row of `path` acts. All words of a block apply to its own motion,
-        except those that switch off after it.
+        """int32[n]: the index in `modals` of the modal state in which each row of `path` acts. All words of a block
+        apply to its own motion, except those that switch off after the motion.
         """
         number: NDArray[np.int32] = self.before[np.minimum(self.row_block + 1, len(self.before) - 1)]
         for block, (end, during) in self.switched_off.items():
@@ -238,13 +244,15 @@ class Program:
         return number
 
     def modal_at_rows(self, field: str) -> NDArray[Any]:
-        """Return the values of a field of `Modal` in which each row of `path` acts, [n]."""
+        """Return the value of a field of `Modal` for each row of `path`, [n]."""
         values: NDArray[Any] = np.array([getattr(modal, field) for modal in self.modals])[self.row_modal]
         return values
 
     @cached_property
     def text_line(self) -> NDArray[np.int32]:
-        """int32[m]: the line of each block, or of the call in the main program for a block of a subprogram."""
+        """int32[m]: the line of each block. For a block of a subprogram, this is the line of the call in the main
+        program.
+        """
         line = self.line.copy()
         for begin, end in self.calls:
             line[begin:end] = line[begin]
@@ -257,16 +265,18 @@ class Program:
         return block.astype(np.int32)
 
     def modal(self, block: int) -> Modal:
-        """Return the modal state before a block; for `n_blocks`: at the end."""
+        """Return the modal state before a block. The block number `n_blocks` selects the state at the end."""
         return self.modals[int(self.before[block])]
 
     def words(self, block: int) -> tuple[Word, ...]:
-        """Return the words of a block; none if they are not plain words."""
+        """Return the words of a block, or an empty tuple if the block contains more than plain words."""
         plain = plain_block(self.lines[int(self.line[block]) - 1])
         return () if plain is None else plain.words
 
     def is_plain(self, row: int) -> bool:
-        """Return whether a row is the only effect of its plain block: absolute, uncompensated, and run exactly once."""
+        """Return whether a row is the only effect of a plain block, which is absolute, without cutter compensation, and
+        runs exactly once.
+        """
         block = int(self.row_block[row])
         if block in self.fixed or block in self.descriptions or self.text_line[block] != self.line[block]:
             return False

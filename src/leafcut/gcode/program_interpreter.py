@@ -1,6 +1,6 @@
-"""Reader of programs of any CAM: text in, `Program` out, with the modal state before every block. `control_flow` and
-`jumps` choose the next line, `expressions` evaluates its numbers, `interpreter` executes it. Plain lines (G0 to G3,
-coordinates, F and S in ordinary modes) skip these steps.
+"""Reader of programs from any CAM system. It converts text to a `Program`, which includes the modal state before every
+block. `control_flow` and `jumps` choose the next line, `expressions` evaluates its numbers, and `interpreter` executes
+it. Plain lines (G0 to G3, coordinates, F and S in ordinary modes) skip these steps.
 """
 
 from __future__ import annotations
@@ -74,7 +74,9 @@ _SHORT_NUMBER = r"([+-]?(?:[0-9]{1,8}+(?:\.[0-9]{0,20}+)?|\.[0-9]{1,20}+))"
 
 
 def _plain_line_pattern(coordinate: str) -> re.Pattern[str]:
-    """Return the pattern of a plain line; its groups are G, X, Y, Z, I, J, and S, F, S (S may follow F)."""
+    """Return the pattern of a plain line. Its groups are G, X, Y, Z, I, J, S, F and S, because S may come before or
+    after F.
+    """
     letters = [(letter, coordinate) for letter in "XYZIJ"] + [(letter, _SHORT_NUMBER) for letter in "SFS"]
     words = "".join(rf"(?:[{letter}{letter.lower()}][ \t]*+{number}[ \t]*+)?+" for letter, number in letters)
     start = r"[ \t]*+(?:[Nn][ \t]*+[0-9]{1,8}+[ \t]*+)?+(?:[Gg][ \t]*+0?([0-3])(?![0-9.])[ \t]*+)?+"
@@ -96,21 +98,23 @@ def interpret_program(
     on_progress: Heartbeat = ignore_heartbeat,
     material_feed: float | None = None,
 ) -> Program:
-    """Return the motions and states of a program of any CAM, block by block.
+    """Return the motions and modal states of a program from any CAM system, block by block.
 
     A block is a line with words, O-words or messages; blank lines and plain comments are not blocks. Of the text after
     the end (M2, M30, a closing percent sign), only called subprograms are read. A valid block that is not understood
-    becomes a row `Kind.FOREIGN`, with the reason in `Program.fixed`. Blocks with a slash are executed. No other file is
-    opened.
+    becomes a row of kind `Kind.FOREIGN`, with the reason in `Program.fixed`. Blocks with block delete are executed. No
+    other file is opened.
 
     Parameters
     ----------
     units
-        "mm" or "in" for a program that does not state its units before the first length; None: that is an error.
+        "mm" or "in" for a program that does not state its units before the first length. None: such a program is an
+        error.
     on_progress
         Called with the fraction of processed lines.
     material_feed
-        Feed for materials in the controller's table that the program does not define, mm/s; None: unknown feed.
+        Feed for materials in the controller's table that the program does not define, mm/s; None: their feed is
+        unknown.
 
     Raises ReadError if a block is invalid (a letter without a number, an arc that does not end on its circle, a cut
     without a feed, a missing subprogram …), or loops run too many blocks. The message names the line.
@@ -143,7 +147,9 @@ def split_lines(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
 
 
 def _first_line(lines: tuple[str, ...]) -> int:
-    """Return the first line of the program, from 0: the line of the first percent sign, if only a title is above it."""
+    """Return the index of the first line of the program: the line of the first percent sign if only a title stands
+    above it.
+    """
     percent = next((at for at, line in enumerate(lines[:_MOST_TITLE]) if line.lstrip(_FILLING).startswith("%")), 0)
     words = False
     for line in lines[:percent]:
@@ -177,7 +183,7 @@ _UNIT_OF = {20.0: MM_PER_UNIT["in"], 21.0: MM_PER_UNIT["mm"]}
 
 @dataclass
 class _BlockRecord:
-    """The blocks so far, in columns; `current` is the number of the active modal state."""
+    """The blocks read so far, in columns; `current` is the index of the active modal state."""
 
     state: InterpreterState
     line: array[int] = field(default_factory=lambda: array("i"))
@@ -206,7 +212,7 @@ class _BlockRecord:
     def add(
         self, line: int, rows: int, reason: str, during_motion: tuple[int, tuple[object, ...]] | None = None
     ) -> None:
-        """Add a block; for `during_motion` see `Interpreter`."""
+        """Add a block. `Interpreter` describes `during_motion`."""
         if reason:
             self.fixed[len(self.line)] = reason
         if during_motion is not None:
@@ -226,7 +232,9 @@ class _BlockRecord:
             self.calls.append((self._called, len(self.line)))
 
     def number_of_state(self, motion: int, feed: float, speed: float) -> int:
-        """Return the number of the state that equals the last state except for motion, feed and speed."""
+        """Return the index of the modal state that equals the last state except for motion, feed and speed. Add the
+        state if it is new.
+        """
         number = self._plain.get((motion, feed, speed))
         if number is None:
             values = list(self.state.modal_values())
@@ -255,7 +263,7 @@ class _BlockRecord:
         )
 
     def _fixed_blocks(self) -> dict[int, str]:
-        """Return the reasons of fixed blocks: all blocks after a setting that turns cuts into pierces are fixed."""
+        """Return the reason for each fixed block. All blocks after a setting that turns cuts into pierces are fixed."""
         start = next((setting.line for setting in self.obeyed if setting.pierces_only), None)
         if start is None:
             return self.fixed
@@ -318,7 +326,9 @@ class _ProgramReader:
         return program if self.feeds is None else replace(program, feed_words=self.feeds.words)
 
     def _run_plain_lines(self, start: int) -> int:
-        """Execute plain lines from `start` (from 0) on; return the first line that `_run_line` must execute."""
+        """Execute plain lines, starting at line `start` (counted from 0). Return the first line that `_run_line` must
+        execute.
+        """
         state, record, lines = self.state, self.record, self.lines
         path, arcs, feed = state.path, state.path.arcs, state.feed_rate
         unit, motion = state.unit or 1.0, state.motion or 0
@@ -390,7 +400,7 @@ class _ProgramReader:
                 raise ReadError(self.file, reason, k + 1)
 
     def _fix_repeated_blocks(self) -> None:
-        """Fix every block in place that a backward jump may repeat."""
+        """Mark every block that a backward jump may repeat as fixed in its position."""
         again, left = len(self.lines) + 1, sorted(self._again)
         for block in range(len(self.record.line) - 1, -1, -1):
             while left and left[-1][0] > block:
@@ -399,7 +409,9 @@ class _ProgramReader:
                 self.record.fixed.setdefault(block, _AGAIN)
 
     def _run_line(self, at: int) -> int:
-        """Execute the line `at` (from 0); return the next line, or the number of lines at the end."""
+        """Execute the line `at`, counted from 0. Return the next line, or the number of lines at the end of the
+        program.
+        """
         line = self.lines[at].rstrip("\r\n").replace("\r", " ")
         if not line.strip(_FILLING):
             return at + 1
@@ -419,7 +431,8 @@ class _ProgramReader:
             raise ReadError(self.file, str(problem), at + 1) from None
 
     def _keep_undecided_lines(self, at: int, unknown: UndecidedJump) -> int:
-        """Fix the lines from `at` on whose execution is undecided; return the next line."""
+        """Mark the lines from `at` on that may or may not be executed as fixed in their position. Return the next
+        line."""
         if unknown.last is None:
             done = set(self.record.line)
             kept = [k for k in range(len(self.lines)) if k >= at or k + 1 not in done]
@@ -475,8 +488,8 @@ class _ProgramReader:
         return after
 
     def _command(self, command: str, at: int) -> int:
-        """Keep a firmware command such as ``$H`` in place: after homing and jogging the position is unknown, and most
-        settings may change the behaviour of the controller.
+        """Keep a firmware command such as ``$H`` in its position. After homing and jogging, the position is unknown.
+        Most settings may change the behaviour of the controller.
         """
         state, text = self.state, self.lines[at]
         state.line, rows, path = at + 1, len(state.path), state.path
@@ -553,12 +566,12 @@ class _ProgramReader:
         return reading._replace(block=replace(reading.block, words=words))
 
     def _computed_reason(self, reading: BlockReading, line: str) -> str:
-        """Return the reason to keep a block with parameters; "" if no parameter can change."""
+        """Return the reason to fix a block that contains parameters, or "" if none of the parameters can change."""
         stays = reading.computed and (reading.settings or self.parameters.asked or words_as_written(line) is None)
         return _COMPUTED if stays else ""
 
     def _next_line(self, at: int) -> int:
-        """Return the line after a block, which may call or end a subprogram."""
+        """Return the line that follows a block, which may call or end a subprogram."""
         runner, flow, after = self.runner, self.flow, at + 1
         if runner.restores:
             self.restored.append(len(flow.calls))
@@ -606,12 +619,14 @@ class _ProgramReader:
         return subprogram_digest(self.lines, self.state.dialect)
 
     def _significant_text(self, at: int) -> str:
-        """Return the significant text of a line, with its number if it may be the target of a jump."""
+        """Return the significant text of a line, including its line number if a jump may lead there."""
         text = significant_text(self.lines[at], self.state.dialect)
         return self.flow.jumps.line_number_text(at) + text if self.flow.jumps.is_jump_target(at) else text
 
     def _full_description(self, at: int) -> BlockDescription:
-        """Return the description of a line with unknown effects: its text and all parameters set before it."""
+        """Return the description of a line with unknown effects: its text, and a digest of all parameters set before
+        it.
+        """
         shown = shown_comments(self.lines[at].rstrip("\r\n"), self.state.dialect)
         text = " ".join([self._significant_text(at), *shown])
         return BlockDescription(text, self.parameters.digest(), self._subprograms)

@@ -3,7 +3,7 @@
     G0 X0 Y0 / G1 Z-1 F50  |  X5 F200 / G2 X9 I2  |  G0 Z5
     lead                   |  body                |  tail
 
-Only plain words are allowed: a block that is not fully supported cannot be reversed.
+A cut is reversible only if its blocks have plain words. A block that is not fully supported cannot be reversed.
 """
 
 from __future__ import annotations
@@ -33,10 +33,8 @@ _TOLERANCE = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class ReversibleCut:
-    """The blocks of a lead, a cut and a retract: the cut starts at block `body`, the retract at block `tail`.
-
-    `places` are X and Y, as text, of all points along the cut, including the start; None for a coordinate without a
-    word.
+    """The blocks of a lead, a cut and a retract. The cut starts at block `body`, the retract at block `tail`. `places`
+    contains X and Y, as text, of all points along the cut, including the start; a coordinate without a word is None.
     """
 
     begin: int
@@ -48,7 +46,7 @@ class ReversibleCut:
 
 
 def find_reversible_cut(program: Program, begin: int, end: int) -> ReversibleCut | None:
-    """Return a range of blocks as a reversible cut; None if a block is not plain or Z is not constant."""
+    """Return a range of blocks as a reversible cut, or None if a block is not plain or Z is not constant."""
     return _CutReader(program, begin, end).read_cut()
 
 
@@ -89,7 +87,7 @@ class _CutReader:
         return ReversibleCut(self.begin, body, tail, self.end, tuple(rows), places)
 
     def _blocks(self, body: int, tail: int) -> list[Block] | None:
-        """Return all blocks; None if one has no plain words, or a comment states a position."""
+        """Return all blocks of the range, or None if a block has no plain words or a comment states a position."""
         lines, line = self.program.lines, self.program.line
         blocks = [plain_block(lines[int(line[b]) - 1]) for b in range(self.begin, self.end)]
         between = map(plain_block, lines[int(line[self.begin]) - 1 : int(line[tail - 1])])
@@ -98,7 +96,7 @@ class _CutReader:
         return plain if len(plain) == len(blocks) and not any(states) else None
 
     def _row(self, block: int, words: Block) -> int | None:
-        """Return the row of a block that only cuts, or None."""
+        """Return the toolpath row of a block that does nothing but cut, otherwise None."""
         low, high = int(self.program.first[block]), int(self.program.first[block + 1])
         rows = [row for row in range(low, high) if self.path.kind[row] != Kind.SPINDLE]
         letters = [word.letter for word in words.words]
@@ -118,7 +116,7 @@ class _CutReader:
         )
 
     def _is_level(self, rows: list[int]) -> bool:
-        """Return whether the cut has constant Z, and no arc has more than one turn."""
+        """Return whether Z is constant in the cut, and no arc has more than one turn."""
         z = np.concatenate([self.path.before[rows, 2], self.path.end[rows, 2]])
         level = bool(np.isnan(z).all() or np.ptp(z) < _TOLERANCE)
         arcs = [row for row in rows if self.path.kind[row] != Kind.FEED]
@@ -157,7 +155,7 @@ class _CutReader:
     def _places(
         self, blocks: list[Block], body: int, tail: int, rows: list[int]
     ) -> tuple[tuple[str | None, str | None], ...] | None:
-        """Return X and Y of every point of the cut as text; None if a text does not match its coordinate."""
+        """Return X and Y, as text, of every point of the cut. Return None if a text does not match its coordinate."""
         unit = self.program.modal(body).unit or 1.0
         stated: dict[str, str | None] = {"X": None, "Y": None}
         places: list[tuple[str | None, str | None]] = []
@@ -173,7 +171,7 @@ class _CutReader:
         return tuple(places)
 
     def _centres(self, blocks: list[Block], body: int, rows: list[int]) -> bool:
-        """Return whether I and J state the centres in the units of the program."""
+        """Return whether I and J state the centres of all arcs in the units of the program."""
         modal = self.program.modal(body)
         unit = modal.unit or 1.0
         for number, row in enumerate(rows):

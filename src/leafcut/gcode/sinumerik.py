@@ -6,8 +6,8 @@
     G0 SUPA Z0 D0
     MCALL CYCLE82(25,2,0,-5.5,,0.25)
 
-Parentheses are not comments. RTP, RFP, SDIS and DP of a cycle are the height after it, the reference plane, the
-clearance above that plane, and the bottom; R of other controls is RFP + SDIS.
+Parentheses are not comments. The arguments RTP, RFP, SDIS and DP of a cycle are the height after the cycle, the
+reference plane, the clearance above that plane, and the bottom of the hole. R of other controls is RFP + SDIS.
 """
 
 from __future__ import annotations
@@ -32,7 +32,8 @@ _MOST_ARGUMENTS = {"CYCLE81": 4, "CYCLE82": 6, "CYCLE83": 12}
 
 
 class SinumerikInterpreter(Interpreter):
-    """Executes lines of Siemens controls. `state.call` is the cycle that runs at every position (MCALL)."""
+    """Executes lines of programs for Siemens controls. `state.call` is the cycle that runs at every position
+    (MCALL)."""
 
     def run_line(self, line: str, number: int) -> None:
         """Parse and execute one line."""
@@ -57,7 +58,9 @@ class SinumerikInterpreter(Interpreter):
 
 
 def sinumerik_block(line: str, number: int) -> Block:
-    """Parse a line without MCALL. Raises BlockError for words outside the subset: expressions, parameters, names …"""
+    """Parse a line without MCALL. Raises BlockError for words outside the subset, such as expressions, parameters and
+    names.
+    """
     body, _, comment = line.partition(";")
     body = body.strip()
     comments = (comment.strip(),) if comment.strip() else ()
@@ -134,8 +137,9 @@ def _length(state: InterpreterState, name: str, values: dict[str, str], key: str
 
 
 def _drill_position(state: InterpreterState, cycle: DrillCycle, words: SortedBlock) -> None:
-    """Drill at the position of a block: under MCALL every block that moves drills, even with F or G0 alone. Raises
-    BlockError if the block has more than a position and G0, so it would drill an unintended hole.
+    """Drill at the position of a block. Under MCALL, every block that moves drills, even with only F or G0.
+
+    Raises BlockError if the block contains more than a position and G0, because it would drill an unintended hole.
     """
     letters = words.letters
     if words.m or set(words.g) - {"motion"} or not letters or not set(letters) <= {"X", "Y"}:

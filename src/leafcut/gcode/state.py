@@ -1,4 +1,4 @@
-"""State of the interpreter between two blocks, and the interpretation of single words in that state."""
+"""State of the interpreter between two blocks, and the interpretation of single words in this state."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ _modal_values = attrgetter(*(f.name for f in fields(Modal)))
 
 @dataclass
 class CycleValues:
-    """Modal words of a canned cycle, in mm and s; `incremental` and `unit` (mm) are the modes in which they were
-    stated. `spare` contains the stated letters that the cycle does not use.
+    """Modal words of a canned cycle, in mm and s. `incremental` and `unit` (mm) are the modes that were active when the
+    words were stated. `spare` contains the stated letters that the cycle does not use.
     """
 
     r: float | None = None
@@ -42,13 +42,13 @@ class CycleValues:
 
 
 class StatePolicy(Protocol):
-    """The part of `policy.Policy` that the state and the interpretation of single words need."""
+    """The part of `policy.Policy` that is needed for the state and for the interpretation of single words."""
 
     def unknown(self, message: str) -> None:
         """Handle a part of a block that is not understood."""
 
     def start(self, state: InterpreterState) -> None:
-        """Set the state at the start of a program."""
+        """Set the state of the interpreter at the start of a program."""
 
     def forget_height(self, state: InterpreterState) -> None:
         """Handle a change of the length offset."""
@@ -59,12 +59,12 @@ class StatePolicy(Protocol):
 
 @dataclass
 class InterpreterState(Modal):
-    """Complete state of the interpreter: modal state, the toolpath so far, and hidden state.
+    """Complete state of the interpreter: the modal state, the toolpath so far, and hidden state.
 
     Attributes
     ----------
     policy
-        Differences between leafcut's own programs and those of other CAMs.
+        The rules that differ between leafcut's own programs and those from other CAM systems.
     motion
         As in `Modal`, but kept while a cycle is active.
     call
@@ -72,31 +72,31 @@ class InterpreterState(Modal):
     last_dwell
         Dwell of the last cycle that had one, s.
     offset_number, offset_on
-        The last D word if D selects the length offset, and whether a length offset is active.
+        The number of the last D word if D selects the length offset, and whether a length offset is active.
     unknown_lengths
         Number of blocks that made the length offset unknown.
     length_row
-        First row since the last G43; -1 before the first.
+        First row after the last G43; -1 before the first G43.
     override, adaptive
         Factor of the feed that an analog output sets, and whether it is active (M52).
     dark, holds_height
-        Outputs keep the arc off although the torch is on, and hold its height.
+        Whether outputs keep the arc off although the torch is on, and whether they hold the torch height.
     material, material_feeds
         Material selected by M190; known feeds of the controller's material table by number, mm/s.
     default_unit, assumed_units
-        Unit, mm, that is assumed for a length before the units are stated, and whether it was used.
+        Length of the unit that is assumed until the program states its units, mm, and whether it was needed.
     unknown_modes
-        Modes that may have changed invisibly: plane, distance, retract, feed, speed.
+        Modes that a block that is not understood may have changed: plane, distance, retract, feed, speed.
     unknown_motion
         The active motion or cycle if it is unsupported, otherwise ``""``.
     transforms
         G codes, in tenths, of the active rotations, scalings and mirrorings.
     surface
-        G96 (constant surface speed) is active.
+        Whether G96 (constant surface speed) is active.
     rotary
         Line and letter of the first move of a rotary axis.
     feed_forgotten
-        G94 or G95 came after the last F; LinuxCNC forgets it.
+        Whether G94 or G95 came after the last F word, so that LinuxCNC has forgotten the feed.
     """
 
     dialect: Dialect = field(kw_only=True)
@@ -133,12 +133,14 @@ class InterpreterState(Modal):
 
     @property
     def stores_cycles(self) -> bool:
-        """Whether a cycle with zero repeats is stored, and G82 and pecks may omit their words."""
+        """Whether a cycle with zero repeats is stored, and G82 and peck cycles may omit their words."""
         return self.dialect.groups == "fanuc"
 
     @property
     def takes_plain_lines(self) -> bool:
-        """Whether a line of G0 to G3, coordinates, F and S needs no checks: all modes are known and ordinary."""
+        """Whether a line with only G0 to G3, coordinates, F and S needs no checks, because all modes are known and
+        ordinary.
+        """
         return (
             self.unit is not None
             and self.motion is not None
@@ -153,13 +155,13 @@ class InterpreterState(Modal):
         )
 
     def modal_values(self) -> ModalValues:
-        """Return the fields of `Modal`, in order."""
+        """Return the values of the fields of `Modal`, in order."""
         values: ModalValues = _modal_values(self)
         return values if self.cycle is None else (None, *values[1:])
 
     def forget(self, cause: str) -> None:
-        """Mark position and modes as unknown after `cause`, except units and feed mode: without them the following
-        numbers would be meaningless.
+        """Mark the position and the modes as unknown after `cause`, except units and feed mode, without which the
+        following numbers would be meaningless.
         """
         self.path.position = [UNKNOWN, UNKNOWN, UNKNOWN]
         self.path.initial_plane = None
@@ -188,7 +190,7 @@ class InterpreterState(Modal):
             self.assumed_units = True
 
     def mm(self, word: Word) -> float:
-        """Return the length of a word in mm."""
+        """Return the length in a word, mm."""
         if word.value == 0.0:
             return 0.0
         self._assume_unit()
@@ -209,7 +211,9 @@ class InterpreterState(Modal):
         return word.value * self.unit
 
     def target(self, letters: dict[str, Word], axis: int) -> float | None:
-        """Remove the word of an axis from `letters` and return its target coordinate, mm; None without the word."""
+        """Remove the word of an axis from `letters`. Return the target coordinate of the axis, mm, or None without the
+        word.
+        """
         word = letters.pop(AXES[axis], None)
         if word is None:
             return None
@@ -221,7 +225,7 @@ class InterpreterState(Modal):
         return None if math.isnan(here) else here + value
 
     def set_feed(self, word: Word) -> None:
-        """Apply an F word in units per minute or per revolution; F may precede assumed units."""
+        """Apply an F word, in units per minute or per revolution. F may come before the program states its units."""
         self.unknown_modes.discard("feed")
         if word.value < 0.0:
             raise BlockError("{} is negative", word)
@@ -230,7 +234,9 @@ class InterpreterState(Modal):
         self.feed = word.value
 
     def feed_for(self, letters: dict[str, Word], length: float) -> float:
-        """Return the feed, mm/s, of a cut of `length` mm; with G93, F is the reciprocal of its duration in minutes."""
+        """Return the feed of a cut of `length` mm, mm/s. With G93, F is the reciprocal of the duration of the cut in
+        minutes.
+        """
         if self.feed_mode == 93:
             return self._feed_of_time(letters, length)
         if self.feed:
@@ -267,7 +273,9 @@ class InterpreterState(Modal):
         return length * word.value / SECONDS_PER_MINUTE
 
     def move_origin(self, unknown: tuple[bool, bool, bool], known: dict[int, float] | None = None) -> None:
-        """Add a row SHIFT: the origin moved. `known`: new coordinates by axis; `unknown`: axes without a known one."""
+        """Add a SHIFT row, because the origin moved. `known` contains the new coordinates by axis; `unknown` marks the
+        axes whose coordinate is unknown.
+        """
         self.shift += 1
         place = [UNKNOWN if lost else p for p, lost in zip(self.path.position, unknown, strict=True)]
         for axis, value in (known or {}).items():
@@ -275,19 +283,23 @@ class InterpreterState(Modal):
         self.path.set_place(Kind.SHIFT, (place[0], place[1], place[2]), self.shift, line=self.line)
 
     def set_frame(self, number: int) -> None:
-        """Select a work offset, 591 for G59.1; the position becomes unknown if the offset changes."""
+        """Select a work offset (591 for G59.1). If it differs from the active work offset, the position becomes
+        unknown.
+        """
         if number != self.frame:
             self.frame = number
             self.path.set_place(Kind.FRAME, (UNKNOWN, UNKNOWN, UNKNOWN), number, line=self.line)
 
     def set_dynamic_length(self) -> None:
-        """Set a tool length outside the registers (G43.1, G43.2), until the next G43 or G49."""
+        """Set a tool length offset that is not in a register (G43.1, G43.2). It stays active until the next G43 or
+        G49."""
         self.length = DYNAMIC_LENGTH
         self.path.offset(DYNAMIC_LENGTH, line=self.line)
 
     def set_length(self, register: int) -> None:
-        """Select the tool length offset of a register; 0 cancels it. A different register, or the same one after a
-        change of the tool or the tool table, moves the Z origin.
+        """Select the tool length offset of a register; register 0 cancels it.
+
+        The origin in Z moves if the register differs from the last, or if the tool or the tool table has changed since.
         """
         self.offset_on = register != 0
         since, self.length_row = self.length_row, len(self.path)
@@ -332,17 +344,17 @@ class InterpreterState(Modal):
 
 
 def named_axes(letters: dict[str, Word]) -> tuple[bool, bool, bool]:
-    """Return which of X, Y and Z a block names."""
+    """Return which of the axes X, Y and Z a block states."""
     return (AXES[0] in letters, AXES[1] in letters, AXES[2] in letters)
 
 
 def whole_number(word: Word, most: int = 99_999_999) -> int:
-    """Return the whole number of a word."""
+    """Return the whole number in a word."""
     if not 0 <= word.value <= most or word.value != int(word.value):
         raise BlockError("{} must be a whole number from 0 to {}", word, most)
     return int(word.value)
 
 
 def unit_of(code: int) -> float:
-    """Return the millimetres in one unit for G20, G21, G70, G71, G700 and G710, given in tenths."""
+    """Return the length of the unit that G20, G21, G70, G71, G700 or G710 selects, mm; `code` is in tenths."""
     return MM_PER_INCH if code in (200, 700, 7000) else 1.0

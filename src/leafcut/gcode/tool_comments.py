@@ -1,4 +1,4 @@
-"""Diameter and kind of the tools, and all tool widths, from the comments of a program."""
+"""Read tool data from the comments of a program: the diameter and kind of a tool, and the smallest tool width."""
 
 from __future__ import annotations
 
@@ -83,8 +83,8 @@ _AFTER_OTHER = re.compile(r"[^a-z0-9]{0,3}(?:deep|depth|stock|left|long|steps?|p
 
 
 def sizes_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
-    """Return line and text of the first size in a comment with a unit other than `unit` (``mm`` or ``in``); line 0 if
-    there is none, or if other comments give sizes in `unit`.
+    """Return the line number and the text of the first size that a comment gives in the unit other than `unit` (``mm``
+    or ``in``). Return line 0 if there is none, or if comments also give sizes in `unit`.
     """
     first = (0, "")
     for number, text in enumerate(lines, 1):
@@ -104,8 +104,8 @@ def tool_width(program: Program, block: int) -> float:
 
 
 def tool_in_comments(program: Program, block: int, since: int = 0) -> Tool | None:
-    """Return the tool of a block from its comments; None without a diameter, or without the angle of a V-bit. Mills
-    are flat by default. A comment up to line `since` counts only if it names the tool.
+    """Return the tool of a block, as the comments describe it. Return None if they do not state its diameter, or the
+    angle of a V-bit. Mills are assumed to be flat. A comment up to line `since` counts only if it names the tool.
     """
     width, comment = _described_diameter(program, block, since)
     if not width:
@@ -147,7 +147,9 @@ def _described_diameter(program: Program, block: int, since: int = 0) -> tuple[f
 
 
 def _diameter_in(text: str, unit: float) -> tuple[float, int | None, str] | None:
-    """Return the diameter in a comment, mm, the tool number in it or None, and the comment."""
+    """Return the diameter in a comment, mm, the tool number in the comment or None, and the comment. Return None
+    without a diameter.
+    """
     if "(" not in text and ";" not in text:
         return None
     match = next((m for pattern in _DIAMETERS if (m := pattern.search(text))), None)
@@ -160,19 +162,21 @@ def _diameter_in(text: str, unit: float) -> tuple[float, int | None, str] | None
 
 
 def comment_start(text: str) -> int:
-    """Return the index of the first comment sign in a line, or -1."""
+    """Return the index of the first character in a line that starts a comment, or -1."""
     return min((k for k in (text.find("("), text.find(";")) if k >= 0), default=-1)
 
 
 def size_in_mm(number: str, named: str | None, unit: float) -> float:
-    """Return a size such as 6.35 or 1/4 in mm; `named` is its unit as written, `unit` the unit of the program, mm."""
+    """Return a size such as 6.35 or 1/4 in mm. `named` is the unit of the size as written; without it, `unit` applies,
+    the unit of the program in mm.
+    """
     whole, _, part = number.partition("/")
     value = float(whole) / (float(part) or 1.0) if part else float(whole)
     return value * (unit if not named else 1.0 if named.lower() == "mm" else MM_PER_INCH)
 
 
 def narrowest_tool(program: Program) -> float:
-    """Return the smallest tool width stated in the comments of a program, mm; infinite without a stated width."""
+    """Return the smallest tool width that the comments of a program state, mm, or infinity if they state none."""
     unit = next((m.unit for m in program.modals if m.unit), 1.0)
     widths = [math.inf]
     for text in program.lines:
@@ -190,7 +194,7 @@ def narrowest_tool(program: Program) -> float:
 
 
 def _is_other_size(text: str, match: re.Match[str]) -> bool:
-    """Return whether a number is not a width but stock to leave, a depth or a step-over."""
+    """Return whether a number is a stock allowance, a depth or a step-over instead of a width."""
     number = 3 if match[3] else 5
     if number == 3 and _BEFORE_OTHER.search(match[0][: match.start(3) - match.start()]):
         return True

@@ -1,4 +1,4 @@
-"""Controller outputs for a torch: arc off during a move, height hold, reduced feed.
+"""Outputs of a controller for a torch: arc off during a move, height hold, and reduced feed.
 
 Source: LinuxCNC, M-code reference, M52 and M62 to M68; QtPlasmaC manual, outputs.
 """
@@ -27,7 +27,7 @@ LEAST_PERCENT, MOST_PERCENT = 10.0, 100.0
 
 
 def run_outputs(state: InterpreterState, words: SortedBlock) -> None:
-    """Execute M52, M62 to M68 and M190 of a block."""
+    """Execute the words M52, M62 to M68 and M190 of a block."""
     letters = words.letters
     if "adaptive" in words.m:
         state.adaptive = whole_number(letters.pop("P")) != 0 if "P" in letters else True
@@ -46,8 +46,8 @@ def run_outputs(state: InterpreterState, words: SortedBlock) -> None:
 
 
 def material_block(state: InterpreterState, line: str, number: int) -> Block:
-    """Parse the block of a line; F may be the feed of the controller's selected material. Raises BlockError as
-    `words.tokenise` does, or if no material is selected, or its feed is unknown.
+    """Parse the block of a line, in which F may use the feed of the controller's selected material. Raises BlockError
+    as `words.tokenise` does, and if no material is selected or its feed is unknown.
     """
     word = "" if state.dialect.torch is None else state.dialect.torch.material_feed
     rest = without_word(line, word)
@@ -78,7 +78,9 @@ def _required_word(letters: dict[str, Word], letter: str, code: int) -> Word:
 
 
 def set_outputs_after_abort(state: InterpreterState) -> None:
-    """Set the outputs as an aborted program may leave them: feed reduced, arc off, height held."""
+    """Set the outputs as an aborted program may leave them: the feed is reduced, the arc is off, and the height is
+    held.
+    """
     torch = state.dialect.torch
     if torch is None:
         return
@@ -90,7 +92,7 @@ def set_outputs_after_abort(state: InterpreterState) -> None:
 
 
 def spindle_number(letters: dict[str, Word]) -> int:
-    """Remove the `$` word and return the spindle number; 0 without it, and for -1 (all spindles)."""
+    """Remove the `$` word and return the spindle number. Without the word, and for -1 (all spindles), return 0."""
     word = letters.pop("$", None)
     return 0 if word is None or word.value == -1.0 else whole_number(word, 7)
 
@@ -104,7 +106,7 @@ def _take_wait(letters: dict[str, Word]) -> None:
 
 
 def lower_feed(state: InterpreterState, number: int, percent: float) -> None:
-    """Set an analog output; the feed output of the torch reduces the feed from here on."""
+    """Set an analog output. If it is the feed output of the torch, the feed is reduced from here on."""
     torch = state.dialect.torch
     if torch is not None and number == torch.feed_output:
         state.override = percent / 100.0 if LEAST_PERCENT <= percent <= MOST_PERCENT else 1.0
@@ -123,7 +125,7 @@ def _switch_output(state: InterpreterState, number: int, high: bool) -> None:
 
 
 def set_speed(state: InterpreterState, rpm: float) -> None:
-    """Apply an S word: spindle speed, or the power of a beam; 0 keeps the beam off."""
+    """Apply an S word, which sets the spindle speed or the power of a beam; power 0 keeps the beam off."""
     state.rpm = rpm
     if not state.spindle:
         return
@@ -139,8 +141,8 @@ def convert_for_controller(path: Toolpath, dialect: Dialect) -> Toolpath:
     """Convert a cutting toolpath to the form that its controller accepts; unchanged for a dialect without a torch.
 
     Probing, Z moves and waits are left out if the controller performs them. If the arc cannot be off during a move, the
-    torch is switched off earlier. Height control and G64 are kept only for controllers that support them. Raises
-    PostError if the controller has no word for marking, or for moving with the arc off.
+    torch is switched off earlier. Words for height control and G64 are kept only for controllers that support them.
+    Raises PostError if the controller has no word for marking, or for moving with the arc off.
     """
     torch = dialect.torch
     if torch is None:
@@ -168,7 +170,7 @@ class _TorchWriter:
         self.displaced = False
 
     def write(self, row: Motion, before: np.ndarray) -> None:
-        """Write a row; `before` is the position of the torch before it."""
+        """Write a row of the toolpath; `before` is the position of the torch before the row."""
         torch, kind = self.torch, row.kind
         if kind is Kind.SPINDLE:
             self._light(row)
@@ -197,7 +199,7 @@ class _TorchWriter:
         self.piercing &= kind not in MOTIONS
 
     def _write_move(self, row: Motion, before: np.ndarray) -> None:
-        """Forward a move without its Z; moves along Z only are left out."""
+        """Write a move without its Z; moves in Z only are left out."""
         x, y, _ = row.end
         if row.kind not in (Kind.RAPID, Kind.FEED) or self.displaced or not _is_same_place((x, y), before):
             self.keep(row._replace(end=(x, y, math.nan)))

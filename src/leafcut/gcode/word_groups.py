@@ -58,8 +58,8 @@ OTHER_AXES = ("A", "B", "C", "U", "V", "W")
 
 @dataclass(slots=True)
 class SortedBlock:
-    """The words of a block: one G code per group, M codes by group, every other letter at most once. `unknown`
-    contains the unsupported G and M words.
+    """The words of a block by group: one G code per group, M codes by group, and every other letter at most once.
+    `unknown` contains the unsupported G and M words.
     """
 
     g: dict[str, int] = field(default_factory=dict)
@@ -69,11 +69,11 @@ class SortedBlock:
 
 
 def sort_words(block: Block, g_codes: frozenset[int], m_codes: frozenset[int], separate_cycles: bool) -> SortedBlock:
-    """Return the words of a block by group.
+    """Sort the words of a block by group.
 
-    `g_codes` (in tenths) and `m_codes` belong to the dialect. With `separate_cycles`, cycles and G80 are a separate
-    group (Fanuc); otherwise they exclude G0 to G3 (RS274/NGC). Raises BlockError for two codes of one group, or a
-    letter twice.
+    `g_codes` (in tenths) and `m_codes` are the codes of the dialect. With `separate_cycles`, cycles and G80 are a
+    separate group (Fanuc); otherwise they exclude G0 to G3 (RS274/NGC). Raises BlockError if two codes belong to the
+    same group, or if a letter occurs twice.
     """
     result = SortedBlock()
     for word in block.words:

@@ -1,4 +1,6 @@
-"""A line of G-code as words: `N10 g0x1.5 Y-.5 (over the hole) ; go`. Spaces between words and case do not matter."""
+"""Split a line of G-code into words: `N10 g0x1.5 Y-.5 (over the hole) ; go`. Spaces between words and case do not
+matter.
+"""
 
 from __future__ import annotations
 
@@ -23,15 +25,15 @@ _IN_PARENTHESES = re.compile(r"\([^()]*\)")
 
 
 class BlockError(LeafcutError):
-    """A block is invalid or unsupported; the caller adds file and line."""
+    """A block is invalid or unsupported. The caller adds the file and the line."""
 
 
 class UnclearBlock(BlockError):
-    """A block is valid, but its effect is not evident from the program; it can be kept unchanged."""
+    """A block is valid, but the program does not determine its effect. The block can be kept unchanged."""
 
 
 class Word(NamedTuple):
-    """A letter in upper case, its number, and the number as written (some rules need the decimal point)."""
+    """An upper-case letter, its number, and the number as written, because some rules depend on the decimal point."""
 
     letter: str
     value: float
@@ -43,8 +45,8 @@ class Word(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """One line: its words, comments and marks. `percent` is the text after a leading percent sign, or None; `deleted`:
-    a switch on the machine may skip the line (slash).
+    """One line of G-code: its words, comments and marks. `percent` is the text after a leading percent sign, or None.
+    `deleted`: the line starts with a slash, so the block-delete switch of the machine may skip it.
     """
 
     line: int
@@ -55,13 +57,13 @@ class Block:
 
 
 def lines(text: str) -> Iterator[tuple[int, str]]:
-    """Yield number (from 1) and text of each line; any line ends are accepted."""
+    """Yield the number (from 1) and the text of each line; line ends of any kind are accepted."""
     return enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), start=1)
 
 
 def tokenise(line: str, number: int = 0) -> Block:
-    """Parse a line. Raises BlockError for an unclosed or nested comment, a letter without a number, a number out of
-    range, or an invalid character.
+    """Parse a line of G-code. Raises BlockError for an unclosed or nested comment, a letter without a number, a number
+    out of range, or an invalid character.
     """
     body, comments = split_line(line)
     if body.startswith("%"):
@@ -73,7 +75,7 @@ def tokenise(line: str, number: int = 0) -> Block:
 
 
 def plain_block(line: str) -> Block | None:
-    """Return the block of a line, or None if it has more than comments and words with numbers."""
+    """Return the block of a line, or None if the line contains anything but comments and words with plain numbers."""
     try:
         return tokenise(line.rstrip("\r\n"))
     except BlockError:
@@ -81,8 +83,8 @@ def plain_block(line: str) -> Block | None:
 
 
 def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
-    """Return a line without comments and outer spaces, and its comments, which may be `nested`. Raises BlockError for
-    a line that is too long, or an unclosed or wrongly nested comment.
+    """Return a line without comments and outer spaces, and its comments. `nested` allows nested comments. Raises
+    BlockError if the line is too long, or if a comment is unclosed or wrongly nested.
     """
     if len(line) > MAX_LINE:
         raise BlockError("the line has {} characters; this is not G-code", len(line))
@@ -93,7 +95,7 @@ def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
 
 
 def without_word(line: str, word: str) -> str | None:
-    """Return a line without a word of its controller, or None if the word is empty or only in comments."""
+    """Return a line without a word of its controller. Return None if `word` is empty, or occurs in comments only."""
     at = line.find(word) if word else -1
     while at >= 0:
         before = _IN_PARENTHESES.sub("", _flatten_comments(line[:at]))
@@ -104,12 +106,12 @@ def without_word(line: str, word: str) -> str | None:
 
 
 def has_nested_comment(line: str) -> bool:
-    """Return whether a comment contains another."""
+    """Return whether a comment in a line contains another comment."""
     return _flatten_comments(line) != line
 
 
 def _flatten_comments(line: str) -> str:
-    """Replace the parentheses inside comments by spaces, up to a semicolon outside comments."""
+    """Replace the parentheses inside comments by spaces, up to the first semicolon outside comments."""
     if line.count("(") < 2:
         return line
     depth, letters = 0, list(line)
@@ -142,9 +144,7 @@ def _without_comments(line: str) -> tuple[str, tuple[str, ...]]:
 
 
 def words_of(body: str) -> tuple[Word, ...]:
-    """Return the words of a line without comments and marks; a leading colon stands for O, as in the ISO code of
-    Fanuc.
-    """
+    """Parse the words of a line without comments and marks. A leading colon means O, as in the ISO code of Fanuc."""
     words = []
     if body[:1] == ":" and body[1:2].isdigit():
         body = f"O{body[1:]}"
@@ -183,5 +183,5 @@ def refuse_rest(body: str, position: int) -> NoReturn:
 
 
 def _printable_start(text: str) -> str:
-    """Return the start of a text, safe to show in one line."""
+    """Return the start of a text in a form that can be shown safely on one line."""
     return re.sub(r"[^\x21-\x7e]+", " ", text[:12]).strip()

@@ -1,4 +1,4 @@
-"""Check that no rapid hits material and that the spindle turns: heights of rapids, and spindle state."""
+"""Check that no rapid hits material, and that the spindle turns in every cut."""
 
 from __future__ import annotations
 
@@ -33,7 +33,8 @@ def check_clearance(
     tops: NDArray[np.float64] | None = None,
     level: bool = True,
 ) -> list[Difference]:
-    """Return every move that could crash, with its line and position; empty if the program is safe by these rules.
+    """Return every move that could crash, with its line and position. The list is empty if the program obeys these
+    rules:
 
     1. A rapid in x or y stays at least `LEAST_CLEARANCE` above `surface_z`, and its z is known. After a move to machine
        z (G53, G28) at or above `safe_z`, z counts as high. A move to machine x or y does not start below the clearance
@@ -41,13 +42,13 @@ def check_clearance(
     2. A rapid does not descend below `surface_z`, except back into a hole: at a position where a feed has gone at least
        as deep since the tool arrived. This rule does not apply to `milled` areas, where earlier cuts decide
        (`processes.pocket.proof.pocket`).
-    3. The spindle turns during every cut. A tool change stops it. For a `torch`, the rule is instead that it is off in
-       every rapid in x or y; a feed move above the sheet with the torch off is harmless.
+    3. The spindle turns during every cut. A tool change stops it. A `torch` must instead be off in every rapid in x or
+       y; a feed move above the sheet with the torch off is harmless.
 
     Drilling cycles are checked as the moves they consist of. If holes start at different heights, `tops` contains their
-    positions and heights, float64[n, 3]. The highest is the surface of the first rule, and also of the second rule
-    except above a hole. If the surface is not `level`, `proof.surface` checks the height of rapids in x or y; the first
-    rule then only requires that the height is known.
+    positions and heights, float64[n, 3]. The first rule uses the highest of them as the surface. So does the second
+    rule, except above a hole. If the surface is not `level`, `proof.surface` checks the height of rapids in x or y; the
+    first rule then only requires that the height is known.
     """
     path = expand(path)
     turning = _spindle_speed(path) != 0
@@ -68,7 +69,9 @@ DangerCheck = tuple[Message, Mask, Message]
 
 
 def _surface_under(path: Toolpath, tops: NDArray[np.float64], highest: float) -> NDArray[np.float64]:
-    """Return the surface height below the end of each row: the top of the hole there, or else `highest`, mm."""
+    """Return the height of the surface below the end of each move, mm: the top of the hole there, or `highest` if there
+    is no hole.
+    """
     import shapely  # slow to import, and needed only for holes with heights in the drawing
 
     result = np.full(len(path), highest)
@@ -87,9 +90,10 @@ def height_checks(
     milled: bool,
     surface: float | NDArray[np.float64] | None = None,
 ) -> list[DangerCheck]:
-    """Return the first two rules of `check_clearance` as checks: name, violating rows, bool[n], and text of the rule.
+    """Return the first two rules of `check_clearance` as checks. A check has a name, a mask of the rows that violate
+    the rule (bool[n]), and the text of the rule.
 
-    `path` has expanded cycles. `surface` is the surface height below each row if it is not `surface_z`.
+    The cycles in `path` are expanded. `surface` is the surface height below each row if it is not `surface_z`.
     """
     surface = surface_z if surface is None else surface
     rapid = path.kind == Kind.RAPID
@@ -118,7 +122,7 @@ def height_checks(
 
 
 def spindle_check(path: Toolpath, turning: Mask) -> DangerCheck:
-    """Return the third rule of `check_clearance` as a check; `turning` marks the rows with a turning spindle."""
+    """Return the third rule of `check_clearance` as a check; `turning` marks the rows in which the spindle turns."""
     return Message("spindle off"), _cutting(path) & ~turning, Message("the spindle must turn before a cut")
 
 
@@ -137,7 +141,7 @@ def _difference(path: Toolpath, row: int, kind: Message, text: Message) -> Diffe
 
 
 def _moves_across(path: Toolpath) -> Mask:
-    """Return a mask of the moves in x or y; the first position of an axis counts as a move."""
+    """Return a mask of the moves in x or y. The first move to a position on an axis counts as a move."""
     moved = np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == path.before[:, :2])
     across: Mask = (path.kind <= Kind.ARC_CCW) & moved.any(axis=1)
     return across
@@ -162,7 +166,7 @@ def _spindle_speed(path: Toolpath) -> NDArray[np.float64]:
 
 
 def rows_at_machine_height(path: Toolpath, safe_z: float) -> Mask:
-    """Return a mask of the rows where z was last set by a move in machine coordinates to a safe height."""
+    """Return a mask of the rows whose z was last set by a move, in machine coordinates, to a safe height."""
     in_machine = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, 2])
     in_program = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
     row = last_rows(in_machine | in_program)
@@ -173,7 +177,7 @@ def rows_at_machine_height(path: Toolpath, safe_z: float) -> Mask:
 def _returns_to_cut_depth(path: Toolpath) -> Mask:
     """Return a mask of the motions that end no deeper than an earlier feed at this x, y since the tool arrived.
 
-    A stop, a change of tool or length offset, and a block that is not understood start a new visit. The running minimum
+    A visit starts at each stop, change of tool or length offset, and block that is not understood. The running minimum
     is computed per visit: each visit is shifted down by more than the whole range of heights, so that a minimum from an
     earlier visit is recognised because it is too high.
     """

@@ -35,7 +35,9 @@ _RAPID_BATCH = 256
 
 
 class _Cuts(NamedTuple):
-    """Straight cuts: both ends, float64[n, 4], mm; upper limit of the height, mm; and row."""
+    """Straight cuts: the coordinates of both ends (float64[n, 4], mm), the upper limit of the height (mm), and the row
+    of each cut in the toolpath.
+    """
 
     ends: NDArray[np.float64]
     z: NDArray[np.float64]
@@ -77,15 +79,15 @@ class _Stages(NamedTuple):
 def find_cleared_descents(
     program: Program, rows: NDArray[np.int32], path: Toolpath, descents: NDArray[np.int64]
 ) -> tuple[Mask, Mask]:
-    """Return masks of the straight-down rapids that end where earlier cuts removed the material, and of the unchecked
-    ones.
+    """Return two masks of the straight-down rapids: those that end where earlier cuts removed the material, and those
+    that could not be checked.
 
-    Both are bool[len(descents)]. A cut clears its own centre line for the same tool of any shape, until the next stop
-    or tool change. Flat mills also clear the area that they sweep: if the diameters are known from the comments, the
-    tool must fit into the union of these areas.
+    Both masks are bool[len(descents)]. A cut clears its own centre line for the same tool of any shape, until the next
+    stop or tool change. Flat mills also clear the area that they sweep: if the diameters are known from the comments,
+    the tool must fit into the union of these areas.
 
-    `rows` contains the row in the program's path for each row of `path`, which has expanded cycles. `descents` contains
-    the rows of these rapids in `path`, ascending.
+    The cycles in `path` are expanded; `rows` contains the row in the program's path for each row of `path`. `descents`
+    contains the rows of the straight-down rapids in `path`, in ascending order.
     """
     unchecked = np.zeros(len(descents), dtype=bool)
     stages = _Stages.of(path)
@@ -202,7 +204,7 @@ def _tools_by_stage(
     stages: _Stages,
     descents: NDArray[np.int64],
 ) -> dict[int, Tool]:
-    """Return the tools described by comments, by stage."""
+    """Return the tool of each stage, as far as the comments of the program describe it."""
     stops = stages.setup[:, 2]
     fed = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
     used = np.union1d(fed[np.isin(stops[fed], stops[descents])], descents)

@@ -1,4 +1,6 @@
-"""Find dangers in a program of unknown origin: one issue per kind, with the number and the first position."""
+"""Find dangers in a program of unknown origin. Each kind of danger is one issue, with the number of positions and the
+first position.
+"""
 
 from __future__ import annotations
 
@@ -88,9 +90,9 @@ def find_dangers(
     process
         ``drill``, ``mill``, ``laser`` or ``plasma``. Heights and rapids of a laser are harmless.
     heights
-        False: the controller moves Z.
+        Whether to check heights; False if the controller moves Z.
     simulated
-        By code: the rows of the path, bool[n], whose rapids were checked by a simulation of the stock instead.
+        Masks of the rows, bool[n], whose rapids were checked by a simulation of the stock instead, by issue code.
     """
     source = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
     path = expand(source)
@@ -129,7 +131,9 @@ RANK = {Severity.DANGER: 0, Severity.WARNING: 1, Severity.NOTE: 2}
 
 
 def _cleared_rapids(program: Program, rows: NDArray[np.int32], path: Toolpath, mask: Mask) -> tuple[Mask, Mask]:
-    """Return masks of the rapids that end where earlier cuts removed the material, and of the unchecked rapids."""
+    """Return two masks of the rapids: those that end where earlier cuts removed the material, and those that could not
+    be checked.
+    """
     cleared, unchecked = np.zeros((2, len(path)), dtype=bool)
     straight = mask & (path.kind == Kind.RAPID) & np.isclose(path.end[:, :2], path.before[:, :2]).all(axis=1)
     descents = np.flatnonzero(straight)
@@ -152,9 +156,10 @@ def _unchecked_rapids_issue(path: Toolpath, mask: Mask) -> Issue:
 
 
 def _turning_rows(program: Program, rows: NDArray[np.int32], default: bool) -> Mask:
-    """Return a mask of the rows in which the spindle turns; `default` applies where only the machine knows.
+    """Return a mask of the rows in which the spindle turns. `default` applies where only the machine knows the spindle
+    state.
 
-    A tool change stops the spindle. M3 without an S starts it at the current speed. S0 does not count as a speed.
+    A tool change stops the spindle. M3 without an S word starts it at the current speed. S0 does not count as a speed.
     """
     kinds = program.path.kind
     sets_state = (kinds == Kind.SPINDLE) | (kinds == Kind.TOOL) | ((kinds == Kind.FOREIGN) & (program.path.ref == 1))
@@ -186,7 +191,7 @@ def _spindle_started_manually(issue: Issue) -> Issue:
 
 
 def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
-    """Report that no cut goes below Z0 (L814)."""
+    """Report that no cut goes below Z0, so that the height of the surface is unknown (L814)."""
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
     if not cuts.any() or path.end[cuts, 2].min() < -_TOLERANCE:
         return
@@ -206,9 +211,9 @@ def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
 
 
 def _lowered_zero(program: Program) -> Iterator[Issue]:
-    """Report that Z0 is moved down, or by an unknown height, while the tool height is known (L816).
+    """Report that the program lowers Z0, or moves it by an unknown distance, while the tool height is known (L816).
 
-    Later rapids are compared with the new Z0. A probed height counts as unknown. Moving Z0 up is safe.
+    Later rapids are compared with the new Z0. A probed height counts as unknown. Raising Z0 is safe.
     """
     path = program.path
     before, after = path.before[:, 2], path.end[:, 2]

@@ -1,4 +1,4 @@
-"""Describe differences and positions in words, and limit their number."""
+"""Describe differences and positions in words, and limit the number of differences in a list."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ MOST_LISTED = 50
 
 
 def limit_differences(differences: list[Difference], count: int | None = None) -> list[Difference]:
-    """Return at most `MOST_LISTED` differences; if there are more, the last one states how many of `count` are not
-    listed.
+    """Return at most `MOST_LISTED` differences. If there are more, the last entry states how many of the `count`
+    differences are not listed.
     """
     total = len(differences) if count is None else count
     if total <= MOST_LISTED:
@@ -36,12 +36,12 @@ def position_text(x: float, y: float, z: float | None = None) -> str:
 
 
 def end_texts(path: Toolpath, row: int) -> tuple[str, str]:
-    """Return the start and the end of a move in words."""
+    """Describe the start and the end of a move in words."""
     return position_text(*path.before[row].tolist()), position_text(*path.end[row].tolist())
 
 
 def describe_motion(motion: Motion) -> Message:
-    """Return a row in words: ``rapid to X1.000 Y2.000 Z3.000``."""
+    """Describe a motion in words: ``rapid to X1.000 Y2.000 Z3.000``."""
     kind = motion.kind
     if kind is Kind.END:
         return Message("end of program")

@@ -31,7 +31,7 @@ _TAPS = ("G84", "G74")
 
 
 def find_doubts(program: Program, dialect: Dialect, process: str) -> list[Issue]:
-    """Return probable mistakes: reversed spindles, spindles without time to start, long dwells, and unsupported
+    """Return probable mistakes: M4 in cuts, spindles without time to reach their speed, long dwells, and unsupported
     commands.
     """
     if dialect.language != "g-code":
@@ -46,7 +46,7 @@ def find_doubts(program: Program, dialect: Dialect, process: str) -> list[Issue]
 
 
 def _backward_rotation(program: Program) -> Iterator[Issue]:
-    """Report M4 in cuts, except retracts from tapped holes and tapping cycles."""
+    """Report M4 (counterclockwise rotation) in cuts, except in tapping cycles and in retracts from tapped holes."""
     path, turns, cuts = program.path, program.modal_at_rows("spindle"), _cutting_rows(program.path)
     drills = np.flatnonzero(path.kind == Kind.DRILL)
     cuts[drills] = [path.cycles[k].name not in _TAPS for k in path.ref[drills].tolist()]
@@ -70,7 +70,7 @@ def _cutting_rows(path: Toolpath) -> Mask:
 
 
 def _spindle_restarts(program: Program) -> Iterator[Issue]:
-    """Report that the spindle stops and restarts between cuts with the same tool, and no dwell precedes the next cut.
+    """Report a spindle that stops and restarts between cuts with the same tool, without a dwell before the next cut.
 
     Starts after a tool change are not reported: every program has them, and the operator watches the first start.
     """

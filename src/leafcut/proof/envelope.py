@@ -17,7 +17,7 @@ _TOLERANCE = 0.001
 
 
 def check_envelope(path: Toolpath, machine: Machine) -> list[Difference]:
-    """Return the exceeded limits of `machine`, one difference per limit, at the first position where it is exceeded.
+    """Return one difference for each limit of `machine` that is exceeded, with the first position where it is exceeded.
 
     If the `work_offset` of the machine is known, every position in the program, including hole bottoms and arc bulges,
     must be inside the travel. Otherwise only the size of the job is compared with the travel. Heights are those of the
@@ -27,7 +27,7 @@ def check_envelope(path: Toolpath, machine: Machine) -> list[Difference]:
 
 
 def _reached_positions(path: Toolpath) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return every position that is reached, in program coordinates, float64[m, 3], and the row of each."""
+    """Return every position that the tool reaches, in program coordinates, float64[m, 3], and the row of each."""
     moving = np.flatnonzero(np.isin(path.kind, [int(k) for k in MOTIONS]))
     drills = np.flatnonzero(path.kind == Kind.DRILL)
     positions, rows = [path.end[moving]], [moving]

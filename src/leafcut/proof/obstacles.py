@@ -44,10 +44,10 @@ def check_obstacles(
     safe_z: float = 0.0,
     dogleg: bool = False,
 ) -> list[Difference]:
-    """Return every motion that comes closer to an obstacle than its tool radius; empty if there are none.
+    """Return every motion that comes closer to an obstacle than the tool radius; an empty list if there are none.
 
-    This includes motions in which a part of the tool above the flutes hits an obstacle. The list starts with cuts,
-    followed by moves on unknown paths, then rapids.
+    The list includes motions in which a part of the tool above the flutes hits an obstacle. It starts with cuts,
+    followed by moves on unknown paths, and ends with rapids.
 
     Parameters
     ----------
@@ -56,16 +56,14 @@ def check_obstacles(
     zones
         float64[k, 4]: x0, y0, x1, y1, mm.
     height
-        Minimum crossing height, mm, one for all zones or float64[k]; infinite if a zone must not be crossed. A rapid
-        from
-        an unknown position is assumed to cross every zone, and so is a block that is not understood, or a move in
-        machine
-        coordinates.
+        Minimum crossing height, mm: one value for all zones, or float64[k]; infinite if a zone must not be crossed. A
+        rapid from an unknown position is assumed to cross every zone. So is a move in machine coordinates, and so is a
+        block that is not understood.
     tool_radii
-        By tool number, mm; 0 if missing. Arcs are checked as arcs. With `dogleg`, a rapid covers the whole rectangle
-        between its ends.
+        Radius of each tool, mm, by tool number; 0 for a missing tool. Arcs are checked as arcs. With `dogleg`, a rapid
+        covers the whole rectangle between its ends.
     bodies
-        By tool number, the parts above the flutes that are wider than the tool: height above the tip, and radius, mm.
+        The parts above the flutes that are wider than the tool, by tool number: height above the tip, and radius, mm.
     safe_z
         After a move to this machine height or above, a tool of unknown height counts as raised.
     """
@@ -126,7 +124,8 @@ def _has_unknown_path(path: Toolpath) -> NDArray[np.bool_]:
 
 
 def _shapes(path: Toolpath, rows: NDArray[np.intp], dogleg: bool) -> NDArray[Any]:
-    """Return the area of each motion, seen from above; for a motion from an unknown position, only its end."""
+    """Return the area of each motion, seen from above. If the start of a motion is unknown, its area is only its
+    end."""
     end = path.end[rows, :2]
     start = np.where(np.isnan(path.before[rows, :2]).any(axis=1, keepdims=True), end, path.before[rows, :2])
     shapes: NDArray[Any] = np.asarray(shapely.linestrings(np.stack([start, end], axis=1)))

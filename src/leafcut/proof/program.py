@@ -27,8 +27,7 @@ from leafcut.units import MM_PER_INCH
 
 
 def read_back(text: str, dialect: Dialect, material_feeds: Mapping[int, float] | None = None) -> Toolpath:
-    """Return the motion of a program, interpreted as the controller would, for any modes that another program left
-    active.
+    """Return the motion of a program as its controller would execute it, whatever modes another program left active.
 
     `material_feeds` contains the feeds of the controller's material table, mm/s, by number (`gcode.interpreter`).
 
@@ -42,7 +41,9 @@ def read_back(text: str, dialect: Dialect, material_feeds: Mapping[int, float] |
 
 
 def _refuse_obeyed_comments(text: str) -> None:
-    """Refuse comments that a controller acts on. leafcut writes none, but a name in the header may look like one."""
+    """Raise an error for comments that a controller acts on. leafcut writes none, but a name in the header may look
+    like one.
+    """
     for number, line in lines(text):
         if "(" not in line and ";" not in line:
             continue
@@ -57,7 +58,7 @@ def _refuse_obeyed_comments(text: str) -> None:
 
 
 def rounding_of(dialect: Dialect, units: str) -> float:
-    """Return the maximum rounding error of a position, mm, in a program whose `units` are mm or inch."""
+    """Return the maximum rounding error of a position, mm; `units` are those of the program, mm or inch."""
     half = 0.5 * 10.0**-dialect.decimals_mm
     if units == "inch":
         half = 0.5 * MM_PER_INCH * 10.0**-dialect.decimals_inch
@@ -81,18 +82,19 @@ def check_program(
     surface: NDArray[np.float64] | None = None,
     surface_z: float = 0.0,
 ) -> list[Difference]:
-    """Return all errors of a program that was `read_back`; an empty list means that the program is verified.
+    """Return all errors of a program, whose motion comes from `read_back`. An empty list means that the program is
+    verified.
 
     The program must match the planned toolpath, with cycles expanded if the controller does not have them. It must stay
-    inside the travel of the machine, above the workpiece, and over the keep-out zones at their `zone_height` (mm, one
-    for all zones or float64[k]) or higher. `units` are those of the program, mm or inch: positions may differ by half
+    inside the travel of the machine, above the workpiece, and at or above the `zone_height` of the keep-out zones (mm;
+    one value for all zones, or float64[k]). `units` are those of the program, mm or inch: positions may differ by half
     of the last decimal.
 
     For a `milled` program, `processes.pocket.proof.pocket` checks the rapids below the surface. `tops` contains the
     positions and heights of holes that start at different heights, float64[n, 3]. `surface` contains the triangles of
-    an uneven surface, float64[n, 3, 3]. Every rapid must be clear of them, and so must the parts of the tool above the
-    flutes (`bodies`) in every move (`check_surface`). `bodies` must also stay out of the zones. At zones, a spot drill
-    is as wide as its cone: `cones` contains the radius at its tip and the discs around the cone
+    an uneven surface, float64[n, 3, 3]. Every rapid must stay clear of these triangles. The parts of the tool above the
+    flutes (`bodies`) must stay clear of them in every move (`check_surface`). `bodies` must also stay out of the zones.
+    At zones, a spot drill is as wide as its cone: `cones` contains the radius at its tip and the discs around the cone
     (`model.cutter.flutes_of`). `surface_z` is the height of a flat surface, mm.
     """
     differences = compare_motion(

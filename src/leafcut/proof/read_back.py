@@ -1,4 +1,4 @@
-"""Compare a program that was read back with the planned toolpath, row by row."""
+"""Compare the motion that was read back from a program with the planned toolpath, row by row."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ def compare_motion(
     *,
     offsets: bool = False,
 ) -> list[Difference]:
-    """Return the differences between the plan and the program read back, which must have the same rows in the same
-    order.
+    """Return the differences between the planned toolpath and the motion read back from the program. Both must have the
+    same rows in the same order.
 
     Positions must agree within `tolerance_mm` per axis, feeds within 0.5 % or half of 1 mm/min, and dwells, speeds,
-    tools, coolant and pauses exactly up to rounding. Drilling cycles are compared as cycles (name, R plane, bottom,
+    tools, coolant and pauses except for rounding. Drilling cycles are compared as cycles (name, R plane, bottom,
     retract, peck, dwell, feed). Length offsets are not part of a plan; with `offsets`, each tool must have its own
-    offset active before it cuts or z moves. Straight moves of length 0 are ignored, because a post-processor may omit
-    them.
+    offset active before it cuts or moves in z. Straight moves of length 0 are ignored, because a post-processor may
+    omit them.
 
-    An empty list means that the program matches the plan. At most `MOST_LISTED` differences are listed; the last states
-    how many more there are.
+    An empty list means that the program matches the plan. At most `MOST_LISTED` differences are listed; the last entry
+    states how many more there are.
     """
     wrong = _wrong_offsets(written) if offsets else []
     a, b = (_comparable_rows(path) for path in (planned, written))
@@ -72,7 +72,7 @@ def _comparable_rows(path: Toolpath) -> Toolpath:
 
 
 def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
-    """Drop straight moves that stay within `length` of the last remaining row."""
+    """Drop straight moves that stay within `length` of the last row that was kept."""
     keep: list[int] = []
     last = (math.nan, math.nan, math.nan)
     for row, (kind, end) in enumerate(zip(path.kind.tolist(), path.end.tolist(), strict=True)):
@@ -204,7 +204,7 @@ def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float) -> Difference:
 
 
 def _wrong_offsets(path: Toolpath) -> list[Difference]:
-    """Return the rows where a tool cuts, or z moves, with the length offset of another tool or without one."""
+    """Return the rows in which a tool cuts, or moves in z, with the length offset of another tool or with none."""
     tool, offset = path.tool, path.offset
     before = path.before[:, 2]
     rises = (path.kind == Kind.RAPID) & np.isfinite(path.end[:, 2]) & ~(path.end[:, 2] == before)

@@ -36,24 +36,23 @@ def check_surface(
 ) -> list[Difference]:
     """Return every rapid that enters a surface, or is less than `LEAST_CLEARANCE` above it.
 
-    The result also includes every move, at feed or rapid, in which a part of the tool above the flutes hits the
-    surface. Moves straight up are not checked.
+    The list also includes every move, at feed or rapid, in which a part of the tool above the flutes hits the surface.
+    Moves straight up are not checked.
 
     Parameters
     ----------
     path
         The motion of a program; drilling cycles are checked as the moves they consist of. A vertical rapid is checked
-        only
-        against the surface within the tool radius of the hole. It is allowed as far down as a tool at least as wide has
-        been there at feed.
+        only against the surface within the tool radius of the hole. It may descend as deep as a tool of at least the
+        same width has already cut there.
     triangles
         float64[n, 3, 3], mm.
     tool_radii
-        By tool number, mm.
+        Radius of each tool, mm, by tool number.
     bodies
-        By tool number, the parts above the flutes that are wider than the tool: height above the tip, and radius, mm.
+        The parts above the flutes that are wider than the tool, by tool number: height above the tip, and radius, mm.
     dogleg
-        A rapid may go anywhere in the rectangle between its ends.
+        Whether a rapid may go anywhere in the rectangle between its ends.
     """
     path = expand(path)
     has_position = np.isfinite(path.before).all(axis=1) & np.isfinite(path.end).all(axis=1)
@@ -102,8 +101,8 @@ def surface_meets_area(triangles: NDArray[np.float64], area: Any, radius: float,
 def _returns_into_holes(
     path: Toolpath, descending: NDArray[np.bool_], tool_radii: Mapping[int, float]
 ) -> NDArray[np.bool_]:
-    """Return a mask of the straight-down rapids that end no lower than a tool at least as wide has been there at
-    feed.
+    """Return a mask of the straight-down rapids that end no lower than a tool of at least the same width has already
+    cut there.
     """
     result = np.zeros(len(path.end), dtype=bool)
     holes: dict[tuple[float, float], list[tuple[float, float]]] = {}
@@ -130,8 +129,8 @@ def _rows_meeting(
     radius: NDArray[np.float64],
     dogleg: bool,
 ) -> list[int]:
-    """Return the moves for which a part of the surface within the radius is higher than `above`, measured from the
-    tip.
+    """Return the moves that hit the surface: within the radius of the tool, part of the surface is higher than `above`,
+    measured from the tip.
     """
     if not len(rows):
         return []
