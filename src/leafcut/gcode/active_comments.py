@@ -68,7 +68,8 @@ def shown_comments(line: str, dialect: Dialect) -> list[str]:
 
 class ControllerSetting(NamedTuple):
     """A setting of the controller on a line of a program (numbered from 1). Equivalent settings have the same
-    `value`."""
+    `value`.
+    """
 
     line: int
     value: tuple[object, ...]

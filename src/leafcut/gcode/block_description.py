@@ -136,7 +136,8 @@ class RangeDigests:
 
 def significant_text(line: str, dialect: Dialect) -> str:
     """Return the part of a line that affects the program. On a Fagor, this includes comments, which may be
-    statements."""
+    statements.
+    """
     return "".join(line.split()).upper() if dialect.cycle_words == "fagor" else normalized(line)
 
 

@@ -130,7 +130,8 @@ def _take_plane_words(
     state: InterpreterState, letters: dict[str, Word], words: CycleValues, names: tuple[str, str]
 ) -> None:
     """Store the words of the R plane and the bottom in the cycle. Refuse older words whose meaning has changed
-    since."""
+    since.
+    """
     given = [name in letters for name in names]
     known = words.r is not None or words.z is not None
     changed = words.incremental != state.incremental or words.unit != state.unit

@@ -53,7 +53,8 @@ class Control:
 
 def control_of(line: str) -> Control | None:
     """Return the O-word of a line, or None. Raises BlockError if its keyword is unknown, or if its label is
-    computed."""
+    computed.
+    """
     found = _CONTROL.match(line)
     if found is None:
         if _COMPUTED.match(line):

@@ -58,7 +58,8 @@ _CHANGES = re.compile(r"M0*6(?![0-9.])", re.IGNORECASE)
 
 def other_language(text: str) -> str:
     """Return a message that names the unsupported language of a text, or "" for G-code for a mill, a laser or a
-    torch."""
+    torch.
+    """
     lines = text[:_LOOKED_AT].splitlines()
     if len(text) > _LOOKED_AT:
         lines = lines[:-1]

@@ -133,7 +133,8 @@ def _centre_of_offsets(
 
 def check_radii(u0: float, v0: float, u1: float, v1: float, uc: float, vc: float) -> None:
     """Raise an error if the start (u0, v0) and the end (u1, v1) of an arc are not equally far from its centre (uc,
-    vc)."""
+    vc).
+    """
     inner, outer = math.hypot(u0 - uc, v0 - vc), math.hypot(u1 - uc, v1 - vc)
     if inner == 0.0:
         raise BlockError("an arc of radius 0")

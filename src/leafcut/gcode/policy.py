@@ -41,7 +41,8 @@ class Policy:
 
     def is_refused(self, state: InterpreterState, block: Block, words: SortedBlock) -> bool:
         """Return whether the controller refuses a block although its meaning is clear. Changes:
-        state.feed_forgotten."""
+        state.feed_forgotten.
+        """
         if not is_linuxcnc(state.dialect):
             return False
         malformed = is_malformed(block.words)
@@ -64,7 +65,8 @@ class Policy:
 
     def changes_blending(self, state: InterpreterState, blending: tuple[int, float, float]) -> bool:
         """Return whether a path control word adds a row; `blending` is its mode, tolerance and joining, as in
-        `Modal`."""
+        `Modal`.
+        """
         return blending != (state.blending, state.tolerance, state.joining)
 
     def register(self, state: InterpreterState, code: int, word: Word | None) -> float:

@@ -432,7 +432,8 @@ class _ProgramReader:
 
     def _keep_undecided_lines(self, at: int, unknown: UndecidedJump) -> int:
         """Mark the lines from `at` on that may or may not be executed as fixed in their position. Return the next
-        line."""
+        line.
+        """
         if unknown.last is None:
             done = set(self.record.line)
             kept = [k for k in range(len(self.lines)) if k >= at or k + 1 not in done]

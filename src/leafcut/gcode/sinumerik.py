@@ -33,7 +33,8 @@ _MOST_ARGUMENTS = {"CYCLE81": 4, "CYCLE82": 6, "CYCLE83": 12}
 
 class SinumerikInterpreter(Interpreter):
     """Executes lines of programs for Siemens controls. `state.call` is the cycle that runs at every position
-    (MCALL)."""
+    (MCALL).
+    """
 
     def run_line(self, line: str, number: int) -> None:
         """Parse and execute one line."""

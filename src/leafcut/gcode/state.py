@@ -292,7 +292,8 @@ class InterpreterState(Modal):
 
     def set_dynamic_length(self) -> None:
         """Set a tool length offset that is not in a register (G43.1, G43.2). It stays active until the next G43 or
-        G49."""
+        G49.
+        """
         self.length = DYNAMIC_LENGTH
         self.path.offset(DYNAMIC_LENGTH, line=self.line)
 

@@ -1,1 +1,1 @@
-"""Ordering: a `RoutingProblem` in, a `Solution` out."""
+"""Ordering: find a `Solution` of a `RoutingProblem`."""

@@ -1,5 +1,5 @@
-"""Registry of algorithms, each with one or both move sets: *places* (tours of single nodes, symmetric costs, no
-precedence) and *choices* (paths with several nodes per cluster, asymmetric costs, or precedence).
+"""Registry of algorithms. Each algorithm has one or both of two move sets. *Places*: tours of single nodes, with
+symmetric costs and no precedence. *Choices*: paths with several nodes per cluster, asymmetric costs, or precedence.
 """
 
 from __future__ import annotations
@@ -51,9 +51,10 @@ class Algorithm:
     has_choices
         Whether its move set is that of choices.
     few
-        Limited to few clusters (`MOST_CLUSTERS`, `MOST_NODES`).
+        Whether the algorithm is limited to few clusters (`MOST_CLUSTERS`, `MOST_NODES`).
     check
-        Raises an error for unsupported options, given those of ants and fireflies and whether there are choices.
+        Function that raises an error for unsupported options. Its arguments are the name of the algorithm, the options
+        of ants and of fireflies, and whether the move set is *choices*.
     """
 
     name: str
@@ -64,7 +65,7 @@ class Algorithm:
     check: Callable[[str, AcoOptions, FireflyOptions, bool], None] = lambda *_: None
 
     def instance(self, problem: RoutingProblem, candidates: int | None) -> AnyInstance:
-        """Return the instance of a problem for its move set."""
+        """Return the instance of a problem for the move set of the algorithm."""
         candidates = self.candidates if candidates is None else candidates
         if not self.has_choices:
             return build_instance(problem, candidates)
@@ -74,8 +75,8 @@ class Algorithm:
 
 
 def algorithm_for(problem: RoutingProblem, options: SolveOptions) -> Algorithm:
-    """Return the algorithm named in the options, with its move set for a problem. Raises SolveError if the algorithm
-    does not support precedence, asymmetric costs, or the number of clusters.
+    """Return the algorithm that the options name, with its move set for a problem. Raises SolveError if the algorithm
+    does not support the precedence, the asymmetric costs, or the number of clusters of the problem.
     """
     name = "colony" if options.algorithm == "auto" else options.algorithm
     choices, ordered = CHOICES.get(name), len(problem.precedence) > 0
@@ -110,8 +111,8 @@ def fits_cost_table(problem: RoutingProblem) -> bool:
 
 
 def needs_choices(problem: RoutingProblem) -> bool:
-    """Return whether the search needs the move set of choices. With more than `MOST_CHOICES` clusters, it uses mean
-    positions instead.
+    """Return whether the search needs the move set *choices*. With more than `MOST_CHOICES` clusters, it uses mean
+    positions of the clusters instead.
     """
     if len(problem.precedence):
         return True
@@ -121,7 +122,7 @@ def needs_choices(problem: RoutingProblem) -> bool:
 
 
 def algorithm_titles() -> dict[str, str]:
-    """Return the values of ``--algorithm`` with their titles; a broken plug-in has its error instead."""
+    """Return the values of ``--algorithm`` with their titles. A broken plug-in has its error message as its title."""
     from leafcut.order.packaged import PACKAGED
 
     titles = {one.name: one.refusal if one.adds is None else one.adds.title for one in PACKAGED.plugins()}
@@ -129,7 +130,7 @@ def algorithm_titles() -> dict[str, str]:
 
 
 def check_algorithm(name: str) -> None:
-    """Check the name of an algorithm. Raises OptionError if it is unknown, or its package cannot be loaded."""
+    """Raise OptionError if the name of an algorithm is unknown, or its package cannot be loaded."""
     if name not in ALGORITHM_TITLES:
         from leafcut.order.packaged import PACKAGED
 
@@ -140,7 +141,7 @@ def check_options(
     problem: RoutingProblem, algorithm: Algorithm, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions
 ) -> None:
     """Check the options of an algorithm before anything is compiled. Raises SolveError if the algorithm does not
-    support an option, or full candidate lists would be too large.
+    support an option, or if full candidate lists would be too large.
     """
     algorithm.check(algorithm.name, aco, firefly, algorithm.has_choices)
     if options.candidates == 0 and problem.n_clusters > FULL_LISTS_LIMIT:

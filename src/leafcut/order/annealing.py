@@ -1,5 +1,5 @@
-"""Simulated annealing of a path: remove some clusters and insert each at its cheapest position, with the nodes chosen
-by dynamic programming. A step examines the whole path, so the method suits paths of few clusters.
+"""Simulated annealing of a path: remove some clusters and insert each of them at its cheapest position; dynamic
+programming chooses the nodes. A step examines the whole path, so the method suits paths of few clusters.
 """
 
 from __future__ import annotations
@@ -34,7 +34,9 @@ def is_small(instance: DirectedInstance) -> bool:
 
 
 def build_clusters(instance: DirectedInstance) -> Clusters:
-    """Return the clusters and the costs of all moves between their nodes; the anchor is the last cluster and node."""
+    """Return the clusters of an instance and the costs of all moves between their nodes. The anchor is the last cluster
+    and the last node.
+    """
     rules, n = instance.rules, instance.n
     begin, enter = rules.way_begin.copy(), rules.way
     leave = enter + np.int32(rules.beyond[0])
@@ -65,10 +67,12 @@ def build_clusters(instance: DirectedInstance) -> Clusters:
 
 
 class PathAnnealing:
-    """The annealing of a path, with its buffers."""
+    """Simulated annealing of a path, with its buffers."""
 
     def __init__(self, instance: DirectedInstance, words: NDArray[np.uint64], layers: Clusters | None = None) -> None:
-        """Create the buffers; `words` is a random state uint64[1], and `layers` are the clusters, if already built."""
+        """Create the buffers. `words` is a random state, uint64[1]; `layers` are the clusters, if they have already
+        been built.
+        """
         self.instance, self.words, self.layers = instance, words, layers or build_clusters(instance)
         self.turn = 0
         m, widest = instance.n, int(np.diff(self.layers.begin).max())
@@ -88,8 +92,8 @@ class PathAnnealing:
         self.number[instance.rules.way] = np.arange(len(instance.rules.way), dtype=np.int32)
 
     def anneal(self, nodes: Ints, mean: float, steps: int, least: float) -> Iterator[tuple[Ints, int]]:
-        """Anneal from a given path for a number of steps, with the mean cost of a move. Yield the best path, as the
-        problem's nodes int32[clusters], and the number of steps since the previous yield.
+        """Anneal a path for a number of steps; `mean` is the mean cost of a move. Yield the best path, as the problem's
+        nodes int32[clusters], and the number of steps since the previous yield.
         """
         walk, instance = self.walk, self.instance
         path = self.number[nodes]

@@ -1,6 +1,6 @@
 """Held-Karp lower bound on the cost of a tour. Subgradient ascent on a sparse graph finds node penalties that maximize
-the minimum 1-tree; the minimum 1-tree over all edges under these penalties proves the bound. For few nodes, every
-step uses all edges.
+the minimum 1-tree; the minimum 1-tree over all edges under these penalties proves the bound. If there are few nodes,
+every step uses all edges.
 """
 
 from __future__ import annotations
@@ -63,14 +63,16 @@ _WHOLE = (codes.EUC_2D, codes.CEIL_2D, codes.ATT, codes.GEO, codes.MAX_2D, codes
 
 
 class SpanningTree(NamedTuple):
-    """Edges of a spanning tree of all nodes but one, int32[2, n - 2], and their costs."""
+    """The edges of a spanning tree of all nodes except one, int32[2, n - 2], and their costs."""
 
     edges: NDArray[np.int32]
     length: Floats
 
 
 class Hub(NamedTuple):
-    """The node outside the spanning tree of a 1-tree, the node it is tied to or -1, and the costs of its edges."""
+    """The node of a 1-tree outside the spanning tree, the node to which it is tied (-1 for none), and the costs of its
+    edges.
+    """
 
     node: int
     tied: int
@@ -83,16 +85,16 @@ def lower_bound(instance: Instance, upper: float, *, stop: StopAsked | None = No
     Parameters
     ----------
     upper
-        Cost of a known tour, in the unit of the metric, without service times. A better tour gives a better bound; the
+        Cost of a known tour, in the unit of the metric, without service times. A shorter tour gives a better bound; the
         bound is valid in any case.
     stop
-        Called every few hundredths of a second. If it returns True, the best proved bound is returned, if any.
+        Called every few hundredths of a second. If it returns True, the search ends with the best bound proved so far.
 
     Returns
     -------
     float | None
-        At most `tour_cost` of any tour that contains the tied edge (if any). Floating-point rounding is
-        accounted for. An integer if all costs are integers. None for clusters of several nodes, nodes with different
+        A bound that is at most the `tour_cost` of any tour that contains the tied edge (if any). It allows for rounding
+        errors, and is an integer if all costs are integers. None for clusters of several nodes, nodes with different
         entry and exit, asymmetric matrices, more than `MOST_NODES` nodes, more than `DENSE_LIMIT` nodes without plane
         coordinates (GEO, EXPLICIT), lifts so expensive compared with distances that a proof would check too many edges,
         and sums that overflow.
@@ -115,7 +117,7 @@ def lower_bound(instance: Instance, upper: float, *, stop: StopAsked | None = No
 
 
 def _bound_of_large_instance(instance: Instance, upper: float, stop: StopAsked) -> float | None:
-    """Return the best bound proved during the ascent; None if the time ran out before the first proof."""
+    """Return the best bound proved during the ascent, or None if the time ran out before the first proof."""
     cost, n = instance.cost, instance.n
     hub = _choose_hub(cost, n)
     edges = _candidate_edges(instance.candidates, hub.node)
@@ -145,7 +147,9 @@ def _ascent_steps(n: int) -> int:
 
 
 def _bound_of_small_instance(instance: Instance, upper: float, stop: StopAsked) -> float | None:
-    """Return the best bound of an ascent in which each step proves a bound, on dense arrays; None without a step."""
+    """Return the best bound of an ascent on dense arrays, in which each step proves a bound; None if no step was
+    finished.
+    """
     cost, n = instance.cost, instance.n
     hub, steps, penalty, proved = _choose_hub(cost, n), _ascent_steps(n), np.zeros(n), None
     looked_up = _cost_matrix(cost, n)
@@ -170,7 +174,9 @@ def _bound_of_small_instance(instance: Instance, upper: float, stop: StopAsked) 
 
 
 def _cost_matrix(cost: CostModel, n: int) -> CostModel:
-    """Return the costs as a matrix, without tied and free edges, because moves with heights are slow to compute."""
+    """Return the costs of all edges as a matrix, without tied and free edges. The matrix avoids computing moves with
+    heights repeatedly, which is slow.
+    """
     if cost.code == codes.EXPLICIT:
         return cost
     leave, arrive = np.indices((n, n), dtype=np.int32).reshape(2, -1)
@@ -179,7 +185,9 @@ def _cost_matrix(cost: CostModel, n: int) -> CostModel:
 
 
 def _dense_merge_sets(tree: SpanningTree, n: int) -> Floats:
-    """Return the sets of `_merge_sets`, float64[2n, n]: row s holds √width of the set at each of its nodes."""
+    """Return the sets of `_merge_sets` as an array, float64[2n, n]: row s contains the square root of the width of set
+    s at each of its nodes.
+    """
     inside, formed, width = np.zeros((2 * n, n)), np.zeros(2 * n), np.zeros(2 * n)
     inside[:n] = np.eye(n)
     part_of = np.arange(n)
@@ -194,7 +202,9 @@ def _dense_merge_sets(tree: SpanningTree, n: int) -> Floats:
 
 
 def _rounded_lower_bound(cost: CostModel, value: float, size: float) -> float:
-    """Return `value` less the possible rounding error of sums of this size, rounded up if all costs are integers."""
+    """Return `value` less the possible rounding error of sums of magnitude `size`. The result is rounded up if all
+    costs are integers.
+    """
     value -= ROUNDING * size
     if cost.code == codes.EXPLICIT:
         whole = bool(np.array_equal(cost.matrix, np.rint(cost.matrix)))
@@ -204,14 +214,16 @@ def _rounded_lower_bound(cost: CostModel, value: float, size: float) -> float:
 
 
 def _choose_hub(cost: CostModel, n: int) -> Hub:
-    """Return the free node as hub, else a tied node, else the last node, so that all other edges have regular costs."""
+    """Return the free node as hub, otherwise a tied node, otherwise the last node, so that all other edges have regular
+    costs.
+    """
     node = next((i for i in (cost.free, cost.tied_a) if i >= 0), n - 1)
     tied = {cost.tied_a: cost.tied_b, cost.tied_b: cost.tied_a}.get(node, -1)
     return Hub(node, tied, edge_lengths(cost, np.array([np.full(n, node), np.arange(n)], dtype=np.int32)))
 
 
 def _candidate_edges(candidates: NDArray[np.int32], hub: int) -> NDArray[np.int32]:
-    """Return the edges to the first candidates of every node, int32[2, e], without edges of the hub."""
+    """Return the edges from every node to its first candidates, int32[2, e], without edges of the hub."""
     near = candidates[:, :MOST_NEAR]
     a, b = np.repeat(np.arange(len(near), dtype=np.int32), near.shape[1]), near.ravel()
     edges: NDArray[np.int32] = np.stack([a, b])[:, (b >= 0) & (a != hub) & (b != hub)]
@@ -219,7 +231,9 @@ def _candidate_edges(candidates: NDArray[np.int32], hub: int) -> NDArray[np.int3
 
 
 def _candidate_graph(cost: CostModel, n: int, edges: NDArray[np.int32]) -> Graph:
-    """Return the graph of n nodes with the edges int32[2, e]; duplicates in either direction are allowed."""
+    """Return the graph of n nodes with the given edges, int32[2, e]; an edge may occur several times, in either
+    direction.
+    """
     low, high = np.sort(edges.astype(np.int64), axis=0)
     keys = np.sort(low * n + high)
     once = keys[np.diff(keys, prepend=-1) > 0]
@@ -248,7 +262,9 @@ class _Ascent:
         self.work = TreeScratch(parent, np.zeros(n), heap, place, np.zeros(2 * n))
 
     def climb(self, graph: Graph, goal: int) -> Floats:
-        """Continue to `goal` steps in total; return the best penalties since the last call."""
+        """Continue the ascent until `goal` steps have been done in total; return the best penalties since the last
+        call.
+        """
         hub, best, value = self.hub, self.penalty.copy(), -math.inf
         at_once = max(1, int(NODE_STEPS_PER_LOOK / self.n))
         while self.step < goal and not self.stop():
@@ -283,7 +299,9 @@ def _two_spokes(hub: Hub, penalty: Floats) -> NDArray[np.int64]:
 
 
 def _weight(cost: CostModel, hub: Hub, tree: SpanningTree, penalty: Floats) -> float:
-    """Return the lower bound given by the minimum spanning tree under penalties and two edges of the hub."""
+    """Return the lower bound of the 1-tree that consists of the minimum spanning tree under the penalties and two edges
+    of the hub.
+    """
     a, b = tree.edges
     spokes = _two_spokes(hub, penalty)
     added = np.concatenate([tree.length + (penalty[a] + penalty[b]), hub.spokes[spokes] + penalty[spokes]])
@@ -292,12 +310,12 @@ def _weight(cost: CostModel, hub: Hub, tree: SpanningTree, penalty: Floats) -> f
 
 
 def has_box_bounds(cost: CostModel) -> bool:
-    """Return whether the nearest point of a box gives a lower bound on the cost of an edge to any point in the box."""
+    """Return whether the nearest point of a box gives a lower bound on the cost of an edge to any point of the box."""
     return cost.code not in (codes.GEO, codes.EXPLICIT) and cost.lift >= 0.0 and cost.per_mm >= 0.0
 
 
 def edge_lengths(cost: CostModel, edges: NDArray[np.int32]) -> Floats:
-    """Return the costs of the edges int32[2, e]; a tied edge costs 0."""
+    """Return the cost of each edge (`edges`: int32[2, e]); a tied edge costs 0."""
     length = costs_of_edges(cost, edges[0], edges[1])
     return np.where(length == codes.TIED, 0.0, length)
 
@@ -315,9 +333,9 @@ def minimum_spanning_tree(
 ) -> SpanningTree | None:
     """Return the minimum spanning tree of all nodes but the hub under penalties, over all pairs of nodes.
 
-    In the plane it is built in rounds over the k-d tree, otherwise by checking all pairs. Any graph is valid; the more
-    of its edges are in the tree, the faster the search. Returns None if `stop` returns True, if too many pairs would
-    have to be checked, or if costs overflow.
+    In the plane, the tree is built in rounds over the k-d tree; otherwise all pairs are checked. Any `graph` is valid;
+    the more of its edges are in the minimum spanning tree, the faster the search. Returns None if `stop` returns True,
+    if too many pairs would have to be checked, or if costs overflow.
     """
     cost, n = instance.cost, instance.n
     if not has_box_bounds(cost):
@@ -349,13 +367,15 @@ def _forest_parts(instance: Instance, hub: int, penalty: Floats) -> ForestParts:
 
 
 def _set_part_ranges(instance: Instance, hub: int, parts: ForestParts) -> None:
-    """Set the range of part numbers in each box of the k-d tree. Changes: parts.low, high."""
+    """Set the range of part numbers in each box of the k-d tree; a part is a tree of the forest. Changes: parts.low,
+    high.
+    """
     parts.low[:] = _extremes_in_boxes(instance, np.minimum, parts.part, hub, instance.n)
     parts.high[:] = _extremes_in_boxes(instance, np.maximum, parts.part, hub, -1)
 
 
 def _extremes_in_boxes(instance: Instance, extreme: np.ufunc, values: NDArray, hub: int, none: float) -> NDArray:
-    """Return the minimum or maximum node value in every box; the hub has the value `none`."""
+    """Return the minimum or maximum of the node values in every box; the hub counts with the value `none`."""
     tree = instance.tree
     runs = np.stack([tree.begin, tree.stop], axis=1).ravel()
     values = np.append(values[: len(tree.x)], none).astype(values.dtype)

@@ -1,4 +1,4 @@
-"""The lower bound of a solution."""
+"""Compute the lower bound of a solution."""
 
 from __future__ import annotations
 
@@ -30,7 +30,9 @@ ROUNDING = 1e-9
 
 
 def compute_shown_bound(instance: AnyInstance, best: Best) -> None:
-    """Compute a lower bound for an observed search, with the clock stopped; it does not change the result."""
+    """Compute a lower bound for the observer of a search, with the clock stopped. The bound does not change the result
+    of the search.
+    """
     if instance.problem.n_clusters > MOST_BOUNDED:
         return
     cancelled = best.stop.cancelled
@@ -45,8 +47,8 @@ def _prove_bound(
     cancelled: threading.Event,
     late: Callable[[], bool],
 ) -> float | None:
-    """Return a lower bound on the cost of any path of the problem, or None. `cost` is the cost of a known path, if
-    there is one; `instance` is used again if the relaxed problem is the same.
+    """Return a lower bound on the cost of any path of the problem, or None. `cost` is the cost of a known path, or
+    None. `instance` is reused if it also belongs to the relaxed problem.
     """
     relaxed = symmetric_relaxation(problem, late)
     if relaxed is None:
@@ -98,8 +100,9 @@ def certify(
     instance: AnyInstance | None = None,
     deadline: Deadline | None = None,
 ) -> Solution:
-    """Return `solution` with its lower bound, computed unless given, but not for a cancelled search. It ignores
-    precedence, which can only raise the cost (`symmetric_relaxation`). A bound above the cost is dropped.
+    """Return `solution` with its lower bound, which is computed unless it is given. No bound is computed for a
+    cancelled search. The bound ignores precedence, which can only raise the cost (`symmetric_relaxation`). A bound
+    above the cost is dropped.
     """
     if bound is None and not cancelled.is_set():
         with (deadline or Deadline()).running(cancelled) as late:

@@ -1,12 +1,12 @@
 """Colony search: ants build tours independently, then recombine them until all tours cost the same.
 
-Each ant holds one tour. The pheromone on an edge is the number of ants that use the edge; unused edges are not stored.
-In each generation every ant is paired with a partner. Where the two tours differ, the ant tries the partner's edges and
-keeps those that shorten its tour (`kernels.assembly`). When a colony stops improving, a larger one is founded. The best
-ants of all colonies form a colony of champions.
+Each ant has one tour. The pheromone on an edge is the number of ants that use the edge; unused edges are not stored. In
+each generation, every ant is paired with a partner. Where the two tours differ, the ant tries the partner's edges and
+keeps those that shorten its own tour (`kernels.assembly`). When a colony no longer improves, a larger colony is
+started. The best ants of all colonies form a final colony of champions.
 
-Source: M. Guntsch and M. Middendorf, EvoWorkshops 2002, LNCS 2279 (a population of tours as pheromone); Y. Nagata
-and S. Kobayashi, INFORMS J. Computing 25 (2013) (edge assembly crossover, pairing by a random permutation).
+Source: M. Guntsch and M. Middendorf, EvoWorkshops 2002, LNCS 2279 (a population of tours as pheromone); Y. Nagata and
+S. Kobayashi, INFORMS J. Computing 25 (2013) (edge assembly crossover, pairing by a random permutation).
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ _CHAMPIONS = 2**32 - 1
 
 @dataclass(frozen=True, eq=False)
 class Colony:
-    """State of a colony: `tours` int32[m, n], one per ant; `costs` float64[m]."""
+    """State of a colony: `tours` (int32[m, n]) contains the tour of each ant, and `costs` (float64[m]) their costs."""
 
     tours: NDArray[np.int32]
     costs: NDArray[np.float64]
@@ -121,8 +121,8 @@ class Colony:
 
 
 def build_tour(instance: Instance, word: NDArray[np.uint64], kicks: int, stop: Stop) -> Share:
-    """Return a tour and its cost (inf if the time ran out): greedy by random costs, exchanges, kicks. `word` is a
-    random state uint64[1]. Changes: word.
+    """Return a tour and its cost, or an infinite cost if the time ran out. The tour is built greedily with random
+    costs, then improved by exchanges and kicks. `word` is a random state, uint64[1]. Changes: word.
     """
     node, cost = np.zeros(instance.n, dtype=np.int32), math.inf
     if not stop.now():
@@ -154,8 +154,8 @@ def recombine_tours(
     words: NDArray[np.uint64],
     stop: Stop,
 ) -> Share:
-    """Recombine each tour in `mine` int32[m, n], of cost float64[m], with its partner in `other`, keeping improvements;
-    return the tours and costs. `words` are random states uint64[m].
+    """Recombine each tour in `mine` (int32[m, n]) with its partner in `other`, and keep improvements. Return the tours
+    and their costs. `costs` (float64[m]) are the costs of `mine`; `words` (uint64[m]) are random states.
     """
     n, pairs = instance.n, len(mine)
     tours, costs, gains, words = mine.copy(), costs.copy(), np.zeros(pairs), words.copy()
@@ -185,7 +185,7 @@ def recombine_tours(
 
 
 def create_colony(instance: Instance, ants: int, seed: int, number: int, workers: Workers, kicks: int = 0) -> Colony:
-    """Return a colony of newly built tours; unfinished tours are left out."""
+    """Return a colony of newly built tours without those that were not finished in time."""
     words = random_words(seed, _BUILDING, number, count=ants)
     tours, costs = workers.run_and_join([partial(build_tour, instance, words[k : k + 1], kicks) for k in range(ants)])
     done = np.isfinite(costs)
@@ -193,7 +193,9 @@ def create_colony(instance: Instance, ants: int, seed: int, number: int, workers
 
 
 def next_generation(instance: Instance, colony: Colony, seed: int, workers: Workers) -> Colony:
-    """Recombine each tour with the tour of its partner. The result depends only on the colony and the seed."""
+    """Recombine each tour of a colony with the tour of a partner. The result depends only on the colony and the
+    seed.
+    """
     ants = len(colony.tours)
     words = random_words(seed, _FOLLOWING, colony.number, colony.generation, count=ants)
     mine = np.random.default_rng(words[0]).permutation(ants)
@@ -219,12 +221,12 @@ def next_generation(instance: Instance, colony: Colony, seed: int, workers: Work
 def improve_by_colony(
     instance: Instance, seed: int, best: Best, workers: Workers, seconds: float, visits: float = math.inf
 ) -> Iterator[None]:
-    """Run ever larger colonies; a step is a generation.
+    """Improve the best tour by ever larger colonies; a step of the search is a generation.
 
     Parameters
     ----------
     seconds
-        Time to build a tour.
+        Time needed to build a tour.
     visits
         Work budget: number of nodes in all tours that may be built. The search ends earlier if several colonies
         (`SAME_ANSWERS`) and the kicks after them find nothing better, or if another colony is not worth its time
@@ -276,7 +278,9 @@ def improve_by_colony(
 def _evolve(
     instance: Instance, colony: Colony, seed: int, best: Best, workers: Workers, generations: int
 ) -> Generator[None, None, tuple[Colony, int]]:
-    """Run generations until all tours cost the same or nothing improves; return the colony and the generation count."""
+    """Run generations until all tours cost the same or no tour improves. Return the colony and the number of
+    generations.
+    """
     idle, by_clock = 0, best.stop.seconds < math.inf
     patience = PATIENCE_BY_CLOCK if by_clock else PATIENCE
     _offer_best_tour(colony, best, generations)
@@ -297,7 +301,9 @@ def costs_differ(colony: Colony) -> bool:
 
 
 def _has_improved(before: NDArray[np.float64], after: NDArray[np.float64], little: float) -> bool:
-    """Return whether the best cost improved, or the mean gain exceeds `little` times the mean excess over it."""
+    """Return whether the best cost has improved, or the mean gain exceeds the fraction `little` of the mean excess over
+    the best cost.
+    """
     gains, best = before - after, float(after.min())
     if float(before.min()) > best + EPSILON:
         return True
@@ -311,14 +317,16 @@ def _offer_best_tour(colony: Colony, best: Best, generation: int) -> None:
 
 
 def _have_time_to_kick(seconds: float, stop: Stop) -> bool:
-    """Return whether enough ants with kicks fit in the remaining time; always False without a time limit."""
+    """Return whether the remaining time is enough for sufficiently many ants with kicks; always False without a time
+    limit.
+    """
     left = stop.seconds - stop.elapsed()
     return stop.seconds < math.inf and KICKING_SHARE * left / (KICKING_TAKES * seconds) >= FEWEST_KICKING
 
 
 def _colony_size(n: int, number: int, seconds: float, stop: Stop, visits: float, kicking: bool = False) -> int:
-    """Return `GROWTH` times the previous number, or all that the remaining time or budget allows if no much larger
-    colony would fit afterwards.
+    """Return the number of ants of the next colony: `GROWTH` times the previous number. If no much larger colony would
+    fit afterwards, return the number that the remaining time or budget allows.
     """
     most = max(FIRST_ANTS, min(n, MOST_ANTS))
     planned = min(FIRST_ANTS * GROWTH ** min(number, 10), most)
@@ -330,7 +338,7 @@ def _colony_size(n: int, number: int, seconds: float, stop: Stop, visits: float,
 
 
 def run_colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
-    """Run the colony search; the preset's work budget applies unless the options set a limit."""
+    """Run the colony search. The work budget of the preset applies unless the options set a limit."""
     options, stop, best = run.options, run.stop, run.best
     visits = math.inf if options.is_limited else PRESETS[options.preset]
     threads = thread_count(options)

@@ -1,4 +1,4 @@
-"""Interface to the construction kernels: buffers of one worker, nearest-neighbour tour and greedy tour."""
+"""Interface to the construction kernels: buffers of a worker, the nearest-neighbour tour, and the greedy tour."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FEW = 500
 
 
 def unvisited_buffers(instance: Instance) -> Unvisited:
-    """Return fresh buffers for one worker, in which no node is visited."""
+    """Return new buffers for a worker, in which no node is visited."""
     from leafcut.kernels.construct import Unvisited
 
     return Unvisited(
@@ -74,7 +74,9 @@ def _nearest_of_few(instance: Instance) -> NDArray[np.int32]:
 def _remove_free_node(
     free: int, lists: NDArray[np.int32], lengths: NDArray[np.float64]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Remove the free node from the candidate lists: its row, the last, and its entry, the first in every row."""
+    """Return the candidate lists without the free node, which has the last row and is the first entry of every other
+    row.
+    """
     if free < 0:
         return lists, lengths
     rest, costs = lists[:free].copy(), lengths[:free].copy()
@@ -85,8 +87,9 @@ def _remove_free_node(
 
 
 def greedy(instance: Instance, random: np.random.Generator | None = None) -> NDArray[np.int32]:
-    """Return the greedy tour int32[n]: repeatedly add the cheapest edge that can still be part of a tour. With
-    `random`, edges are lengthened by up to `MOST_NOISE`, which gives different tours of similar quality.
+    """Return the greedy tour, int32[n]: repeatedly add the cheapest edge that can still be part of a tour. With
+    `random`, edges are lengthened by up to `MOST_NOISE`, so that different calls return different tours of similar
+    quality.
     """
     from leafcut.kernels.greedy import join, walk_path
 
@@ -117,7 +120,9 @@ def _with_noise(lengths: NDArray[np.float64], random: np.random.Generator | None
 
 
 def _median(values: NDArray[np.float64]) -> float:
-    """Return the median; `np.median` would import masked arrays, which delays a short search."""
+    """Return the median of the values. `np.median` is not used because it would import masked arrays, which delays a
+    short search.
+    """
     ordered, half = np.sort(values), len(values) // 2
     return float(ordered[half] if len(values) % 2 else (ordered[half - 1] + ordered[half]) / 2)
 
@@ -129,7 +134,9 @@ def _join_cheapest(
     tail: NDArray[np.int32],
     beside: NDArray[np.int32],
 ) -> None:
-    """Join fragments by the candidate edges of `nodes`, cheapest first, up to the limit of `SURE_NEIGHBOURS`."""
+    """Join fragments of a tour by the candidate edges of `nodes`, cheapest first; `SURE_NEIGHBOURS` limits the
+    candidates.
+    """
     from leafcut.kernels.greedy import join_edges, list_edges
 
     k = candidates.shape[1]
@@ -152,6 +159,8 @@ def _candidates_between_ends(
 
 
 def random_words(seed: int, *stream: int, count: int) -> NDArray[np.uint64]:
-    """Return a nonzero random state per ant, uint64[count], which depends only on seed, stream and ant."""
+    """Return a nonzero random state for each ant, uint64[count], which depends only on the seed, the stream and the
+    ant.
+    """
     words = np.random.SeedSequence((seed, *stream)).generate_state(count, np.uint64)
     return np.maximum(words, np.uint64(1))

@@ -1,7 +1,8 @@
-"""`DirectedInstance`: a routing problem in the arrays of the kernels for choices, directions and precedence.
+"""`DirectedInstance`: a routing problem in the arrays of the kernels for choices, directed costs and precedence.
 
-Clusters are nodes of the path, in the problem's numbers. An open path has an additional last node, its anchor. The move
-from the anchor costs as much as from the start, and the move to it as much as to the end; zero for a free start or end.
+The nodes of a path are clusters, numbered as in the problem. An open path has an additional last node, its anchor. A
+move from the anchor costs as much as a move from the start, and a move to the anchor as much as a move to the end; the
+cost is zero for a free start or end.
 """
 
 from __future__ import annotations
@@ -59,17 +60,18 @@ class DirectedInstance:
     Attributes
     ----------
     pairs
-        int32[k, 2]: the precedence without implied pairs.
+        int32[k, 2]: the pairs of the precedence that are not implied by others.
     cost
-        Cost model over the entries of the problem's nodes, their exits if any differs, and the start and end.
+        Cost model over the entries of the problem's nodes, their exits if an exit differs from its entry, and the start
+        and the end.
     rules
         Precedence, nodes of clusters and candidates for the kernels.
     enter, leave
-        int32[n]: row of `cost` for the first node of every cluster.
+        int32[n]: rows of `cost` for the entry and the exit of the first node of every cluster.
     twisted
-        Some costs differ by direction.
+        Whether some costs differ by direction.
     anchored
-        The last node is an anchor.
+        Whether the last node is an anchor.
     """
 
     problem: RoutingProblem
@@ -88,40 +90,44 @@ class DirectedInstance:
 
     @property
     def service(self) -> float:
-        """Zero: lengths of paths include the service time."""
+        """Zero, because the lengths of paths include the service time."""
         return 0.0
 
     @property
     def exact(self) -> bool:
-        """True: the length of a path is its cost."""
+        """True, because the length of a path is its cost."""
         return True
 
     def path(self, tour: Ints) -> Ints:
-        """Return the clusters int32[clusters] along the problem's nodes int32[clusters]."""
+        """Return the clusters, int32[clusters], that the problem's nodes `tour`, int32[clusters], belong to."""
         clusters: Ints = self.problem.cluster[tour].astype(np.int32)
         return clusters
 
     def places(self, tour: Ints) -> Points:
-        """Return the entry of each node along a path, and its exit if exits differ, with the ends of the problem."""
+        """Return the positions along a path: the entry of each node, its exit if exits differ from entries, and the
+        start and end of the problem.
+        """
         entry, leave = self.problem.entry[tour], self.problem.exit[tour]
         same = np.array_equal(entry, leave)
         return add_path_ends(self.problem, entry if same else np.stack([entry, leave], axis=1).reshape(-1, 2))
 
     def nodes(self, node: Ints, enter: Ints) -> Ints:
-        """Return the problem's nodes int32[clusters] in the order of a path int32[n]; a closed path starts with 0."""
+        """Return the problem's nodes, int32[clusters], in the order of a path, int32[n]; a closed path starts with
+        cluster 0.
+        """
         order = node[1:] if self.anchored else node
         if not self.anchored and not len(self.pairs):
             order = np.roll(order, -int(np.flatnonzero(order == 0)[0]))
         return enter[order]
 
     def path_of(self, nodes: Ints) -> tuple[Ints, Ints]:
-        """Return (node, enter), int32[n] each, of a path through the problem's nodes int32[clusters]."""
+        """Return the path (node, enter), int32[n] each, through the problem's nodes, int32[clusters]."""
         node, enter = self.problem.cluster[nodes].astype(np.int32), self.enter.copy()
         enter[node] = nodes
         return (np.concatenate([[self.n - 1], node]).astype(np.int32) if self.anchored else node), enter
 
     def length(self, node: Ints, enter: Ints, leave: Ints) -> float:
-        """Return the total travel cost and service time along a path int32[n]."""
+        """Return the total travel cost and service time along a path of n nodes."""
         travels = costs_of_edges(self.cost, leave[node], enter[np.roll(node, -1)])
         return float(travels.sum()) + float(self.rules.service[enter].sum())
 
@@ -131,7 +137,7 @@ AnyInstance = Instance | DirectedInstance
 
 
 def refuse_ends_with_cost_table(problem: RoutingProblem) -> None:
-    """Raise SolveError if the problem has a table of costs and a start or an end."""
+    """Raise SolveError if the problem has both a table of costs and a start or an end."""
     ends = () if problem.closed else (problem.start, problem.end)
     if problem.metric.name == "EXPLICIT" and any(p is not None for p in ends):
         raise SolveError("a cost table has no costs to or from a point; leave out the start and the end point")
@@ -173,8 +179,8 @@ def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
 
 
 def route_of(instance: DirectedInstance, node: Ints, enter: Ints, log: int = 0) -> Route:
-    """Return a path int32[n], whose nodes are entered at int32[n], with the buffers of the kernels, an empty queue,
-    and a log of this capacity.
+    """Return a path as a `Route` with the buffers of the kernels, an empty queue, and a log with a capacity of `log`.
+    `node` and `enter` are int32[n] each.
     """
     n = instance.n
     leave = enter + np.int32(instance.rules.beyond[0])
@@ -201,14 +207,14 @@ def route_of(instance: DirectedInstance, node: Ints, enter: Ints, log: int = 0) 
 
 
 def queue_all(instance: DirectedInstance, route: Route) -> None:
-    """Put all nodes into the empty queue. Changes: queue, queued, counts, bias, shift."""
+    """Put all nodes of a route into its empty queue. Changes: queue, queued, counts, bias, shift."""
     route.queue[:], route.queued[:] = route.node, 1
     route.counts[:2] = 0, instance.n
     recompute_bias(instance.cost, route)
 
 
 def greedy_path(instance: DirectedInstance) -> Route:
-    """Return the path that always continues with the cheapest unlocked cluster."""
+    """Return the path that always continues with the cheapest cluster whose predecessors have been visited."""
     n, rules = instance.n, instance.rules
     missing = np.diff(rules.before_begin).astype(np.int32)
     free = np.flatnonzero(missing == 0).astype(np.int32)
@@ -222,7 +228,7 @@ def greedy_path(instance: DirectedInstance) -> Route:
 
 
 def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: False) -> NDArray[np.float64] | None:
-    """Return the minimum cost of a move from each cluster to each other, over all their nodes, float64[n, n].
+    """Return the minimum cost of a move from each cluster to each other cluster, over all their nodes, float64[n, n].
 
     The last row and column of an open path are its anchor. Precedence is ignored. Returns None if `late` returns True
     before the last row. Raises SolveError if the problem has both a table of costs and a start or an end.
@@ -243,7 +249,9 @@ def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: Fals
 
 
 def _cost(problem: RoutingProblem, twisted: bool) -> tuple[CostModel, tuple[np.int32, np.int32] | None, int]:
-    """Return the costs over entries, exits and ends, the rows of the ends unless closed, and the offset of exits."""
+    """Return the cost model over entries, exits and ends, the rows of the two ends (None for a closed path), and the
+    offset of the rows of exits.
+    """
     explicit = problem.metric.name == "EXPLICIT"
     beyond = problem.n_nodes if twisted and not explicit else 0
     places = np.concatenate([problem.entry, problem.exit]) if beyond else problem.entry
@@ -291,7 +299,7 @@ def _cheapest(grid: NDArray[np.float64], k: int) -> Listed:
 
 
 def _nearest(cost: CostModel, query: Ints, goal: Ints, k: int) -> Listed:
-    """Return indices into `goal` of near rows for every row in `query`, possibly including the row itself."""
+    """Return the indices into `goal` of the rows near each row in `query`; they may include the row itself."""
     tree, label = build_tree(cost.xy[goal])
     tree = tree._replace(
         x=np.append(tree.x, 0.0), y=np.append(tree.y, 0.0), leaf_of=np.append(tree.leaf_of, np.int32(0))
@@ -303,7 +311,7 @@ def _nearest(cost: CostModel, query: Ints, goal: Ints, k: int) -> Listed:
 
 
 def _feasible_candidates(listed: Listed, pairs: Ints, barred: NDArray[np.bool_] | None, back: bool, k: int) -> Listed:
-    """Return the first k entries of every list that are possible successors (or predecessors, if `back`)."""
+    """Return the first k entries of every candidate list that are possible successors (predecessors if `back`)."""
     near, costs = listed
     m = len(near)
     own = np.arange(m)[:, None]
@@ -319,15 +327,18 @@ def _feasible_candidates(listed: Listed, pairs: Ints, barred: NDArray[np.bool_] 
 
 
 def _cheapest_end_moves(cost: CostModel, ways: Ints, begin: Ints, end: np.int32, barred: Ints) -> NDArray[np.float64]:
-    """Return the minimum travel cost between each cluster and an end of the path; infinite for excluded clusters."""
+    """Return the minimum travel cost between each cluster and an end of the path; the cost of excluded clusters is
+    infinite.
+    """
     costs = np.minimum.reduceat(costs_of_edges(cost, ways, np.full(len(ways), end)), begin[:-1])
     costs[barred] = np.inf
     return costs
 
 
 def _add_anchor(listed: Listed, there: NDArray[np.float64], back: NDArray[np.float64]) -> Listed:
-    """Insert the anchor into the lists, at the cost float64[clusters] of the move to it, and add its own list, which
-    is empty if all moves from it cost nothing.
+    """Insert the anchor into the candidate lists, and add a list for the anchor itself. `there` and `back`,
+    float64[clusters], are the costs of moves to and from the anchor. The list of the anchor is empty if all moves from
+    it cost nothing.
     """
     near, costs = listed
     m, k = near.shape

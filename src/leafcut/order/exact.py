@@ -53,7 +53,9 @@ def _cheapest_through(problem: RoutingProblem, layers: list[Ints]) -> Ints:
     arrival = problem.service[first].astype(np.float64)
 
     def through(arrival: Floats, home: Floats) -> tuple[float, Ints]:
-        """Return the cheapest path, given the cost up to and including each node of the first layer."""
+        """Return the cheapest path and its cost. `arrival` contains the cost up to and including each node of the first
+        layer.
+        """
         came_from = []
         for before, layer in itertools.pairwise(layers):
             total = arrival[:, None] + moves.between(before, layer)
@@ -82,8 +84,8 @@ def is_exactly_solvable(problem: RoutingProblem) -> bool:
 
 
 def best_nodes(problem: RoutingProblem, pairs: Ints) -> Ints:
-    """Return the nodes int32[clusters] of the cheapest path under the precedence int32[k, 2], which has no cycles; the
-    problem must be `is_exactly_solvable`.
+    """Return the nodes, int32[clusters], of the cheapest path under the precedence int32[k, 2], which has no cycles.
+    The problem must satisfy `is_exactly_solvable`.
     """
     moves, node = MoveCosts(problem), np.arange(problem.n_nodes, dtype=np.int32)
     between = moves.between(node, node)
@@ -99,10 +101,11 @@ def best_nodes(problem: RoutingProblem, pairs: Ints) -> Ints:
 
 
 def _cheapest(problem: RoutingProblem, pairs: Ints, between: Floats, begun: Floats, home: Floats) -> tuple[float, Ints]:
-    """Return the cheapest path and its cost, by dynamic programming over sets of clusters and the last node.
+    """Return the cost and the nodes of the cheapest path, by dynamic programming over sets of clusters and the last
+    node.
 
-    `between` float64[nodes, nodes]: costs from the exit of a node to the entry of the next; `begun` and `home`
-    float64[nodes]: costs up to and including a first node, and from a last node to the end.
+    `between` (float64[nodes, nodes]) contains the costs from the exit of a node to the entry of the next node. `begun`
+    and `home` (float64[nodes]) contain the costs up to and including a first node, and from a last node to the end.
     """
     m, cluster = problem.n_clusters, problem.cluster
     needs = np.zeros(m, dtype=np.int64)  # bit mask of the predecessors of each cluster

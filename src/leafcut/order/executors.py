@@ -1,6 +1,6 @@
-"""Executors for tasks: threads, processes, or a Dask cluster, all behind `concurrent.futures.Executor`. A task is an
-importable function with arguments that can be pickled (threads accept any). The unfinished tasks of a dead worker
-are repeated by another. Dask is imported only when it is used.
+"""Executors for tasks: threads, processes, or a Dask cluster, all with the interface of `concurrent.futures.Executor`.
+A task is an importable function with arguments that can be pickled (threads accept any arguments). If a worker dies,
+another worker repeats its unfinished tasks. Dask is imported only when it is used.
 """
 
 from __future__ import annotations
@@ -57,12 +57,12 @@ GIVEN_OUT = 2
 
 
 class ExecutorError(LeafcutError):
-    """A cluster is unreachable, lost or incompatible, or a task killed every worker that tried it."""
+    """A cluster is unreachable, lost or incompatible, or a task killed every worker that tried to run it."""
 
 
 class WatchedExecutor(Executor):
-    """An executor with a known number of workers, which can check whether it is still working. `shared`: tasks share
-    the memory of this process, so that they can be cancelled.
+    """An executor with a known number of workers, which can check whether its workers are still running. `shared`:
+    tasks share the memory of this process, so that they can be cancelled.
     """
 
     shared = False
@@ -92,7 +92,7 @@ class _Threads(WatchedExecutor):
 
 
 class _Processes(WatchedExecutor):
-    """Local processes; when one dies the whole pool ends, and a new pool runs the next tasks."""
+    """A pool of local processes. When a process dies, the whole pool ends, and a new pool runs the next tasks."""
 
     def __init__(self, workers: int) -> None:
         super().__init__(workers)
@@ -121,8 +121,8 @@ class _Processes(WatchedExecutor):
 
 @contextmanager
 def _without_interrupts() -> Iterator[None]:
-    """Block Ctrl-C in this process. Processes that are started in the block inherit the blocked signal until they
-    ignore it.
+    """Block Ctrl-C in this process. Processes that start inside the block do not receive Ctrl-C before they have set it
+    to be ignored.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
@@ -149,8 +149,8 @@ def _start_worker(stop: connection.Connection) -> None:
 
 
 class _Dask(WatchedExecutor):
-    """Executor on a Dask cluster. Arguments and results are pickled here: Dask may deliver read-only arrays, which are
-    a different type for compiled kernels.
+    """Executor on a Dask cluster. Arguments and results are pickled here, because Dask may deliver read-only arrays,
+    which compiled kernels treat as a different type.
     """
 
     def __init__(self, client: Any, spec: str, workers: int) -> None:
@@ -194,7 +194,7 @@ class _Dask(WatchedExecutor):
 
 
 def _copy_outcome(done: Future[Any], answer: Future[Any]) -> None:
-    """Copy the outcome of a Dask future to `answer`: pickled result, error or cancellation."""
+    """Copy the outcome of a Dask future to `answer`: its pickled result, its error, or its cancellation."""
     if done.cancelled():
         answer.set_exception(CancelledError())
         return
@@ -208,7 +208,9 @@ def _copy_outcome(done: Future[Any], answer: Future[Any]) -> None:
 
 
 def _unpacked_call(version: str, packed: bytes) -> bytes:
-    """Run a task on a cluster worker; a worker with another version of leafcut could return another result."""
+    """Run a task on a worker of a cluster. Raises an error if the worker has another version of leafcut, whose result
+    could differ.
+    """
     _check_version(version)
     fn, args, kwargs = pickle.loads(packed)
     return pickle.dumps(fn(*args, **kwargs), pickle.HIGHEST_PROTOCOL)
@@ -231,8 +233,8 @@ def open_executor(spec: str, workers: int = 0) -> Iterator[WatchedExecutor]:
 
     `spec`: ``threads``, ``processes`` of this machine, or ``dask://host:port``, the scheduler of a Dask cluster.
     `workers`: number of tasks that run at once; 0 for one per core, or all workers of the cluster. Raises OptionError
-    if `spec` is none of those; ExecutorError if the cluster does not respond, has no worker or another version of
-    leafcut, or the extra is not installed.
+    if `spec` has another value, and ExecutorError if the cluster does not respond, has no worker or another version of
+    leafcut, or if the extra `cluster` is not installed.
     """
     check_executor(spec)
     if spec.startswith(DASK):
@@ -253,7 +255,9 @@ def open_executor(spec: str, workers: int = 0) -> Iterator[WatchedExecutor]:
 
 @contextmanager
 def _connect_to_dask(spec: str) -> Iterator[Any]:
-    """Connect to a Dask cluster with at least one worker, all with this version of leafcut; disconnect at the end."""
+    """Connect to a Dask cluster that has at least one worker, and whose workers all have this version of leafcut.
+    Disconnect at the end of the block.
+    """
     try:
         import dask
         from distributed import Client
@@ -305,10 +309,10 @@ def run_tasks(
     attempts: int = ATTEMPTS,
     ended: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[TaskT, Any]]:
-    """Yield every task with the result of ``work(task)``, or with its exception, as they finish.
+    """Yield every task with the result of ``work(task)``, or with its exception, as soon as it finishes.
 
-    Tasks whose worker died are repeated, each alone, so that a task that kills its worker harms no other. After
-    `attempts` of these it is given up with an `ExecutorError`. `ended`: called repeatedly while waiting; when it
+    A task whose worker died is repeated alone, so that a task that kills its worker does not affect other tasks. After
+    `attempts` attempts, the task fails with an `ExecutorError`. `ended` is called repeatedly while waiting; when it
     returns True, the iteration ends. Raises ExecutorError if the scheduler of a cluster is lost. Results yielded
     earlier remain valid.
     """
@@ -327,7 +331,7 @@ def run_tasks(
 
 
 class _TaskQueue:
-    """Submitted tasks, and suspects: tasks whose worker died, which are repeated one at a time."""
+    """Submitted tasks, and suspects: tasks whose worker died. Suspects are repeated one at a time."""
 
     def __init__(self, executor: Executor, work: Callable[[Any], Any], todo: Iterator[Any], attempts: int) -> None:
         self.executor, self.work, self.todo, self.attempts = executor, work, todo, attempts
@@ -338,7 +342,7 @@ class _TaskQueue:
         self.most = GIVEN_OUT * workers
 
     def submit_tasks(self) -> None:
-        """Submit as many tasks as there are free slots; a suspect only if no other task is running."""
+        """Submit as many tasks as there are free workers. Submit a suspect only if no other task is running."""
         if not self.given:
             self.alone = bool(self.suspects)
             if self.alone:
@@ -355,7 +359,9 @@ class _TaskQueue:
             raise ExecutorError(f"the workers have stopped ({problem})") from problem
 
     def collect_result(self, future: Future[Any]) -> Iterator[tuple[Any, Any]]:
-        """Yield a task with its result or error; yield nothing if its worker died and the task is repeated."""
+        """Yield a task with its result or error. Yield nothing if its worker died and the task is going to be
+        repeated.
+        """
         task, deaths = self.given.pop(future)
         problem = future.exception()
         if not isinstance(problem, BrokenExecutor | CancelledError):

@@ -1,7 +1,7 @@
-"""`Instance`: a routing problem as a closed tour, in arrays for the kernels. A given start and end are extra nodes
-joined by a tied edge; a free end is a node at zero distance from all others.
+"""`Instance`: a routing problem as a closed tour, in arrays for the kernels. A given start and a given end are
+additional nodes joined by a tied edge. A free end is a node at zero distance from all others.
 
-Nodes are numbered for locality: neighbours in the plane are close in memory. The extra nodes come last.
+Nodes are numbered by location: neighbours in the plane are close in memory. The additional nodes come last.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ MANY = 20_000
 
 
 def cost_model(metric: Metric, xy: NDArray[np.float64], tied: tuple[int, int] = (-1, -1), free: int = -1) -> CostModel:
-    """Return the cost model of a metric over the points float64[n, 2] for kernels."""
+    """Return the cost model of a metric over points, float64[n, 2], for the kernels."""
     zones = np.ascontiguousarray(metric.zones, dtype=np.float64).reshape(-1, 4)
     return CostModel(
         code=codes.CODES[metric.name],
@@ -61,7 +61,7 @@ def cost_model(metric: Metric, xy: NDArray[np.float64], tied: tuple[int, int] = 
 
 
 def _table(metric: Metric, xy: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the costs of an EXPLICIT metric, or the heights of points and tiles (`kernels.cost.RELIEF`)."""
+    """Return the cost table of an EXPLICIT metric, or the heights of points and tiles (`kernels.cost.RELIEF`)."""
     if metric.matrix is not None:
         return np.ascontiguousarray(metric.matrix, dtype=np.float64)
     relief = metric.relief
@@ -72,7 +72,7 @@ def _table(metric: Metric, xy: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def matrix_of(cost: CostModel, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
-    """Return the matrix of a cost model for a subset of nodes, int32[m]: costs, or heights and tiles."""
+    """Return the part of a cost model's matrix for a subset of nodes, int32[m]: costs, or heights and tiles."""
     if cost.code == codes.EXPLICIT:
         return np.ascontiguousarray(cost.matrix[np.ix_(nodes, nodes)])
     if not len(cost.matrix):
@@ -83,8 +83,8 @@ def matrix_of(cost: CostModel, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
 
 
 def build_tree(xy: NDArray[np.float64], apart: int = 0) -> tuple[Tree, NDArray[np.int32]]:
-    """Return the k-d tree of the points float64[n, 2] in leaf order, with the last `apart` points (at most two) last,
-    and the original index int32[n] of each.
+    """Return the k-d tree of points, float64[n, 2], in leaf order, and the original index of each point, int32[n]. The
+    last `apart` points (at most two) stay last.
     """
     n = len(xy)
     x, y = np.ascontiguousarray(xy[:, 0]), np.ascontiguousarray(xy[:, 1])
@@ -100,7 +100,7 @@ def build_tree(xy: NDArray[np.float64], apart: int = 0) -> tuple[Tree, NDArray[n
 
 
 def nearby_buffers(k: int) -> Nearby:
-    """Return the buffers of one worker for searching k neighbours."""
+    """Return the buffers of a worker for the search of k neighbours."""
     width = max(k, MOST_TWINS)
     return Nearby(
         found=np.zeros((6, width), dtype=np.int32),
@@ -112,8 +112,8 @@ def nearby_buffers(k: int) -> Nearby:
 
 
 def candidate_lists(cost: CostModel, tree: Tree, n: int, total: int, k: int) -> tuple[NDArray, NDArray]:
-    """Return candidates int32[total, k] of the first n nodes, by quadrant if there is a tree, and their costs
-    float64[total, k]; padded with -1 at infinite cost.
+    """Return the candidates of the first n nodes, int32[total, k], and their costs, float64[total, k]. With a tree,
+    candidates are chosen by quadrant. The arrays are padded with -1 and infinite costs.
     """
     candidates, lengths = np.full((total, k), -1, dtype=np.int32), np.full((total, k), np.inf)
     if len(tree.x) == 0 or k >= n - 1:
@@ -125,14 +125,16 @@ def candidate_lists(cost: CostModel, tree: Tree, n: int, total: int, k: int) -> 
 
 
 def costs_of_edges(cost: CostModel, leave: NDArray[np.int32], arrive: NDArray[np.int32]) -> NDArray[np.float64]:
-    """Return the travel costs from leave[e] to arrive[e], int32[m] each; `TIED` for a tied edge."""
+    """Return the travel cost of each edge from leave[e] to arrive[e], int32[m] each; `TIED` for a tied edge."""
     costs = np.zeros(len(leave))
     edge_costs(cost, leave, arrive, costs)
     return costs
 
 
 def _list_cheapest(cost: CostModel, n: int, candidates: NDArray[np.int32], lengths: NDArray[np.float64]) -> None:
-    """Fill the lists of the first n nodes with the cheapest other nodes; ties go to the lower index."""
+    """Fill the candidate lists of the first n nodes with the cheapest other nodes. Of equally cheap nodes, the lower
+    index comes first.
+    """
     nodes, size = np.arange(n, dtype=np.int32), min(candidates.shape[1], n - 1)
     for begin in range(0, n if size > 0 else 0, ROWS_AT_ONCE):
         rows = nodes[begin : begin + ROWS_AT_ONCE]
@@ -157,9 +159,9 @@ class Instance:
     Attributes
     ----------
     cost
-        Cost model over the positions of the clusters, then the start, the end and the free node if they exist.
+        Cost model over the positions of the clusters, followed by the start, the end and the free node if they exist.
     label
-        int32[n]: cluster of each node; the extra nodes, which come last, have their own numbers.
+        int32[n]: cluster of each node; the additional nodes, which come last, have numbers of their own.
     tree
         k-d tree of all nodes with a position; empty for explicit costs.
     candidates
@@ -167,7 +169,7 @@ class Instance:
     lengths
         float64[n, k]: costs of the candidates, padded with infinity.
     first, second
-        First nodes of every construction; -1 for any.
+        The first two nodes of every constructed tour; -1 for any node.
     """
 
     problem: RoutingProblem
@@ -181,13 +183,13 @@ class Instance:
 
     @property
     def n(self) -> int:
-        """Number of nodes of the tour, including extra nodes."""
+        """Number of nodes of the tour, including the additional nodes."""
         return len(self.candidates)
 
     @cached_property
     def exchange_lists(self) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-        """Candidate lists for exchanges, without the free node: nodes int32[n, k] and costs float64[n, k]. Moves that
-        start at the free node already find every gain with it.
+        """Candidate lists for exchanges, without the free node: nodes, int32[n, k], and costs, float64[n, k]. Exchanges
+        that start at the free node already find every improvement that involves it.
         """
         if self.cost.free < 0:
             return self.candidates, self.lengths
@@ -207,7 +209,9 @@ class Instance:
         return float(tour_cost(self.cost, tour))
 
     def costs(self, leave: ArrayLike, arrive: ArrayLike) -> NDArray[np.float64]:
-        """Return the costs of moves between nodes, broadcast against each other; `TIED` for a tied edge."""
+        """Return the costs of moves between nodes; the arrays are broadcast against each other. The cost of a tied edge
+        is `TIED`.
+        """
         pairs = np.broadcast_arrays(np.atleast_1d(leave), np.atleast_1d(arrive))
         return costs_of_edges(self.cost, *(np.ascontiguousarray(nodes, dtype=np.int32) for nodes in pairs))
 
@@ -255,12 +259,16 @@ def is_directed(problem: RoutingProblem) -> bool:
 
 
 def is_symmetric(problem: RoutingProblem) -> bool:
-    """Return whether each cluster has one node and costs are equal in both directions, so that a tour is exact."""
+    """Return whether each cluster has one node and all costs are equal in both directions, so that a closed tour
+    represents the problem exactly.
+    """
     return problem.n_nodes == problem.n_clusters and not is_directed(problem)
 
 
 def add_path_ends(problem: RoutingProblem, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the points float64[m, 2] of a path with the given start and end; a closed path ends at its first point."""
+    """Return the points of a path, float64[m, 2], with the given start and end of the problem. A closed path ends at
+    its first point.
+    """
     if problem.closed:
         return np.concatenate([points, points[:1]])
     ends = [None if p is None else np.array([p], dtype=np.float64) for p in (problem.start, problem.end)]
@@ -268,8 +276,8 @@ def add_path_ends(problem: RoutingProblem, points: NDArray[np.float64]) -> NDArr
 
 
 def build_instance(problem: RoutingProblem, n_candidates: int) -> Instance:
-    """Return the closed-tour form of `problem`; `n_candidates` = 0 makes all nodes candidates of each other. A cluster
-    of several nodes is represented by the mean of its entries and exits.
+    """Return the closed-tour form of a problem. With `n_candidates` = 0, all nodes are candidates of each other. A
+    cluster of several nodes is represented by the mean of its entries and exits.
     """
     places = cluster_places(problem)
     n = len(places)
@@ -304,7 +312,7 @@ def build_instance(problem: RoutingProblem, n_candidates: int) -> Instance:
 def _add_free_node(
     candidates: NDArray[np.int32], lengths: NDArray[np.float64], n: int, free: int
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Insert the free node as the first candidate of the n clusters: any of them may be an end of the path."""
+    """Insert the free node as the first candidate of the n clusters, because any cluster may be an end of the path."""
     total, k = candidates.shape
     wider, costs = np.full((total, k + 1), -1, dtype=np.int32), np.full((total, k + 1), np.inf)
     wider[:n, 0], costs[:n, 0] = free, 0.0
@@ -314,7 +322,9 @@ def _add_free_node(
 
 
 def cluster_places(problem: RoutingProblem) -> NDArray[np.float64]:
-    """Return the position of every cluster, float64[clusters, 2]: the mean of its nodes' entries and exits, mm."""
+    """Return the position of every cluster, float64[clusters, 2], mm: the mean of the entries and exits of its
+    nodes.
+    """
     middle = (problem.entry + problem.exit) / 2.0
     count = np.bincount(problem.cluster, minlength=problem.n_clusters).astype(np.float64)
     columns = [
@@ -324,14 +334,16 @@ def cluster_places(problem: RoutingProblem) -> NDArray[np.float64]:
 
 
 def nodes_by_cluster(problem: RoutingProblem) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return the nodes by cluster, int32[nodes], and the first index of each cluster, int32[clusters + 1]."""
+    """Return all nodes sorted by cluster, int32[nodes], and the index of the first node of each cluster, int32[clusters
+    + 1].
+    """
     way = np.argsort(problem.cluster, kind="stable").astype(np.int32)
     begin = np.searchsorted(problem.cluster[way], np.arange(problem.n_clusters + 1))
     return way, begin.astype(np.int32)
 
 
 class MoveCosts:
-    """Costs of moves between the nodes of a problem, from its start and to its end."""
+    """Costs of moves between the nodes of a problem, including moves from its start and to its end."""
 
     def __init__(self, problem: RoutingProblem) -> None:
         n, self.problem = problem.n_nodes, problem

@@ -1,9 +1,9 @@
-"""Iterated local search: perturb one tour locally and repair it there. The cost of a kick does not grow with n.
+"""Iterated local search: perturb a tour locally (a kick) and repair it there. The cost of a kick does not grow with n.
 
-A kick changes the tour locally, so distant sections can be kicked at the same time. A large tour is cut into pieces of
-consecutive nodes. Each piece is an instance with its two ends tied; workers kick the pieces, which are then joined
-again. Every round cuts at other positions. A single worker gains a little too: its data are close in memory, and a
-move rewrites at most one piece.
+Distant sections of a tour can be kicked at the same time. A large tour is cut into pieces of consecutive nodes. Each
+piece becomes an instance whose two ends are tied. Workers kick the pieces, which are then joined again. Every round
+cuts at different positions. Even a single worker gains a little: its data are close in memory, and a move rewrites at
+most one piece.
 
 Source: D. S. Johnson and L. A. McGeoch, The traveling salesman problem: a case study in local optimization, in Aarts
 and Lenstra (eds.), Local Search in Combinatorial Optimization, Wiley 1997 (tour-based partitioning).
@@ -70,12 +70,16 @@ _KICKING, _CUTTING = 3, 4
 
 
 def kicks_per_iteration(n: int) -> int:
-    """Return the kicks per iteration: enough that evaluating and copying the tour takes little time in comparison."""
+    """Return the number of kicks per iteration. It is large enough that evaluating and copying the tour takes little
+    time in comparison.
+    """
     return max(200, n // 100)
 
 
 def tour_with_buffers(node: NDArray[np.int32], queued: bool = True, log: int = 0) -> Tour:
-    """Return a tour int32[n] with the buffers that the kernels need, and all nodes or none in the queue."""
+    """Return a tour, int32[n], with the buffers that the kernels need. The queue contains all nodes if `queued`,
+    otherwise none.
+    """
     n = len(node)
     tour = Tour(
         node=node.copy(),
@@ -95,14 +99,16 @@ def tour_with_buffers(node: NDArray[np.int32], queued: bool = True, log: int = 0
 
 
 def queue_waiting(tour: Tour) -> None:
-    """Fill the empty queue with the nodes whose move was too long for the buffer, in tour order."""
+    """Fill the empty queue with the nodes whose exchange was too long for the buffer, in tour order."""
     waiting = tour.node[tour.queued[tour.node] == WAITING]
     tour.queue[: len(waiting)], tour.queued[waiting] = waiting, 1
     tour.counts[:2] = 0, len(waiting)
 
 
 def search_breadth(instance: Instance, breadth: tuple[int, ...]) -> NDArray[np.int64]:
-    """Return the number of candidates tried at each depth, int64[DEPTH], limited to the length of the lists."""
+    """Return the number of candidates tried at each depth, int64[DEPTH], limited to the length of the candidate
+    lists.
+    """
     return np.minimum(np.array(breadth, dtype=np.int64), instance.exchange_lists[0].shape[1])
 
 
@@ -113,7 +119,7 @@ def descend(
     stop: Stop,
     look: Callable[[], None] | None = None,
 ) -> bool:
-    """Improve a tour at its queued nodes until `stop`; return whether the queue is empty. `look` is called regularly,
+    """Improve a tour at its queued nodes until `stop`. Return whether the queue is empty. `look` is called regularly,
     so that the caller can report the unfinished tour.
     """
     tries = search_breadth(instance, breadth)
@@ -131,7 +137,9 @@ def descend(
 
 
 def shorten_long_edges(instance: Instance, tour: Tour) -> bool:
-    """Replace edges longer than every candidate edge at their ends, and queue their nodes; return whether it helped."""
+    """Replace edges that are longer than every candidate edge at their ends, and queue their nodes. Return whether the
+    tour became shorter.
+    """
     ahead = np.roll(tour.node, -1)
     candidates, lengths = instance.exchange_lists
     longest = np.maximum(lengths[tour.node, -1], lengths[ahead, -1])
@@ -148,8 +156,9 @@ def shorten_long_edges(instance: Instance, tour: Tour) -> bool:
 def first_tour(instance: Instance, breadth: tuple[int, ...], best: Best) -> NDArray[np.int32]:
     """Build the greedy tour, improve it with `descend`, and return it. Intermediate tours are offered to `best`.
 
-    Long edges of a large tour are shortened last. Measured on pla85900, one thread, 1 s: 2.1 % above the optimum
-    instead of 2.6 %. Ants skip this step: recombination removes their long edges, and the time allows more ants.
+    Long edges of a large tour are shortened last. On pla85900, with one thread and 1 s, the result is 2.1 % above the
+    optimum instead of 2.6 %. Ants skip this step, because recombination removes their long edges, and the time is
+    better spent on more ants.
     """
     stop, start = best.stop, greedy(instance)
     best.offer(start, float(tour_cost(instance.cost, start)), 0)
@@ -176,7 +185,7 @@ def first_tour(instance: Instance, breadth: tuple[int, ...], best: Best) -> NDAr
 def kick_repeatedly(
     instance: Instance, node: NDArray[np.int32], seed: int, best: Best, iteration: int = 0, most: float = math.inf
 ) -> Iterator[None]:
-    """Kick a locally optimal tour int32[n] at most `most` times, `kicks_per_iteration` at once."""
+    """Kick a locally optimal tour, int32[n], at most `most` times, with `kicks_per_iteration` kicks per iteration."""
     tour = tour_with_buffers(node, queued=False, log=2 * instance.n + 1000)
     breadth, words = search_breadth(instance, BREADTH), random_words(seed, 0, count=1)
     kicks, made = kicks_per_iteration(instance.n), 0
@@ -191,7 +200,9 @@ def kick_repeatedly(
 def kick_until(
     instance: Instance, tour: Tour, word: NDArray[np.uint64], kicks: int, stop: Stop, spare: float = 0.0
 ) -> None:
-    """Kick a tour `kicks` times; stop earlier if only `spare` seconds remain. Changes: tour, word uint64[1]."""
+    """Kick a tour `kicks` times, or until only `spare` seconds remain. Changes: tour, word (random state,
+    uint64[1]).
+    """
     breadth = search_breadth(instance, BREADTH)
     for made in range(0, kicks, KICKS_PER_LOOK):
         if stop.now(spare):
@@ -201,7 +212,7 @@ def kick_until(
 
 
 def split_tour(instance: Instance, tour: Ints, random: np.random.Generator) -> list[Ints]:
-    """Cut the tour int32[n] into pieces of about `PIECE` nodes, at random positions and at the tied edge."""
+    """Cut a tour, int32[n], into pieces of about `PIECE` nodes, at random positions and at the tied edge."""
     n, a, b = len(tour), instance.cost.tied_a, instance.cost.tied_b
     count = max(2, round(n / PIECE))
     if a < 0:
@@ -214,7 +225,9 @@ def split_tour(instance: Instance, tour: Ints, random: np.random.Generator) -> l
 
 
 def piece_instance(instance: Instance, nodes: Ints) -> tuple[Instance, Ints, Ints]:
-    """Return the instance of a piece int32[m] with tied ends, the piece in its numbering, and its labels int32[m]."""
+    """Return the instance of a piece of a tour, int32[m], with tied ends; also return the piece in the numbering of
+    that instance, and its labels, int32[m].
+    """
     cost, m = instance.cost, len(nodes)
     label = np.sort(nodes)
     # The extra entry maps candidate -1 to -1.
@@ -238,9 +251,8 @@ def piece_instance(instance: Instance, nodes: Ints) -> tuple[Instance, Ints, Int
 
 
 def kick_piece(instance: Instance, nodes: Ints, word: NDArray[np.uint64], kicks: int, stop: Stop) -> Share:
-    """Return the piece int32[1, m] after its kicks, and None for its costs. Its first and last node do not change.
-
-    `word` is a random state uint64[1]. Changes: word.
+    """Kick a piece of a tour. Return the piece, int32[1, m], and None instead of costs. Its first and last node do not
+    change. `word` is a random state, uint64[1]. Changes: word.
     """
     own, start, label = piece_instance(instance, nodes)
     tour = tour_with_buffers(start, queued=False, log=2 * own.n + 1000)
@@ -255,7 +267,7 @@ def kick_piece(instance: Instance, nodes: Ints, word: NDArray[np.uint64], kicks:
 def kick_pieces(
     instance: Instance, tour: Ints, seed: int, best: Best, workers: Workers, iteration: int, most: float
 ) -> Iterator[None]:
-    """Kick the pieces of a tour int32[n] in rounds, at most `most` times."""
+    """Kick the pieces of a tour, int32[n], in rounds, with at most `most` kicks in total."""
     made = 0
     while made < most:
         pieces = split_tour(instance, tour, np.random.default_rng((seed, _CUTTING, iteration)))
@@ -269,7 +281,7 @@ def kick_pieces(
 
 
 def run_kicks(instance: Instance, run: AlgorithmRun) -> SearchResult:
-    """Run the iterated local search with the budget of the preset."""
+    """Run the iterated local search within the budget of the preset."""
     options, best = run.options, run.best
     per_node, most = PRESETS[options.preset]
     set_budget(run.stop, options, min(per_node * instance.n, most) / kicks_per_iteration(instance.n))

@@ -1,4 +1,4 @@
-"""Conversion of a benchmark map to a routing problem: a closed tour through its points or sets of points."""
+"""Convert a benchmark map to a routing problem: a closed tour through points or sets of points."""
 
 from __future__ import annotations
 

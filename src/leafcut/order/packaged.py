@@ -1,4 +1,6 @@
-"""Algorithms of other packages: loaded from entry points; their exceptions are reported and their tours checked."""
+"""Algorithms of other packages. They are loaded from entry points, their exceptions are reported, and their tours are
+checked.
+"""
 
 from __future__ import annotations
 
@@ -18,11 +20,11 @@ if TYPE_CHECKING:
 
 
 class PackagedAlgorithm(Protocol):
-    """An algorithm for short closed tours."""
+    """Interface of an algorithm for short closed tours in another package."""
 
     @property
     def title(self) -> str:
-        """Description in ``leafcut list algorithms``."""
+        """Description of the algorithm in ``leafcut list algorithms``."""
         ...
 
     def solve(self, instance: Instance, run: AlgorithmRun) -> SearchResult:
@@ -35,7 +37,7 @@ class PackagedAlgorithm(Protocol):
 
 
 def _algorithm_of(_: str, found: Any) -> PackagedAlgorithm:
-    """Return the algorithm of an entry point: an object, or an instance of a class without constructor parameters."""
+    """Return the algorithm of an entry point, which is an object or a class without constructor parameters."""
     algorithm: PackagedAlgorithm = found() if isinstance(found, type) else found
     if not isinstance(algorithm.title, str) or not algorithm.title.isprintable() or not callable(algorithm.solve):
         raise TypeError("an algorithm has a title in one line and a method solve(instance, run)")
@@ -48,7 +50,7 @@ PACKAGED = PluginKind("algorithm", ALGORITHM_GROUP, lambda: ALGORITHM_TITLES, _a
 
 def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResult:
     """Run an algorithm of another package; each iteration counts as one tour of all nodes. Raises OptionError if the
-    algorithm cannot be loaded; SolveError if the algorithm fails, or its result is not a tour.
+    algorithm cannot be loaded, and SolveError if it fails or its result is not a tour.
     """
     algorithm, best = PACKAGED.load(name), run.best
     set_budget_of_visits(run.stop, run.options, instance.n)
@@ -73,7 +75,7 @@ def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResu
 
 
 class _ProgressForwarder:
-    """Forwards progress and keeps the exception by which the receiver ends the search."""
+    """Forwards progress to its receiver, and keeps the exception with which the receiver ends the search."""
 
     def __init__(self, progress: OnProgress | None) -> None:
         self.progress = progress

@@ -1,6 +1,6 @@
-"""The search for paths with choices: clusters of several nodes, costs that differ by direction, and precedence. As in
-`order.kicks`, but the path may temporarily become longer: with asymmetric costs and precedence, many more paths are
-local optima. Small problems start from a few ants, and alternate with `order.annealing`.
+"""Search for paths with choices: clusters of several nodes, costs that differ by direction, and precedence. The search
+works as in `order.kicks`, but the path may become longer for a time, because asymmetric costs and precedence create
+many more local optima. Small problems start from a few ants, and alternate with `order.annealing`.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def budget(preset: str, clusters: int) -> float:
 
 
 class PathSearch:
-    """Local search for a path with choices; `iteration` counts runs of up to `kicks_per_iteration` kicks."""
+    """Local search for a path with choices. `iteration` counts runs of at most `kicks_per_iteration` kicks."""
 
     def __init__(
         self,
@@ -82,7 +82,7 @@ class PathSearch:
         layers: Clusters | None = None,
         log: WorkerLog | None = None,
     ) -> None:
-        """Create a search; searches that share `best`, `layers` and `log` have different numbers."""
+        """Create a search. Searches that share `best`, `layers` and `log` have different numbers."""
         self.instance, self.stop, self.best, self.layers = instance, best.stop, best, layers
         self.log = log or WorkerLog.of(1)
         self.alone = len(self.log.ants) == 1
@@ -91,8 +91,8 @@ class PathSearch:
         self.iteration = self.kicks = 0
 
     def run(self, most: float, start: Route, phase: float = PHASE) -> int:
-        """Improve a path to a local optimum, then by kicks, until `stop` returns true or `most` kicks are done; return
-        the number of iterations.
+        """Improve a path to a local optimum, then by kicks, until `stop` returns True or `most` kicks have been done.
+        Return the number of iterations.
         """
         instance = self.instance
         self.route = route_of(instance, start.node, start.enter, log=3 * instance.n + 1000)
@@ -107,8 +107,8 @@ class PathSearch:
         return iterate(self._kick_and_anneal(most, phase), self.best, self.iteration, self._report_progress)
 
     def _kick_and_anneal(self, most: float, phase: float) -> Iterator[None]:
-        """Kick. A small problem alternates between kicks and annealing; the first phase has `phase` kicks per node,
-        each further phase twice as many.
+        """Kick the path. A small problem alternates between kicks and annealing. The first phase has `phase` kicks per
+        node, and each further phase twice as many as the phase before.
         """
         if not is_small(self.instance):
             yield from self._kick_by_schedule(most)
@@ -128,7 +128,9 @@ class PathSearch:
         return self.kicks >= most or not self._is_worthwhile()
 
     def _is_worthwhile(self) -> bool:
-        """Return whether more kicks are worth their time; always True for parallel searches, which the clock ends."""
+        """Return whether more kicks are worth their time. Parallel searches end by the clock, so for them the answer is
+        always True.
+        """
         seconds = SECONDS_PER_KICK * math.sqrt(self.instance.n) * self.kicks
         return not self.alone or self.stop.payoff_limit.is_worth_continuing(seconds, self.best.cost)
 
@@ -152,7 +154,7 @@ class PathSearch:
                     away = 0
 
     def _anneal(self, annealing: PathAnnealing, steps: int) -> Iterator[None]:
-        """Anneal the best path and continue with the result; a step counts as a kick."""
+        """Anneal the best path, and continue the search with the result. A step of the annealing counts as a kick."""
         for path, made in annealing.anneal(self.best.tour, self.mean, steps, self.least):
             self.iteration, self.kicks = self.iteration + 1, self.kicks + made
             self._set_route(path)
@@ -160,7 +162,7 @@ class PathSearch:
             yield
 
     def _descend(self) -> None:
-        """Improve the path to a local optimum; exchanges that rewrite few positions come first."""
+        """Improve the path to a local optimum. Exchanges that rewrite few positions are tried first."""
         instance, route = self.instance, self.route._replace(log=np.zeros(0, dtype=np.int32))
         offered = self.stop.elapsed()
         for longest in (LONGEST_REWRITE, instance.n):
@@ -192,7 +194,7 @@ class PathSearch:
             self._offer()
 
     def _report_progress(self, iteration: int, _: NDArray[np.float64] | None = None) -> None:
-        """Update the log; report the progress of the first of several searches."""
+        """Update the log. The first of several searches also reports progress."""
         self.log.ants[self.number], self.log.seconds[self.number] = self.kicks, self.stop.elapsed()
         if self.number == 0:
             self.best.tell(iteration, alone=self.alone)
@@ -212,7 +214,7 @@ class PathSearch:
 
 
 def _kick_schedule(n: int) -> Iterator[tuple[float, int]]:
-    """Yield the maximum growth of the path by a kick, and the number of kicks, without end."""
+    """Yield the limit for the growth of the path by a kick, and the number of kicks with this limit, without end."""
     yield 0.0, FIRST_COLD * n
     for heat in itertools.cycle(HEATS):
         yield heat, HOT * n
@@ -220,7 +222,9 @@ def _kick_schedule(n: int) -> Iterator[tuple[float, int]]:
 
 
 def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
-    """Run one search per thread; each may restart from the best path of all. A work budget allows only one."""
+    """Run one search per thread; each search may restart from the best path of all searches. With a work budget, only
+    one search runs.
+    """
     options, stop, best = run.options, run.stop, run.best
     kicks = math.inf if options.is_limited else budget(options.preset, instance.problem.n_clusters)
     only_time = options.iterations is None and options.time_limit is not None

@@ -1,4 +1,4 @@
-"""Pheromone for observers; memory and time grow with the number of nodes and candidates."""
+"""Pheromone in a form for observers; memory and time grow with the number of nodes and candidates."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ MOST_ANTS, MOST_STEPS = 32, 4_000_000
 
 
 def pheromone_on_candidates(instance: Instance, lists: Ints, trails: NDArray[np.float64]) -> Pheromone:
-    """Return the pheromone float64[n, k] on the candidate edges int32[n, k] of an instance."""
+    """Convert the pheromone trails, float64[n, k], on the candidate edges of an instance, int32[n, k], for
+    observers.
+    """
     label = instance.label
     named = np.where(lists >= 0, label[lists], -1)
     known = label < instance.problem.n_clusters
@@ -25,8 +27,10 @@ def pheromone_on_candidates(instance: Instance, lists: Ints, trails: NDArray[np.
 
 
 def pheromone_on_edges(points: Points, owner: Ints, lists: Ints, trails: NDArray[np.float64]) -> Pheromone:
-    """Return the pheromone float64[n, k] on edges from clusters int32[n] to clusters int32[n, k] (-1 or more: none).
-    The strength of an edge is twice its share of all pheromone at an end; the larger of both ends counts.
+    """Convert the pheromone trails, float64[n, k], on edges between clusters for observers. The edges lead from the
+    clusters `owner`, int32[n], to the clusters `lists`, int32[n, k]; negative numbers mean no edge.
+
+    The strength of an edge is twice its share of all pheromone at one of its ends; the larger of the two values counts.
     """
     there = (lists >= 0) & (lists < len(points)) & (lists != owner[:, None])
     amount = np.where(there, trails, 0.0)
@@ -37,7 +41,7 @@ def pheromone_on_edges(points: Points, owner: Ints, lists: Ints, trails: NDArray
 
 
 def pheromone_of_tours(instance: Instance, tours: Ints) -> Pheromone:
-    """Convert the tours int32[m, n] of a colony to pheromone: the share of ants that use each edge."""
+    """Convert the tours of a colony, int32[m, n], to pheromone: the share of ants that use each edge."""
     ants, n = tours.shape
     few = max(1, min(MOST_ANTS, MOST_STEPS // n))
     chosen = tours[np.linspace(0, ants - 1, min(few, ants)).astype(np.int64)]
@@ -49,7 +53,9 @@ def pheromone_of_tours(instance: Instance, tours: Ints) -> Pheromone:
 
 
 def _strongest_edges(points: Points, here: Ints, there: Ints, share: NDArray[np.float64], join: np.ufunc) -> Pheromone:
-    """Join both directions of each edge; at most `MOST_EDGES`."""
+    """Return at most `MOST_EDGES` edges, the strongest first; `join` combines the shares of both directions of an
+    edge.
+    """
     low, high = np.minimum(here, there).astype(np.int64), np.maximum(here, there).astype(np.int64)
     key = low * len(points) + high
     order = np.argsort(key, kind="stable")

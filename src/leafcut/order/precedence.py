@@ -1,4 +1,4 @@
-"""Precedence of clusters: validity, implied pairs, and impossible moves."""
+"""Precedence of clusters: check its validity, and find implied pairs and impossible moves."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ CLOSURE_LIMIT = 3000
 
 
 def checked_pairs(problem: RoutingProblem) -> Ints:
-    """Return the pairs (before, after) int32[k, 2] of the problem, each once. Raises SolveError if a pair names an
-    unknown cluster, or the pairs form a cycle, so that no order satisfies them.
+    """Return the pairs (before, after) of the problem without duplicates, int32[k, 2]. Raises SolveError if a pair
+    names an unknown cluster, or if the pairs form a cycle, so that no order satisfies them.
     """
     given = np.asarray(problem.precedence).reshape(-1, 2)
     if len(given) and not (given.min() >= 0 and given.max() < problem.n_clusters):
@@ -47,14 +47,16 @@ def broken_pair(pairs: Ints, order: NDArray[np.int32]) -> tuple[int, int] | None
 
 
 def compressed_rows(pairs: Ints, n: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return the pairs in compressed rows: first index of each cluster's partners int32[n + 1], and the partners."""
+    """Return the pairs in compressed rows: the index of the first partner of each cluster, int32[n + 1], and the
+    partners.
+    """
     ordered = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     begin = np.searchsorted(ordered[:, 0], np.arange(n + 1)).astype(np.int32)
     return begin, np.ascontiguousarray(ordered[:, 1])
 
 
 def transitive_closure(pairs: Ints, n: int) -> NDArray[np.bool_]:
-    """Return the transitive closure bool[n, n]: whether i must come before j."""
+    """Return the transitive closure of the pairs, bool[n, n]: whether cluster i must come before cluster j."""
     later = np.zeros((n, n), dtype=np.bool_)
     begin, after = compressed_rows(pairs, n)
     for v in reversed(_topological_order(pairs, n)):
@@ -65,8 +67,8 @@ def transitive_closure(pairs: Ints, n: int) -> NDArray[np.bool_]:
 
 
 def impossible_moves_and_reduction(pairs: Ints, n: int) -> tuple[NDArray[np.bool_], Ints]:
-    """Return the impossible moves (backwards, or past a cluster) bool[n, n], and the transitive reduction of the
-    pairs.
+    """Return the impossible moves, bool[n, n], which go backwards or skip a cluster that must come between, and the
+    transitive reduction of the pairs.
     """
     later, between = transitive_closure(pairs, n), np.zeros((n, n), dtype=np.bool_)
     begin, after = compressed_rows(pairs, n)
@@ -76,7 +78,9 @@ def impossible_moves_and_reduction(pairs: Ints, n: int) -> tuple[NDArray[np.bool
 
 
 def _topological_order(pairs: Ints, n: int) -> list[int]:
-    """Return the topological order, without cycles and the clusters that depend on them."""
+    """Return a topological order of the clusters. Clusters on a cycle, and clusters that depend on them, are left
+    out.
+    """
     begin, after = compressed_rows(pairs, n)
     missing = np.bincount(pairs[:, 1], minlength=n)
     order: list[int] = np.flatnonzero(missing == 0).tolist()

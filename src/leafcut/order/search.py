@@ -1,4 +1,4 @@
-"""The search loop of all population algorithms, the budget of a run, its best tour, and snapshots for observers."""
+"""The search loop of all population algorithms, the budget of a run, the best tour, and snapshots for observers."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ Tours = tuple[NDArray[np.int32], NDArray[np.float64]]
 
 
 class SearchView:
-    """View of a search for observers; by default the best path and the figures of the workers."""
+    """View of a search for observers. By default, it contains the best path and statistics of the workers."""
 
     def __init__(
         self,
@@ -44,20 +44,20 @@ class SearchView:
         log: WorkerLog | None = None,
         pheromone: Callable[[], Pheromone] | None = None,
     ) -> None:
-        """Create a view; without the instance `shown`, snapshots have no path."""
+        """Create a view. Without the instance `shown`, snapshots contain no path."""
         self.shown, self.log, self.pheromone = shown, WorkerLog.of(0) if log is None else log, pheromone
 
     def result(self, tour: Ints) -> Ints:
-        """Convert a tour of the search to nodes of the instance."""
+        """Convert a tour of the search to the nodes of the instance."""
         return tour
 
     def parts(self, best: Best) -> dict[str, Any]:
-        """Return the optional fields of `Snapshot` for this algorithm."""
+        """Return the optional fields of a `Snapshot` that this algorithm provides."""
         pheromone = {} if self.pheromone is None else {"pheromone": self.pheromone()}
         return {"workers": self.log.figures()} | pheromone
 
     def branching(self) -> float | None:
-        """Return the mean λ-branching factor of the trails."""
+        """Return the mean λ-branching factor of the pheromone trails."""
         return None
 
 
@@ -68,11 +68,11 @@ class Best:
     Attributes
     ----------
     cost, history
-        Costs without service.
+        The cost of the best tour, and of each earlier best tour, without service times.
     service
-        Constant cost of every path, which the search leaves out.
+        Total service time, which is the same for every path, so that the search leaves it out.
     shown_bound
-        Lower bound including service, for observers.
+        Lower bound for observers, including service times.
     """
 
     stop: Stop
@@ -88,7 +88,9 @@ class Best:
     lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
 
     def offer(self, tour: NDArray[np.int32], cost: float, iteration: int) -> bool:
-        """Keep the tour if it is better by more than the tolerance; return whether it was kept."""
+        """Keep the tour if its cost is lower than the best cost by more than the tolerance. Return whether the tour was
+        kept.
+        """
         with self.lock:
             if not cost + ROUNDING * abs(cost) < self.cost:
                 return False
@@ -97,11 +99,15 @@ class Best:
         return True
 
     def final_bound(self) -> float | None:
-        """Return the shown bound of a cancelled search, for which no bound is computed; otherwise None."""
+        """Return the bound shown during the search if the search was cancelled, because no other bound is computed
+        then; otherwise None.
+        """
         return self.shown_bound if self.stop.cancelled.is_set() else None
 
     def tell(self, iteration: int, costs: NDArray[np.float64] | None = None, alone: bool = True) -> None:
-        """Report progress after an iteration with the `costs` of its tours; `alone`: the search waits for this call."""
+        """Report progress after an iteration, with the `costs` of its tours. `alone`: the search waits while this call
+        runs.
+        """
         if self.progress is not None:
             shares = (iteration / max(self.stop.iterations, 1), self.stop.elapsed() / self.stop.seconds)
             cost = self.cost + self.service
@@ -125,7 +131,7 @@ class Best:
 
 @dataclass(frozen=True)
 class AlgorithmRun:
-    """Arguments of an algorithm in addition to the instance: options, best tour, and stopping criteria."""
+    """The arguments of an algorithm other than the instance: options, best tour, and stopping criteria."""
 
     options: SolveOptions
     aco: AcoOptions
@@ -134,13 +140,13 @@ class AlgorithmRun:
 
     @property
     def stop(self) -> Stop:
-        """The stopping criteria."""
+        """The stopping criteria of the run."""
         return self.best.stop
 
 
 @dataclass(frozen=True)
 class SearchResult:
-    """Result of an algorithm: the tour, its iterations, and the figures of its workers."""
+    """Result of an algorithm: the tour, the number of iterations, and statistics of the workers."""
 
     tour: NDArray[np.int32]
     iterations: int = 0
@@ -148,14 +154,14 @@ class SearchResult:
 
 
 class Population(SearchView):
-    """Base class of population algorithms: they construct tours and learn from them."""
+    """Base class of population algorithms, which construct tours and learn from them."""
 
     def construct(self, iteration: int) -> Tours:
         """Return the tours of an iteration and their costs."""
         raise NotImplementedError
 
     def reinforce(self, iteration: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
-        """Learn from the tours of an iteration; does nothing by default."""
+        """Learn from the tours of an iteration. By default, do nothing."""
 
 
 def iterate(
@@ -166,7 +172,7 @@ def iterate(
 ) -> int:
     """Run an algorithm step by step until a stopping criterion holds; return the number of finished iterations.
 
-    A step constructs paths, improves them, offers the best, learns from them, and yields their costs, or None.
+    A step constructs paths, improves them, offers the best path, learns from the paths, and yields their costs or None.
     `iteration` is the number of earlier iterations; `report` shows progress.
     """
     stop, report = best.stop, report or best.tell
@@ -180,8 +186,8 @@ def iterate(
 
 
 def search(population: Population, best: Best) -> int:
-    """Run a population algorithm; return the number of finished iterations. The first of the cheapest tours of an
-    iteration counts, regardless of the thread.
+    """Run a population algorithm. Return the number of finished iterations. If several tours of an iteration are
+    equally cheap, the first counts, whichever thread found it.
     """
     best.view = population
     return iterate(_generations(population, best), best)
@@ -199,13 +205,13 @@ def _generations(population: Population, best: Best) -> Iterator[NDArray[np.floa
 
 
 def set_budget(stop: Stop, options: SolveOptions, iterations: float, patience: float = math.inf) -> None:
-    """Set the limits of the preset, unless the options limit the time or the iterations."""
+    """Set the limits of the preset, unless the options limit the time or the number of iterations."""
     if not options.is_limited:
         stop.iterations = max(1, math.ceil(iterations))
         stop.patience = patience
 
 
 def set_budget_of_visits(stop: Stop, options: SolveOptions, visited: float) -> None:
-    """Set the budget of a preset for ants that visit `visited` nodes per iteration."""
+    """Set the budget of a preset for ants that visit a total of `visited` nodes per iteration."""
     visits, patience = PRESETS[options.preset]
     set_budget(stop, options, visits / visited, patience)

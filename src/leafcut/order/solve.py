@@ -1,4 +1,4 @@
-"""`solve`: from a routing problem to a solution."""
+"""`solve`: find a solution of a routing problem."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ def solve(
     progress
         Called after every iteration (`model.heartbeat`).
     observe
-        Follows the search without changing the answer (`model.snapshot`).
+        Observer that follows the search without changing its result (`model.snapshot`).
     cancelled
-        Set it from another thread to stop and keep the best path. Ctrl-C does the same.
+        Event that another thread sets to stop the search and keep the best path. Ctrl-C has the same effect.
     bounds
         Deadline for the lower bounds, in addition to the time limit of the search; None for no limit.
 
-    Raises OptionError if the algorithm belongs to a package and cannot be used; SolveError if the precedence cannot be
-    satisfied, the algorithm does not support it, or there are too many nodes for full candidate lists.
+    Raises OptionError if the algorithm of another package cannot be used. Raises SolveError if the precedence cannot be
+    satisfied, if the algorithm does not support it, or if there are too many nodes for full candidate lists.
     """
     options, aco, firefly = options or SolveOptions(), aco or AcoOptions(), firefly or FireflyOptions()
     cancelled, bounds = cancelled or threading.Event(), bounds or Deadline()
@@ -98,8 +98,8 @@ def solve(
 def _order_without_search(
     problem: RoutingProblem, pairs: Ints, options: SolveOptions, stop: Stop
 ) -> tuple[Solution, float | None] | None:
-    """Return the order of the drawing for `none`, or the exact order of a few clusters, with its lower bound; None if
-    a search is needed.
+    """Return an order that needs no search, with its lower bound: the order of the drawing for the algorithm `none`, or
+    the exact optimum for a few clusters. Return None if a search is needed.
     """
     name, few, bound = options.algorithm, problem.n_clusters <= TRY_ALL, None
     if name == "none":
@@ -133,7 +133,9 @@ def _order_without_search(
 
 
 def _history(best: Best, seconds: float, cost: float, exact: bool) -> tuple[tuple[float, float], ...]:
-    """Return the time and the cost of the best path at each improvement, with service; the last cost is `cost`."""
+    """Return the time and the cost of the best path at each improvement, including service times. The last cost is
+    `cost`.
+    """
     if not best.history or not exact:
         return ((seconds, cost),)
     *before, (last, _) = best.history
@@ -141,7 +143,9 @@ def _history(best: Best, seconds: float, cost: float, exact: bool) -> tuple[tupl
 
 
 def keep_better(problem: RoutingProblem, solution: Solution, other: Ints) -> Solution:
-    """Return `solution` with the nodes int32[clusters] of `other` if these are cheaper and satisfy the precedence."""
+    """Return `solution` with the nodes `other`, int32[clusters], if they are cheaper and satisfy the precedence;
+    otherwise return it unchanged.
+    """
     cost = path_cost(problem, other)
     if cost >= solution.cost or not satisfies_pairs(checked_pairs(problem), problem.cluster[other]):
         return solution

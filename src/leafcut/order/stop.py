@@ -33,9 +33,11 @@ def clock() -> float:
 
 @dataclass
 class PayoffLimit:
-    """Ends a search when it takes longer than the machine time it saves: a period is not worth its time if it lasts
-    longer than the machine time that the previous one saved. The search time is derived from the work done, so that
-    results are reproducible. Without `holds`, every period is worth its time.
+    """Ends a search when it takes longer than the machine time that it saves.
+
+    A period of the search is not worth its time if it lasts longer than the machine time that the previous period
+    saved. The search time is derived from the work done, so that results are reproducible. If `holds` is False, every
+    period is worth its time.
     """
 
     holds: bool = False
@@ -45,18 +47,24 @@ class PayoffLimit:
 
     @classmethod
     def of(cls, options: SolveOptions, problem: RoutingProblem) -> PayoffLimit:
-        """Return the rule; inactive with limits of time or iterations or preset `thorough`, and without times."""
+        """Return the limit for a problem. It is inactive if the options limit the time or the iterations, if the preset
+        is `thorough`, or if costs are not times.
+        """
         counted = options.iterations is not None or options.time_limit is not None
         return cls(not counted and options.preset != "thorough" and problem.metric.unit == "s")
 
     def is_worthwhile(self, seconds: float, gained: float) -> bool:
-        """Return whether a period of `seconds` is worth it after the previous one saved `gained` s of machine time."""
+        """Return whether a period of `seconds` is worth its time, given that the previous period saved `gained` s of
+        machine time.
+        """
         if self.holds and gained < seconds:
             self.spared = True
         return not self.spared
 
     def is_worth_continuing(self, seconds: float, cost: float) -> bool:
-        """Return whether to continue after `seconds` in total with a path of cost `cost`; the periods double."""
+        """Return whether to continue the search after `seconds` in total with a path of cost `cost`. Each period is
+        twice as long as the one before.
+        """
         if math.isinf(self._cost):
             self._cost = cost
         if seconds < self._until:
@@ -70,7 +78,7 @@ class Stop:
     """All stopping criteria of a search.
 
     `now` is called often (between ants) and checks only cancellation and the time limit. `reached` is called between
-    iterations. `patience`: iterations without a better tour.
+    iterations. `patience` is the maximum number of iterations without a better tour.
     """
 
     iterations: float = math.inf
@@ -82,7 +90,7 @@ class Stop:
 
     @classmethod
     def of(cls, options: SolveOptions, problem: RoutingProblem, cancelled: threading.Event) -> Stop:
-        """Return the limits of the options."""
+        """Return the stopping criteria that the options set."""
         return cls(
             iterations=math.inf if options.iterations is None else options.iterations,
             seconds=math.inf if options.time_limit is None else options.time_limit,
@@ -91,11 +99,11 @@ class Stop:
         )
 
     def elapsed(self) -> float:
-        """Return the time since the start, s, without pauses."""
+        """Return the time since the start of the search, s, without pauses."""
         return clock() - self.began
 
     def now(self, spare: float = 0.0) -> bool:
-        """Return whether to stop immediately, given that `spare` seconds are still needed afterwards."""
+        """Return whether the search must stop immediately, given that `spare` seconds are needed afterwards."""
         return self.cancelled.is_set() or self.elapsed() + spare >= self.seconds
 
     @contextmanager
@@ -108,17 +116,19 @@ class Stop:
             self.began += clock() - began
 
     def reached(self, iteration: int, since_better: int) -> bool:
-        """Return whether to stop before `iteration` (from 0), `since_better` iterations after the last improvement."""
+        """Return whether the search must stop before `iteration` (counted from 0), given that the last improvement was
+        `since_better` iterations ago.
+        """
         return iteration >= self.iterations or since_better >= self.patience or self.now()
 
 
 class Deadline:
-    """Time budget of the searches and lower bounds of a run. Each search gets a share of the remaining time; time that
-    an earlier search does not need goes to later searches.
+    """Time budget of the searches and lower bounds of a run. Each search gets a share of the remaining time. Later
+    searches get the time that an earlier search did not need.
     """
 
     def __init__(self, limit: float | None = None, parent: Deadline | None = None) -> None:
-        """Start the clock; `limit` is in seconds, None for no limit, and `parent` is the enclosing deadline."""
+        """Start the clock. `limit` is in seconds, or None for no limit; `parent` is the enclosing deadline."""
         self.limit = math.inf if limit is None else limit
         self._spent, self._parent = 0.0, parent
         self._started: float | None = None
@@ -147,7 +157,7 @@ class Deadline:
         return None if math.isinf(self.limit) else max(self.left, LEAST_SECONDS)
 
     def part(self, share: float) -> Deadline:
-        """Return a deadline for searches that do a share of the remaining work."""
+        """Return a deadline for searches that do a given share of the remaining work."""
         if math.isinf(self.limit):
             return Deadline(None, self)
         return Deadline(max(share * self.left, LEAST_PART * share * self.limit, LEAST_SECONDS), self)
@@ -160,7 +170,7 @@ class Deadline:
 
     @contextmanager
     def running(self, cancelled: threading.Event) -> Iterator[Callable[[], bool]]:
-        """Measure the time of a search; yield a function that returns True when the search must stop."""
+        """Measure the time of a search in the block. Yield a function that returns True when the search must stop."""
         self._started = clock()
         try:
             yield lambda: cancelled.is_set() or self.left <= 0.0

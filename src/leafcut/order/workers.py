@@ -24,7 +24,7 @@ Share = tuple[NDArray[np.int32], NDArray[np.float64]]
 
 @dataclass
 class WorkerLog:
-    """Totals of the work of each worker."""
+    """Total work of each worker."""
 
     ants: list[int]
     seconds: list[float]
@@ -37,24 +37,24 @@ class WorkerLog:
         return cls([0] * workers, [0.0] * workers, [math.inf] * workers)
 
     def number_of_thread(self, thread: int) -> int:
-        """Return the number of a worker; they are numbered in the order of their first task."""
+        """Return the number of a worker. Workers are numbered in the order of their first task."""
         return self.known.setdefault(thread, len(self.known)) % len(self.ants)
 
     def add(self, worker: int, ants: int, seconds: float, best: float) -> None:
-        """Add a task to the totals."""
+        """Add a task to the totals of a worker."""
         self.ants[worker] += ants
         self.seconds[worker] += seconds
         self.best[worker] = min(self.best[worker], best)
 
     def figures(self) -> tuple[WorkerFigures, ...]:
-        """Return the totals of each worker."""
+        """Return the statistics of each worker."""
         rows = zip(self.ants, self.seconds, self.best, strict=True)
         return tuple(WorkerFigures(w, ants, seconds, best) for w, (ants, seconds, best) in enumerate(rows))
 
 
 @dataclass(frozen=True)
 class Workers:
-    """Threads of a search (None: this thread alone), and their stopping criteria."""
+    """The threads of a search (None: only the current thread), and the stopping criteria of their tasks."""
 
     executor: Executor | None
     count: int
@@ -62,14 +62,14 @@ class Workers:
     log: WorkerLog
 
     def run_tasks(self, tasks: Sequence[Callable[[Stop], Share]]) -> list[Share]:
-        """Return the result of each task, in order, independent of the number of workers."""
+        """Return the result of each task, in order. The results do not depend on the number of workers."""
         done = list((map if self.executor is None else self.executor.map)(self._timed, tasks))
         for thread, seconds, (_, costs) in done:
             self.log.add(self.log.number_of_thread(thread), len(costs), seconds, float(costs.min(initial=math.inf)))
         return [share for _, _, share in done]
 
     def run_and_join(self, tasks: Sequence[Callable[[Stop], Share]]) -> Share:
-        """Return the results of `run_tasks`, concatenated."""
+        """Run the tasks, and return their concatenated results."""
         tours, costs = zip(*self.run_tasks(tasks), strict=True)
         return np.concatenate(tours), np.concatenate(costs)
 
@@ -80,13 +80,13 @@ class Workers:
 
 
 def thread_count(options: SolveOptions) -> int:
-    """Return the number of threads, by default one per core."""
+    """Return the number of threads; the default is one per core."""
     return options.threads or os.cpu_count() or 1
 
 
 @contextmanager
 def thread_pool(threads: int, stop: Stop) -> Iterator[Executor | None]:
-    """Open a thread pool for the block; yield None for a single thread. Ctrl-C cancels the search."""
+    """Open a thread pool for the block, or yield None for a single thread. Ctrl-C cancels the search."""
     if threads <= 1:
         yield None
         return

@@ -1,1 +1,1 @@
-"""Algorithms of the literature, as in their papers, each for both move sets (`places`, `choices`)."""
+"""Algorithms from the literature, as described in their papers, each for both move sets (`places` and `choices`)."""

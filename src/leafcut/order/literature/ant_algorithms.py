@@ -1,4 +1,4 @@
-"""Runs of the ant algorithms: ants in threads, in processes, or on a GPU."""
+"""Run the ant algorithms, with ants in threads, in processes, or on a GPU."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ from leafcut.order.workers import thread_count, thread_pool
 
 
 def check_ants(algorithm: str, aco: AcoOptions, _: FireflyOptions, choices: bool) -> None:
-    """Raise SolveError for parallel ants that the algorithm, the problem or the machine does not have."""
+    """Raise SolveError if the options request a kind of parallel ants that the algorithm, the problem or the machine
+    does not support.
+    """
     if aco.parallel == "processes" and algorithm == "acs":
         raise SolveError(
             "--parallel processes: the ants of acs update the shared pheromone in turn; use --parallel exchange or "

@@ -1,4 +1,4 @@
-"""Ant algorithms on the search loop: ants construct tours of points or orders of choices, and deposit pheromone."""
+"""Ant algorithms in the search loop: ants construct tours of points, or orders of clusters, and deposit pheromone."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ MoveSet = Places | Choices
 
 
 def move_set(instance: AnyInstance, local_search: bool, workers: int = 1) -> MoveSet:
-    """Return the moves of a search for an instance."""
+    """Return the move set of a search for an instance."""
     if isinstance(instance, DirectedInstance):
         return Choices(instance, local_search)
     return Places(instance, local_search, workers)
 
 
 def initial_trails(moves: MoveSet, parameters: AntParameters, c_nn: float, seed: int) -> Trails:
-    """Return the initial trails of an algorithm."""
+    """Return the pheromone trails with which an algorithm starts."""
     trails = TRAILS[parameters.algorithm](moves.lists, parameters, c_nn, moves.one_way, seed=seed)
     moves.fill_nearness(trails)
     trails.update_weights()
@@ -38,7 +38,7 @@ def initial_trails(moves: MoveSet, parameters: AntParameters, c_nn: float, seed:
 
 
 class AntColony(Population):
-    """Ants with shared trails; `trails` is None if each worker has its own."""
+    """Ants with shared pheromone trails; `trails` is None if each worker has its own trails."""
 
     def __init__(self, moves: MoveSet, trails: Trails | None, ants: int, workers: int) -> None:
         super().__init__(moves.instance, WorkerLog.of(workers))
@@ -47,26 +47,26 @@ class AntColony(Population):
         self.costs = np.full(ants, math.inf)
 
     def reinforce(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-        """Update the trails by the rule of the algorithm."""
+        """Update the pheromone trails by the rule of the algorithm."""
         if self.trails is not None:
             self.trails.reinforce(iteration, tours, costs, best)
 
     def result(self, tour: Ints) -> Ints:
-        """Convert a tour to nodes of the instance."""
+        """Convert a tour to the nodes of the instance."""
         return self.moves.result(tour)
 
     def parts(self, best: Best) -> dict[str, Any]:
-        """Return the figures of the workers, the pheromone and the last step."""
+        """Return the fields of a snapshot: statistics of the workers, the pheromone, and the last step."""
         shown = {} if self.trails is None else self.moves.parts(self.trails, best)
         return super().parts(best) | shown
 
     def branching(self) -> float | None:
-        """Return the mean λ-branching factor."""
+        """Return the mean λ-branching factor of the pheromone trails."""
         return None if self.trails is None else self.trails.branching()
 
 
 class Ants(AntColony):
-    """Constructs and improves the tours of an iteration in threads; their number does not change a tour."""
+    """Constructs and improves the tours of an iteration in threads. The number of threads does not change the tours."""
 
     trails: Trails
 
@@ -77,7 +77,9 @@ class Ants(AntColony):
         self.seed, self.stop, self.executor, self.workers = seed, stop, executor, workers
 
     def construct(self, iteration: int) -> Tours:
-        """Return the tours int32[m, n] of the ants and their costs float64[m] (inf: not finished in time)."""
+        """Return the tours of the ants, int32[m, n], and their costs, float64[m]. The cost of a tour that was not
+        finished in time is infinite.
+        """
         words = self._random_states(iteration)
         built = self._construct_all(words)
         on_all_workers(self.executor, self.workers, lambda w: self._run_ants(w, words, built, self.workers))
@@ -94,12 +96,14 @@ class Ants(AntColony):
         return random_words(self.seed, iteration, count=len(self.costs))
 
     def _construct_all(self, words: NDArray[np.uint64]) -> int | None:
-        """Return the number of tours constructed before the workers start; None if each worker constructs its own."""
+        """Return the number of tours constructed before the workers start, or None if each worker constructs its own
+        tours.
+        """
         return self._construct_in_turn(words, 0, 1)
 
     def _construct_in_turn(self, words: NDArray[np.uint64], first: int, step: int) -> int | None:
-        """If ants change the pheromone as they move, construct every `step`-th tour; return the index of the first ant
-        for which there was no time.
+        """If ants change the pheromone while they move, construct every `step`-th tour in turn. Return the index of the
+        first ant for which there was no time.
         """
         if not self.trails.parameters.local_rate:
             return None
@@ -110,7 +114,9 @@ class Ants(AntColony):
         return len(self.tours)
 
     def _run_ants(self, worker: int, words: NDArray[np.uint64], built: int | None, step: int) -> None:
-        """Construct and finish the tour of every `step`-th ant; if `built` is set, only finish the first `built`."""
+        """Construct and improve the tour of every `step`-th ant. If `built` is set, only improve the first `built`
+        tours.
+        """
         began, ants, mine = clock(), 0, worker % self.workers
         for ant in range(worker, len(self.costs) if built is None else built, step):
             if ant >= step and self.stop.now():

@@ -1,5 +1,5 @@
-"""The move set of choices: ants order clusters within the precedence, dynamic programming chooses their nodes, and
-with local search the exchanges of `order.path_search` improve the path.
+"""The move set *choices*: ants construct orders of clusters within the precedence, and dynamic programming chooses
+their nodes. With local search, the exchanges of `order.path_search` improve the path.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from leafcut.order.stop import Stop
 
 
 class Choices:
-    """Orders of clusters, with the buffers of a worker."""
+    """The move set for orders of clusters, with the buffers of a worker."""
 
     def __init__(
         self,
@@ -33,7 +33,7 @@ class Choices:
         layers: Clusters | None = None,
         greedy: Route | None = None,
     ) -> None:
-        """Create the buffers; `layers` and `greedy` are the clusters and the greedy path if they already exist."""
+        """Create the buffers. `layers` and `greedy` are the clusters and the greedy path, if they exist already."""
         self.instance, self.local_search = instance, local_search
         self.layers, self.greedy = layers or build_clusters(instance), greedy
         m, widest = instance.n, int(np.diff(self.layers.begin).max())
@@ -44,18 +44,20 @@ class Choices:
         self.breadth = np.array(BREADTH, dtype=np.int64)
 
     def nearest_neighbour(self) -> tuple[Ints, float]:
-        """Return the order int32[m] that always continues with the cheapest unlocked cluster, and its length."""
+        """Return the order, int32[m], that always continues with the cheapest cluster whose predecessors have been
+        visited, and its length.
+        """
         order = (greedy_path(self.instance) if self.greedy is None else self.greedy).node.copy()
         return order, self.length(order)
 
     def start(self, best: Best) -> float:
-        """Offer the nearest-neighbour order as the first solution, and return its cost C_nn."""
+        """Offer the nearest-neighbour order as the first solution, and return its cost, C_nn."""
         order, length = self.nearest_neighbour()
         best.offer(order, length, 0)
         return max(length, 1e-9)
 
     def fill_nearness(self, trails: Trails) -> None:
-        """Fill η^β of each pair of clusters. Changes: trails.nearness."""
+        """Compute the nearness η^β of each pair of clusters. Changes: trails.nearness."""
         near = self.layers.least.copy()
         np.fill_diagonal(near, np.inf)
         trails.nearness[:] = (1.0 / (near + trails.offset)) ** trails.parameters.beta
@@ -84,11 +86,11 @@ class Choices:
         construct_order(self.layers, even, even, even, 1.0, 0.0, 0.0, 1.0, words, number, self.missing, order)
 
     def length(self, order: Ints) -> float:
-        """Return the length of the best path of an order, and store the nodes of that path."""
+        """Return the length of the shortest path with a given order of clusters, and store the nodes of that path."""
         return float(choose_all(self.layers, order, self.chosen, self.trial, self.sums, self.links))
 
     def nodes(self) -> Ints:
-        """Return the path stored by `length` as nodes of the problem, int32[clusters]."""
+        """Return the path that `length` has stored, as nodes of the problem, int32[clusters]."""
         instance = self.instance
         chosen = self.chosen[1:] if instance.anchored else self.chosen
         enter = instance.enter.copy()
@@ -96,8 +98,8 @@ class Choices:
         return instance.nodes(self.layers.owner[self.chosen], enter)
 
     def finish(self, order: Ints, stop: Stop) -> float:
-        """Choose the nodes of an order int32[m], improve order and nodes if requested, and return the length. Changes:
-        order.
+        """Choose the nodes of an order, int32[m], improve the order and the nodes if requested, and return the length.
+        Changes: order.
         """
         length = self.length(order)
         if not self.local_search or self.instance.n < 5:
@@ -112,12 +114,16 @@ class Choices:
         return self.length(order)
 
     def result(self, order: Ints) -> Ints:
-        """Return the problem's nodes int32[clusters] of the best path of an order int32[m]."""
+        """Return the problem's nodes, int32[clusters], of the shortest path with a given order of clusters,
+        int32[m].
+        """
         self.length(order)
         return self.nodes()
 
     def parts(self, trails: Trails, best: Best) -> dict[str, Any]:
-        """Return the pheromone and the last step for observers; there is no example, since moves have a direction."""
+        """Return the pheromone and the last step for observers. The step contains no example of a move, because moves
+        have a direction.
+        """
         problem = self.instance.problem
         m = problem.n_clusters
         owner = np.arange(m, dtype=np.int32)

@@ -9,18 +9,19 @@ decreases with the distance. A firefly moves towards the most attractive of the 
 The sources leave some points open, which are decided as follows.
 
 - β is the number of inversions of a flight; an iteration has one flight per node (`FLIGHTS`).
-- Long inversions have 2 to A nodes, short ones at most a share of all nodes, or 50 with repair. The switch from long to
-  short comes at a share of the iterations (or of the time limit): coarse search first, then fine.
+- Long inversions have 2 to A nodes. Short inversions have at most a given share of all nodes, or 50 nodes with repair.
+  The search switches from long to short after a given share of the iterations or of the time limit: coarse first, then
+  fine.
 
 Differs: inversions are applied sequentially, and each is kept unless it lengthens the tour. The published algorithm
-makes all from the same tour and keeps the n shortest results (`published_fireflies`). All
-fireflies see the swarm at the start of the iteration, so they can move in threads. With local search, a move consists
+makes all inversions of the same tour and keeps the n shortest results (`published_fireflies`). All fireflies see the
+swarm as it was at the start of the iteration, so they can move in parallel threads. With local search, a move consists
 of two nearby inversions, repaired by sequential exchanges (`kernels.lin_kernighan`) at their nodes; the exchanges would
 undo a single inversion. For orders of clusters, the distance counts directed steps, runs fixed by precedence are not
-inverted, and an iteration is one flight per firefly, because all nodes are chosen again after each inversion.
-Copying edges of the brighter tour instead (G. K. Jati, R. Manurung and Suyanto, Discrete firefly algorithm for
-traveling salesman problem: a new movement scheme, in: Swarm Intelligence and Bio-Inspired Computation, Elsevier 2013,
-295–312) was no better on grids of 344 to 849 points.
+inverted, and an iteration is one flight per firefly, because all nodes are chosen again after each inversion. Copying
+edges of the brighter tour instead (G. K. Jati, R. Manurung and Suyanto, Discrete firefly algorithm for traveling
+salesman problem: a new movement scheme, in: Swarm Intelligence and Bio-Inspired Computation, Elsevier 2013, 295–312)
+was no better on grids of 344 to 849 points.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ MOST_NODES = 5000
 
 
 class PlaceFireflies(Swarm):
-    """Closed tours of points; the number of threads does not change a flight."""
+    """Fireflies that are closed tours of points. The number of threads does not change a flight."""
 
     def __init__(
         self,
@@ -83,17 +84,17 @@ class PlaceFireflies(Swarm):
         self.breadth = search_breadth(instance, BREADTH)
 
     def set_budget(self, stop: Stop, options: SolveOptions) -> None:
-        """Set the preset's budget as a number of moves."""
+        """Set the budget of the preset as a number of moves."""
         moves = self.flight.fireflies * self.moves_of(self.flight.attractiveness)
         set_budget(stop, options, PRESETS[options.preset][self.mended] / moves)
 
     def start(self, best: Best) -> None:
-        """Offer the tour of the first firefly."""
+        """Offer the tour of the first firefly as the first solution."""
         best.offer(self.swarm[0].node, float(self.lengths[0]), 0)
 
     @property
     def tours(self) -> Ints:
-        """Return the swarm, int32[fireflies, h]."""
+        """Return the tours of the swarm, int32[fireflies, h]."""
         return np.stack([tour.node for tour in self.swarm])
 
     def moves_of(self, attraction: float) -> int:
@@ -106,7 +107,7 @@ class PlaceFireflies(Swarm):
         return tour_with_buffers(node, log=2 * self.size + 1000 if self.mended else 0)
 
     def construct(self, iteration: int) -> Tours:
-        """Return the swarm, int32[fireflies, h], and its lengths after every firefly has moved."""
+        """Move every firefly. Return the tours of the swarm, int32[fireflies, h], and their lengths."""
         self.done = completed_share(self.stop, iteration)
         plan = [self._plan(f) for f in range(len(self.swarm))] if iteration else []
         words = random_words(self.seed, iteration, count=len(self.swarm))
@@ -166,7 +167,9 @@ def all_costs(instance: Instance) -> NDArray[np.float32]:
 
 
 class ChoiceFireflies(Swarm):
-    """Orders of clusters: each moves towards the most attractive shorter order; the shortest one moves at random."""
+    """Fireflies that are orders of clusters. Each firefly moves towards the most attractive shorter order; the firefly
+    with the shortest order moves at random.
+    """
 
     def __init__(self, instance: DirectedInstance, flight: Flight, options: SolveOptions, stop: Stop) -> None:
         super().__init__(instance, flight, options)
@@ -179,16 +182,16 @@ class ChoiceFireflies(Swarm):
             self.moves.construct_at_random(words, f, self.orders[f])
 
     def set_budget(self, stop: Stop, options: SolveOptions) -> None:
-        """Set the preset's budget as a number of visited clusters."""
+        """Set the budget of the preset as a number of visited clusters."""
         set_budget_of_visits(stop, options, self.size * self.flight.fireflies * max(1.0, self.flight.attractiveness))
 
     def start(self, best: Best) -> None:
-        """Use the nearest-neighbour order for the first firefly, and offer it."""
+        """Use the nearest-neighbour order for the first firefly, and offer it as the first solution."""
         self.moves.start(best)
         self.orders[0] = best.tour
 
     def construct(self, iteration: int) -> Tours:
-        """Return the swarm after every firefly has moved once, the brightest first."""
+        """Move every firefly once. Return the orders of the swarm, the shortest first, and their lengths."""
         began, flown = time.perf_counter(), 0
         words = random_words(self.seed, iteration + 1, count=len(self.orders))
         if iteration:
@@ -215,7 +218,7 @@ class ChoiceFireflies(Swarm):
         return max(1, round(attraction))
 
     def _fly(self, f: int, words: NDArray[np.uint64]) -> None:
-        """Make the moves of one flight; each is kept unless it makes the order longer."""
+        """Make the moves of one flight. A move is kept unless it makes the order longer."""
         if self.size < 4:
             return
         moves, longest = self.moves_to_target(f)
@@ -230,12 +233,12 @@ class ChoiceFireflies(Swarm):
                 return
 
     def result(self, tour: Ints) -> Ints:
-        """Return the problem's nodes of an order."""
+        """Return the problem's nodes for an order of clusters."""
         return self.moves.result(tour)
 
 
 def check_fireflies(_: str, __: AcoOptions, firefly: FireflyOptions, choices: bool) -> None:
-    """Raise SolveError for the published variants on paths with choices."""
+    """Raise SolveError if the options request a published variant for a problem with choices."""
     if choices and firefly.variant != "leafcut":
         raise SolveError(
             "--variant {} supports only closed tours of points, without precedence, directions or "

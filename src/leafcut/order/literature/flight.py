@@ -1,4 +1,4 @@
-"""Parameters of the firefly algorithm, and the base class of its variants; for the sources see `fireflies`."""
+"""Parameters of the firefly algorithm, and the base class of its variants. `fireflies` names the sources."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ SHORT_SHARE, SHORT_MENDED = 0.25, 50
 
 @dataclass(frozen=True)
 class Flight:
-    """Options of the firefly algorithm, with the defaults of its variant. `at_random`: the published algorithm, which
-    starts from random tours; `complex`, `darker_moves`, `short_by_distance`: rules of the published algorithm
+    """Options of the firefly algorithm, with the defaults of its variant. `at_random` selects the published algorithm,
+    which starts from random tours; `complex`, `darker_moves` and `short_by_distance` are its rules
     (`published_fireflies`).
     """
 
@@ -52,7 +52,9 @@ class Flight:
 
     @classmethod
     def of(cls, options: FireflyOptions, limited: bool) -> Flight:
-        """Return the parameters; a search that is `limited` in time or iterations is never ended by patience."""
+        """Return the parameters for the given options. A search that is `limited` in time or iterations does not end
+        early for lack of improvement.
+        """
         count, attractiveness = MODES[options.variant]
         moving, short_limit = options.reading.split("-")
         return cls(
@@ -72,7 +74,7 @@ class Flight:
         return self.attractiveness * math.exp(-self.absorption * r * r)
 
     def target(self, lengths: NDArray[np.float64], f: int, apart: dict[int, int], h: int) -> int:
-        """Return the most attractive of the brighter fireflies; brightness is 1 / length."""
+        """Return the index of the most attractive brighter firefly; brightness is 1 / length."""
         # Costs from a table may be negative; then all fireflies are equally bright.
         floor = max(float(lengths[f]), 1e-300)
         return max(apart, key=lambda j: self.attraction(apart[j], h) * floor / max(float(lengths[j]), 1e-300))
@@ -80,8 +82,8 @@ class Flight:
     def aim(
         self, lengths: NDArray[np.float64], f: int, apart: Callable[[int], int], h: int, done: float, mended: bool
     ) -> tuple[float, int]:
-        """Return the attractiveness of the target of a firefly, and the number of nodes of its longest inversion;
-        `apart` returns the number of edges that differ from another firefly.
+        """Return the attractiveness of a firefly's target, and the maximum number of nodes in an inversion. `apart`
+        returns the number of edges that differ from those of another firefly.
         """
         short = SHORT_MENDED if mended else math.ceil(SHORT_SHARE * h)
         seen = {j: apart(j) for j in np.flatnonzero(lengths < lengths[f]).tolist()}
@@ -97,12 +99,12 @@ class Flight:
 
 
 def completed_share(stop: Stop, iteration: int) -> float:
-    """Return the completed share of the iterations or of the time limit, 0 to 1."""
+    """Return the completed share of the iterations or of the time limit, from 0 to 1."""
     return max(stop.elapsed() / stop.seconds, iteration / stop.iterations)
 
 
 class Swarm(Population):
-    """Fireflies with their parameters and tour lengths, and their view for observers."""
+    """Fireflies with their parameters and tour lengths, and the view of them for observers."""
 
     def __init__(self, instance: AnyInstance, flight: Flight, options: SolveOptions, workers: int = 1) -> None:
         super().__init__(instance, WorkerLog.of(workers))
@@ -128,23 +130,25 @@ class Swarm(Population):
         raise NotImplementedError
 
     def moves_to_target(self, f: int) -> tuple[int, int]:
-        """Return the number of moves of a firefly, and the number of nodes of its longest inversion."""
+        """Return the number of moves of a firefly towards its target, and the maximum number of nodes in an
+        inversion.
+        """
         attraction, longest = self.flight.aim(
             self.lengths, f, lambda j: self.apart(f, j), self.size, self.done, self.mended
         )
         return self.moves_of(attraction), longest
 
     def parts(self, best: Best) -> dict[str, Any]:
-        """Return the figures of the workers, the brightness and the next step."""
+        """Return the fields of a snapshot: statistics of the workers, the brightness, and the next step."""
         return super().parts(best) | {"brightness": self.brightness(), "step": self.step(best)}
 
     def brightness(self) -> NDArray[np.float64]:
-        """Return the brightness 1 / length; 0 if the length is unknown or not positive."""
+        """Return the brightness of each firefly, 1 / length; 0 if the length is unknown or not positive."""
         known = np.isfinite(self.lengths) & (self.lengths > 0.0)
         return np.where(known, 1.0 / np.where(known, self.lengths, 1.0), 0.0)
 
     def step(self, best: Best) -> SearchStep | None:
-        """Return the next flight of the darkest firefly: the distance of its target, and its moves."""
+        """Return the next flight of the darkest firefly: the distance to its target, and the moves."""
         flight, lengths, h = self.flight, self.lengths, self.size
         dark = int(np.argmax(np.where(np.isfinite(lengths), lengths, -math.inf)))
         values = {
@@ -162,7 +166,7 @@ class Swarm(Population):
 
 
 def initial_tour(instance: Instance, flight: Flight, seed: int, f: int) -> Ints:
-    """Return the initial tour int32[h] of a firefly: random, or greedy with small random changes."""
+    """Return the initial tour of a firefly, int32[h]: a random tour, or the greedy tour with small random changes."""
     rng = np.random.default_rng((seed, f))
     if not flight.at_random:
         return greedy(instance, rng if f else None)

@@ -1,6 +1,6 @@
-"""Tour construction on a GPU, one ant per thread, from the CPU source of `kernels.construct.construct_tour`. An ant
-draws the same random numbers as on the CPU; fused multiply-add may change the last digit. The same seed gives the
-same result on the same GPU.
+"""Tour construction on a GPU, one ant per thread, from the source code of the CPU kernel
+`kernels.construct.construct_tour`. An ant draws the same random numbers as on the CPU, but fused multiply-add may
+change the last digit. The same seed gives the same result on the same GPU.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ def check_gpu() -> None:
 
 
 class GpuAnts(Ants):
-    """Ants whose tours are constructed on a GPU; local search and costs are computed by CPU threads. Raises SolveError
-    with the first line of an error of the GPU.
+    """Ants whose tours are constructed on a GPU. Threads on the CPU do the local search and compute the costs. Raises
+    SolveError with the first line of an error of the GPU.
     """
 
     def __init__(
@@ -169,7 +169,9 @@ def _copied_to_gpu(arrays: Any) -> Any:
 
 
 def _run_on_gpu(work: Any) -> Any:
-    """Convert the exceptions of the driver to a `SolveError` with their first line."""
+    """Run a function on the GPU. Convert an exception of the driver to a `SolveError` with the first line of its
+    message.
+    """
     try:
         return work()
     except (ImportError, MemoryError, RuntimeError, OSError) as problem:

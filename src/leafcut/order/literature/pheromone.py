@@ -1,8 +1,8 @@
-"""Parameters of the ant algorithms, and their trails.
+"""Parameters of the ant algorithms, and their pheromone trails.
 
-Source: M. Dorigo and T. Stützle, Ant Colony Optimization, MIT Press 2004, chapter 3 ("the book" in this package); the
-deposit schedule of MAX–MIN Ant System with local search follows ACOTSP, the authors' program.
-Differs: pheromone is kept on candidate edges only, so memory grows with n; see `kernels.construct`.
+Source: M. Dorigo and T. Stützle, Ant Colony Optimization, MIT Press 2004, chapter 3 ("the book" in this package). The
+deposit schedule of MAX–MIN Ant System with local search follows ACOTSP, the authors' program. Differs: only candidate
+edges have pheromone, so that memory grows linearly with n; see `kernels.construct`.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from leafcut.order.search import Best
 class Recommended:
     """Recommended number of ants (0: one per node) and evaporation rate ρ, without and with local search.
 
-    The values without local search are from box 3.1 of the book. With local search, fewer ants are used, as in its
-    section 3.7 and in ACOTSP, the authors' program.
+    The values without local search are from box 3.1 of M. Dorigo and T. Stützle, Ant Colony Optimization (2004). With
+    local search, fewer ants are used, as in section 3.7 of that book and in ACOTSP, the authors' program.
     """
 
     ants: int
@@ -71,7 +71,7 @@ Deposit = tuple[Ints, float]
 
 @dataclass(frozen=True)
 class AntParameters:
-    """Options of an ant algorithm, with the recommended values for an instance as defaults."""
+    """Options of an ant algorithm; the recommended values for an instance are the defaults."""
 
     algorithm: str
     ants: int
@@ -108,16 +108,19 @@ class AntParameters:
 
 
 class Trails:
-    """Pheromone on the candidate edges int32[n, k]; each subclass implements the update rule of an algorithm.
-    `nearness` and `weights` are η^β and τ^α·η^β of each edge, float64[n, k]. With `one_way`, each direction of an
-    edge has its own trail. `changes` are None if they are not recorded; `depositor` is the origin of the last
-    deposit of MAX–MIN Ant System (`model.snapshot.SearchStep`).
+    """Pheromone on the candidate edges, int32[n, k]. Each subclass implements the update rule of an algorithm.
+
+    `nearness` and `weights` are η^β and τ^α·η^β of each edge, float64[n, k]. With `one_way`, each direction of an edge
+    has its own trail. `changes` is None if deposits are not recorded. `depositor` is the origin of the last deposit of
+    MAX–MIN Ant System (`model.snapshot.SearchStep`).
     """
 
     def __init__(
         self, lists: Ints, parameters: AntParameters, c_nn: float, one_way: bool = False, *, seed: int = 1
     ) -> None:
-        """Start with equal or random trails (`seed`); `c_nn` is the cost C_nn of the nearest-neighbour tour."""
+        """Create trails with equal pheromone, or with random pheromone (`seed`). `c_nn` is the cost C_nn of the
+        nearest-neighbour tour.
+        """
         self.lists, self.parameters, self.c_nn, self.one_way = lists, parameters, c_nn, one_way
         self.initial = self._initial_pheromone()
         self.highest, self.lowest = math.inf, 0.0
@@ -136,25 +139,25 @@ class Trails:
         raise NotImplementedError
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-        """Evaporate and deposit."""
+        """Evaporate and deposit pheromone."""
         raise NotImplementedError
 
     def algorithm_parameters(self) -> dict[str, float]:
-        """Return the algorithm's own parameters for observers."""
+        """Return the parameters that only this algorithm has, for observers."""
         return {}
 
     def reinforce(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-        """Evaporate and deposit, and update the weights."""
+        """Evaporate and deposit pheromone, and update the weights."""
         self.update(iteration, tours, costs, best)
         self.iteration_best = float(costs.min())
         self.update_weights()
 
     def update_weights(self) -> None:
-        """Update the weights by which ants choose."""
+        """Update the weights from which ants choose their next node."""
         trails.fill_weights(self.pheromone, self.nearness, self.parameters.alpha, self.weights)
 
     def evaporate(self) -> None:
-        """Reduce all pheromone by the evaporation rate (equation 3.2), not below the lower limit."""
+        """Reduce all pheromone by the evaporation rate (equation 3.2), but not below the lower trail limit."""
         trails.evaporate(self.pheromone, self.parameters.rate, self.lowest)
 
     def deposit(self, tour: Ints, amount: float) -> None:
@@ -164,7 +167,7 @@ class Trails:
         self._add(tour, amount)
 
     def add_deposits(self, changes: list[Deposit]) -> None:
-        """Add the deposits of other colonies; each colony evaporates by itself."""
+        """Add the deposits of other colonies. Each colony evaporates its pheromone by itself."""
         for tour, amount in changes:
             self._add(tour, amount)
         self.update_weights()
@@ -183,11 +186,13 @@ class Trails:
         return self.usual_pheromone() if p.initial is None else float(p.initial)
 
     def branching(self) -> float:
-        """Return the mean λ-branching factor."""
+        """Return the mean λ-branching factor of the trails."""
         return float(trails.branching_factor(self.lists, self.pheromone, BRANCHING_SHARE))
 
     def step(self, best: Best, here: int = 0, choices: tuple[NextPlace, ...] = ()) -> SearchStep:
-        """Return the variables of the last iteration, and an example: a node and its next nodes."""
+        """Return the variables of the last iteration, and an example of a choice: a node and its possible next
+        nodes.
+        """
         p = self.parameters
         values = {
             "alpha": p.alpha, "beta": p.beta, "rho": p.rate, "m": p.ants, "tau_0": self.initial,
@@ -199,7 +204,9 @@ class Trails:
 
 
 def _random_pheromone(lists: Ints, one_way: bool, seed: int) -> NDArray[np.float64]:
-    """Return a random number from 0 to 1 for each edge of `lists` int32[n, k]; both entries of an edge are equal."""
+    """Return a random number from 0 to 1 for each edge of the candidate lists, int32[n, k]. Both entries of an edge
+    have the same number.
+    """
     n = len(lists)
     here, there = np.broadcast_to(np.arange(n, dtype=np.int64)[:, None], lists.shape), lists.astype(np.int64)
     low, high = (here, there) if one_way else (np.minimum(here, there), np.maximum(here, there))
@@ -208,14 +215,14 @@ def _random_pheromone(lists: Ints, one_way: bool, seed: int) -> NDArray[np.float
 
 
 class AntSystem(Trails):
-    """All ants deposit 1/C (equations 3.2 to 3.4)."""
+    """Ant System: all ants deposit 1/C on their tours (equations 3.2 to 3.4)."""
 
     def usual_pheromone(self) -> float:
         """Return the initial pheromone, m / C_nn."""
         return float(self.parameters.ants / self.c_nn)
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-        """Evaporate, then deposit on every finished tour."""
+        """Evaporate pheromone, then deposit on every finished tour."""
         self.evaporate()
         for tour, cost in zip(tours, costs, strict=True):
             if cost < math.inf:
@@ -236,12 +243,14 @@ class ElitistAntSystem(AntSystem):
         self.deposit(best.tour, self.parameters.elitist_weight / best.cost)
 
     def algorithm_parameters(self) -> dict[str, float]:
-        """Return the weight e of the best tour."""
+        """Return the weight e of the best-so-far tour."""
         return {"e": self.parameters.elitist_weight}
 
 
 class RankBasedAntSystem(Trails):
-    """The w - 1 best ants deposit by rank, and the best-so-far tour with weight w (equation 3.6)."""
+    """Rank-based Ant System: the w - 1 best ants deposit by rank, and the best-so-far tour deposits with weight w
+    (equation 3.6).
+    """
 
     def usual_pheromone(self) -> float:
         """Return the initial pheromone, w(w - 1) / 2 / (ρ C_nn)."""
@@ -249,7 +258,7 @@ class RankBasedAntSystem(Trails):
         return max(1.0, 0.5 * p.ranks * (p.ranks - 1)) / (p.rate * self.c_nn)
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-        """Evaporate, then deposit on the tours of the best ants and on the best-so-far tour."""
+        """Evaporate pheromone, then deposit on the tours of the best ants and on the best-so-far tour."""
         self.evaporate()
         w = self.parameters.ranks
         for rank, ant in enumerate(np.argsort(costs, kind="stable")[: w - 1], start=1):
@@ -258,12 +267,14 @@ class RankBasedAntSystem(Trails):
         self.deposit(best.tour, w / best.cost)
 
     def algorithm_parameters(self) -> dict[str, float]:
-        """Return the weight w of the best tour."""
+        """Return the weight w of the best-so-far tour."""
         return {"w": self.parameters.ranks}
 
 
 class MaxMinAntSystem(Trails):
-    """MAX–MIN Ant System (section 3.3.4): one ant deposits, within trail limits; converged trails restart."""
+    """MAX–MIN Ant System (section 3.3.4): one ant deposits, pheromone stays within trail limits, and trails are reset
+    when the search has converged.
+    """
 
     restarted_at = 0
 
@@ -272,7 +283,7 @@ class MaxMinAntSystem(Trails):
         return 1.0 / (self.parameters.rate * self.c_nn)
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-        """Update the limits; evaporate and deposit, or restart."""
+        """Update the trail limits, then evaporate and deposit pheromone, or reset the trails."""
         p = self.parameters
         self.highest = 1.0 / (p.rate * best.cost)
         self.lowest = self.highest * trail_limit_ratio(p, *self.lists.shape)
@@ -297,7 +308,9 @@ class MaxMinAntSystem(Trails):
 
 
 def trail_limit_ratio(p: AntParameters, n: int, k: int) -> float:
-    """Return τ_min / τ_max: 1/2n with local search (ACOTSP), else by p_best (equation 3.9)."""
+    """Return the ratio τ_min / τ_max: 1/(2n) with local search (ACOTSP), otherwise the value that follows from p_best
+    (equation 3.9).
+    """
     if p.local_search:
         return float(1.0 / (2.0 * n))
     root = float(BEST_PROBABILITY ** (1.0 / n))
@@ -305,7 +318,9 @@ def trail_limit_ratio(p: AntParameters, n: int, k: int) -> float:
 
 
 def deposit_interval(since_restart: int, local_search: bool) -> int:
-    """Return the interval of iterations at which the best tour so far deposits, instead of the iteration's best."""
+    """Return the interval, in iterations, at which the best-so-far tour deposits instead of the best tour of the
+    iteration.
+    """
     if not local_search or since_restart < 25:
         return 25
     for limit, every in ((75, 5), (125, 3), (250, 2)):
@@ -315,8 +330,8 @@ def deposit_interval(since_restart: int, local_search: bool) -> int:
 
 
 class AntColonySystem(Trails):
-    """Ant Colony System: evaporation and deposit on the edges of the best-so-far tour only (equation 3.11). The local
-    update (equation 3.12) is part of the construction (`kernels.construct.Decay`).
+    """Ant Colony System: evaporation and deposit affect only the edges of the best-so-far tour (equation 3.11). The
+    local update (equation 3.12) is part of the construction (`kernels.construct.Decay`).
     """
 
     def usual_pheromone(self) -> float:

@@ -1,4 +1,6 @@
-"""The move set of points: ants construct closed tours on candidate lists and improve them by 2-opt and Or-opt."""
+"""The move set *places*: ants construct closed tours of points on candidate lists, and improve them by 2-opt and
+Or-opt.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,9 @@ def improve_locally(instance: Instance, tour: Ints, stop: Stop) -> None:
 
 
 def first_tour(instance: Instance, local_search: bool, stop: Stop, best: Best) -> float:
-    """Offer the nearest-neighbour tour, and its improvement with `local_search`; return C_nn."""
+    """Offer the nearest-neighbour tour as the first solution, and with `local_search` also the improved tour. Return
+    the cost of the nearest-neighbour tour, C_nn.
+    """
     tour = nearest_neighbour(instance)
     c_nn = float(tour_cost(instance.cost, tour))
     best.offer(tour, c_nn, 0)
@@ -46,7 +50,7 @@ def first_tour(instance: Instance, local_search: bool, stop: Stop, best: Best) -
 
 
 class Places:
-    """Closed tours of points, with the buffers of each worker."""
+    """The move set for closed tours of points, with the buffers of each worker."""
 
     #: Whether the two directions of an edge have separate trails.
     one_way = False
@@ -56,11 +60,11 @@ class Places:
         self._unvisited = [unvisited_buffers(instance) for _ in range(workers)]
 
     def start(self, best: Best) -> float:
-        """Offer the first tours and return C_nn."""
+        """Offer the first tours, and return the cost of the nearest-neighbour tour, C_nn."""
         return first_tour(self.instance, self.local_search, best.stop, best)
 
     def fill_nearness(self, trails: Trails) -> None:
-        """Fill η^β of each edge. Changes: trails.nearness."""
+        """Compute the nearness η^β of each edge. Changes: trails.nearness."""
         fill_nearness(self.instance.cost, self.lists, trails.parameters.beta, trails.offset, trails.nearness)
 
     def construct(self, trails: Trails, words: NDArray[np.uint64], ant: int, tour: Ints, worker: int) -> None:
@@ -89,7 +93,7 @@ class Places:
         return float(tour_cost(self.instance.cost, tour))
 
     def result(self, tour: Ints) -> Ints:
-        """Convert the tour to nodes of the instance."""
+        """Convert a tour to the nodes of the instance."""
         return tour
 
     def parts(self, trails: Trails, best: Best) -> dict[str, Any]:

@@ -52,7 +52,7 @@ WorkerAnswer = tuple[NDArray[np.int32], NDArray[np.float64], list[Deposit], floa
 
 @dataclass(eq=False)
 class AntWorker:
-    """A worker: the problem, its own ants and pheromone, and its best known tour; `run` is a unique ID."""
+    """A worker: the problem, its own ants and pheromone, and the best tour known to it. `run` is a unique ID."""
 
     run: str
     instance: Instance | DirectedInstance
@@ -67,13 +67,13 @@ class AntWorker:
 
     @cached_property
     def ants(self) -> Ants:
-        """Ants with their trails, created in the process of the worker."""
+        """The ants and their pheromone trails. They are created in the process of the worker."""
         moves = move_set(self.instance, self.parameters.local_search)
         return Ants(moves, initial_trails(moves, self.parameters, self.c_nn, self.seed), self.seed, Stop())
 
     @cached_property
     def best(self) -> Best:
-        """The best known tour."""
+        """The best tour known to the worker."""
         best = Best(Stop())
         best.offer(self.tour, self.cost, 0)
         return best
@@ -81,8 +81,8 @@ class AntWorker:
     def iterate(
         self, iteration: int, seconds: float, pheromone: NDArray[np.float64] | None, changes: list[Deposit]
     ) -> WorkerAnswer:
-        """Construct the tours of an iteration, given its time and the pheromone float64[n, k] or the deposits of the
-        others; in ``exchange`` mode, also update the worker's own pheromone.
+        """Construct the tours of an iteration within the given time, from the pheromone, float64[n, k], or the deposits
+        of the other workers. In ``exchange`` mode, also update the worker's own pheromone.
         """
         trails = self.ants.trails
         if pheromone is not None:
@@ -107,15 +107,17 @@ def _worker(packed: bytes) -> AntWorker:
 
 
 def iterate(packed: bytes, *task: Any) -> WorkerAnswer:
-    """Run an iteration on the pickled worker `packed`; each process unpacks it once."""
+    """Run an iteration on the pickled worker `packed`, which each process unpickles only once."""
     return _worker(packed).iterate(*task)
 
 
 class AntProcesses(AntColony):
-    """The master: each worker has an executor with one process, which starts with the first iteration."""
+    """The master of the workers. Each worker has an executor with one process, which starts with the first
+    iteration.
+    """
 
     def __init__(self, moves: MoveSet, run: AlgorithmRun, parameters: AntParameters, c_nn: float) -> None:
-        """Create the workers; the options set their number, which is at most the number of ants."""
+        """Create the workers. The options set their number, which is at most the number of ants."""
         count, exchange = min(run.aco.n_processes, parameters.ants), run.aco.parallel in ("exchange", "partners")
         self.partners, seed = run.aco.parallel == "partners", run.options.seed
         best, name = run.best, uuid.uuid4().hex
@@ -131,8 +133,8 @@ class AntProcesses(AntColony):
         self.executors: list[WatchedExecutor] = []
 
     def construct(self, iteration: int) -> Tours:
-        """Return the tours int32[m, n] of all ants and their costs float64[m] (inf: not finished in time). Raises
-        SolveError if a worker cannot be started, has ended or failed.
+        """Return the tours of all ants, int32[m, n], and their costs, float64[m]; the cost of a tour that was not
+        finished in time is infinite. Raises SolveError if a worker cannot be started, has ended, or has failed.
         """
         while len(self.executors) < len(self.colonies):
             self.executors.append(self._stack.enter_context(open_executor(PROCESSES, 1)))
@@ -149,7 +151,7 @@ class AntProcesses(AntColony):
         return self.tours, self.costs
 
     def senders(self, iteration: int) -> list[list[int]]:
-        """Return for each worker the workers whose deposits it receives."""
+        """Return, for each worker, the workers whose deposits it receives."""
         workers = range(len(self.colonies))
         if not self.partners or len(workers) == 1:
             return [[j for j in workers if j != k] for k in workers]

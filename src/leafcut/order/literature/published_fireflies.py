@@ -12,15 +12,15 @@ attractiveness β = β0·exp(-γ·r²). In an iteration each pair (i, j), i <= j
 
 The source contradicts itself or is silent about two points, which `--reading` decides.
 
-- The algorithm moves j towards i if I(i) < I(j), so the `brighter` moves first; the text moves the less bright firefly
-  (`darker`) towards the brighter.
-- The source gives no length of a short inversion. `tenth` is 2 … h/10 nodes, `distance` 2 … A nodes, as Jati and
-  Suyanto.
+- In the listing of the algorithm, j moves towards i if I(i) < I(j), so the `brighter` firefly moves first. In the text,
+  the less bright firefly (`darker`) moves towards the brighter one.
+- The source does not state the length of a short inversion. It has 2 to h/10 nodes with `tenth`, and 2 to A nodes with
+  `distance`, as in Jati and Suyanto.
 
 The default fits the published tables best (`docs/experiments.md`).
 
-Decided here: the number β is rounded down; every result is one inversion of a current tour; the percentages are shares
-of the iterations or of the time limit.
+Three more points are decided here: the number β is rounded down, every result is one inversion of a current tour, and
+the percentages are shares of the iterations or of the time limit.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ STEPS_PER_CHECK = 2_000_000
 
 
 class PublishedFireflies(Swarm):
-    """The swarm and its moves. It uses a single thread, because iterations are short."""
+    """The swarm of the published algorithm and its moves. It uses a single thread, because iterations are short."""
 
     def __init__(self, instance: Instance, flight: Flight, options: SolveOptions, stop: Stop) -> None:
         super().__init__(instance, flight, options)
@@ -65,11 +65,11 @@ class PublishedFireflies(Swarm):
         self.lengths = np.array([tour_cost(instance.cost, tour) for tour in self.tours])
 
     def set_budget(self, stop: Stop, options: SolveOptions) -> None:
-        """Set the published number of iterations."""
+        """Set the number of iterations that the publication uses."""
         set_budget(stop, options, PRESETS[options.preset])
 
     def construct(self, iteration: int) -> Tours:
-        """Return the swarm, int32[fireflies, h], and its lengths after every pair has moved."""
+        """Move every pair of fireflies. Return the tours of the swarm, int32[fireflies, h], and their lengths."""
         began = time.perf_counter()
         if iteration:
             self._move(random_words(self.seed, iteration, count=1), completed_share(self.stop, iteration))
@@ -77,7 +77,7 @@ class PublishedFireflies(Swarm):
         return self.tours, self.lengths
 
     def rules(self, done: float) -> PairRules:
-        """Return the rules of an iteration after the share `done` of all iterations."""
+        """Return the rules of an iteration; `done` is the completed share of all iterations."""
         flight = self.flight
         return PairRules(
             moves=max(1, round(flight.attractiveness)),
@@ -89,7 +89,9 @@ class PublishedFireflies(Swarm):
         )
 
     def _move(self, words: NDArray[np.uint64], done: float) -> None:
-        """Replace the swarm by the n shortest results; with fewer results, tours of the swarm fill it up."""
+        """Replace the swarm by the n shortest results. If there are fewer results, the swarm keeps some of its
+        tours.
+        """
         n, rules = len(self.tours), self.rules(done)
         kept, lengths = np.zeros((n, 3), dtype=np.int32), np.full(n, math.inf)
         rows = max(1, STEPS_PER_CHECK // (n * (self.size + rules.moves)))
