@@ -1,1 +1,1 @@
-"""Plane geometry shared by several packages."""
+"""Plane geometry that several packages use."""

@@ -1,9 +1,9 @@
 """Fit as few lines and arcs as possible to a closed line of noisy points, with sharp corners.
 
-The division into pieces is optimised globally. Every run of points costs its squared distances from its best line or
-circle, in units of the noise, plus a fee per piece. Dynamic programming finds the cheapest division (Perez and Vidal,
-"Optimum polygonal approximation of digitized curves", Pattern Recognition Letters 15 (1994), for lines). Neighbouring
-pieces end where their lines or circles meet.
+The division into pieces is optimised globally. The cost of a piece is the sum of the squared distances of its points
+from the best line or circle, in units of the noise, plus a fixed fee. Dynamic programming finds the cheapest division
+(Perez and Vidal, "Optimum polygonal approximation of digitized curves", Pattern Recognition Letters 15 (1994), for
+lines). Neighbouring pieces end where their lines or circles meet.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ def _divide(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
 def _merge(points: Points, weights: Floats, cuts: list[int]) -> list[int]:
     """Remove cuts that divide a single line or arc.
 
-    They arise where a piece exceeds the window, and where the ring was opened.
+    Such cuts arise where a piece exceeds the window, and where the ring was opened.
     """
     cuts = list(cuts)
     k = 1
@@ -278,7 +278,7 @@ def _polyline(points: Points, pieces: list[_Piece]) -> Polyline:
 
 
 def _joint(points: Points, first: _Piece, second: _Piece) -> list[tuple[float, float]]:
-    """Return the point where two pieces meet, or both ends of a line that connects them."""
+    """Return the point at which two pieces meet, or both ends of a line that connects the pieces."""
     a, b = points[first.beyond - 1], points[second.first % len(points)]
     middle = 0.5 * (a + b)
     for line, arc in ((first, second), (second, first)):
@@ -303,7 +303,9 @@ def _touches(line: _Piece, arc: _Piece) -> bool:
 
 
 def _covers_a_pixel_centre(a: Points, b: Points, tip: tuple[float, float]) -> bool:
-    """Return whether a pixel centre lies in the triangle; if so, the traced line would have gone around the tip."""
+    """Return whether a triangle contains a pixel centre. If so, the traced line would have gone around the tip of the
+    triangle.
+    """
     corners = np.array([a, b, tip])
     low, high = np.ceil(corners.min(axis=0) - 0.5) + 0.5, np.floor(corners.max(axis=0) - 0.5) + 0.5
     xs, ys = np.arange(low[0], high[0] + 0.5), np.arange(low[1], high[1] + 0.5)

@@ -1,4 +1,4 @@
-"""A grid of square cells for fast lookup of nearby points."""
+"""A grid of square cells for finding nearby points quickly."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.geometry.arrays import Indices, Points
 class Cells:
     """Square cells that cover a box (minimum x and y, maximum x and y, mm), numbered row by row.
 
-    `side` is the side length of a cell, mm. `margin` is the number of extra cells on each side of the box, and the
+    `side` is the side length of a cell, mm. `margin` is the number of extra cells on each side of the box, and also the
     maximum `reach` of `around`.
     """
 
@@ -34,12 +34,14 @@ class Cells:
         return cells
 
     def columns_and_rows(self, cells: Indices) -> tuple[Indices, Indices]:
-        """Return the column and row of each cell, counted from the corner of the box."""
+        """Return the column and the row of each cell, counted from the lower left corner of the grid."""
         return cells % self.wide - self.margin, cells // self.wide - self.margin
 
 
 def numbered(points: Points, side: float) -> Indices:
-    """Return a number for each point, int64[n]; points that coincide after rounding to `side` mm share a number."""
+    """Return a number for each point, int64[n]. Points that coincide when rounded to multiples of `side` (mm) have the
+    same number.
+    """
     if not len(points):
         return np.zeros(0, np.int64)
     column, row = np.round(points / side).astype(np.int64).T

@@ -24,7 +24,8 @@ FLAT = 0.002
 
 
 def cleaned_path(path: Polyline) -> Polyline | None:
-    """Return a path without segments of length 0 and arcs beyond a half circle; None if no segment remains.
+    """Return a path without segments of length 0 and without arcs larger than a half circle; None if no segment
+    remains.
 
     An arc with a radius above `LARGEST_RADIUS` is replaced by lines within `FLAT` mm. A full circle drawn as a single
     arc with equal ends cannot be recovered, because its bulge is not defined.
@@ -48,7 +49,7 @@ def cleaned_path(path: Polyline) -> Polyline | None:
 
 
 def _split_large_arcs(path: Polyline) -> Polyline:
-    """Split every arc longer than a half circle into two arcs."""
+    """Split every arc larger than a half circle into two arcs."""
     rows: list[tuple[float, float, float]] = []
     for s in path.segments():
         if abs(s.bulge) <= _HALF:
@@ -64,7 +65,7 @@ def _split_large_arcs(path: Polyline) -> Polyline:
 
 
 def without_huge_arcs(path: Polyline, tolerance: float) -> Polyline:
-    """Return a path in which arcs above `LARGEST_RADIUS` are replaced by lines within `tolerance`, mm."""
+    """Return a path in which arcs with a radius above `LARGEST_RADIUS` are replaced by lines within `tolerance`, mm."""
     if not any(s.is_arc and s.radius > LARGEST_RADIUS for s in path.segments()):
         return path
     rows: list[tuple[float, float, float]] = []

@@ -1,4 +1,4 @@
-"""Nesting and intersections of outlines, with an index of bounding boxes that handles thousands of them."""
+"""Nesting and intersections of outlines. An index of bounding boxes handles thousands of outlines."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def find_conflicts(shapes: NDArray[Any], same: float = COINCIDENT) -> list[Confl
 
 
 def _exact_copies(shapes: NDArray[Any]) -> tuple[list[Conflict], NDArray[np.int64]]:
-    """Return the exact copies as conflicts, and the indices of the other shapes.
+    """Return exact copies of shapes as conflicts, and the indices of the other shapes.
 
     A drawing that was exported twice contains thousands of copies. Comparing all their pairs would be slow.
     """
@@ -94,7 +94,7 @@ def _conflict_point(a: Any, b: Any, kind: str) -> Point:
 
 
 def nesting_depths(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the number of polygons around each polygon, and the index of the innermost of these, or -1.
+    """Return the number of polygons around each polygon, and the index of the innermost polygon around it, or -1.
 
     The polygons must neither overlap nor coincide (`find_conflicts`).
 
@@ -109,10 +109,10 @@ def nesting_depths(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.
 def enclosing_polygons(
     points: Sequence[Any] | NDArray[Any], shapes: NDArray[Any], areas: NDArray[np.float64] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the number of polygons around each point, and the index of the smallest of these, or -1.
+    """Return the number of polygons around each point, and the index of the smallest polygon around it, or -1.
 
-    With `areas` (mm², one per point), only polygons with a larger area count. Thus a polygon is not inside itself, nor
-    inside the outlines of its own holes.
+    With `areas` (mm², one per point), only polygons with a larger area count. Thus a point of a polygon is not counted
+    as inside that polygon, nor inside the outlines of its holes.
     """
     depth, parent = np.zeros(len(points), dtype=np.int64), np.full(len(points), -1, dtype=np.int64)
     if not len(shapes) or not len(points):

@@ -1,4 +1,4 @@
-"""Convert B-splines, Bézier curves and ellipses to points or to few arcs, within a tolerance."""
+"""Convert B-splines, Bézier curves and ellipses to points or to a few arcs, within a tolerance."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ ROUND = 1e-3
 
 
 def allow_any_number(_: int) -> None:
-    """Accept any number of points (the default of `spend`)."""
+    """Accept any number of points. This is the default of `spend`."""
 
 
 def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats | None, tolerance: float) -> Points:
     """Return points along a B-spline, which is rational if `weights` are given; the chord error is about `tolerance`.
 
-    Only the domain of the spline is evaluated, knots[degree] … knots[n], so knots need not be repeated at the ends.
+    Only the domain of the spline, knots[degree] … knots[n], is evaluated, so knots need not be repeated at the ends.
 
     `control` is float64[n, 2 or 3]; the third coordinate is ignored. `knots` is float64[n + degree + 1],
     non-decreasing.
@@ -89,7 +89,7 @@ def _chords_needed(sample: Floats, tolerance: float) -> Floats:
 
 
 def _evaluate(homogeneous: Floats, degree: int, knots: Floats, spans: NDArray[np.int64], count: int) -> Floats:
-    """Return equally spaced points of each span by de Boor's algorithm, float64[spans, count + 1, 2]."""
+    """Return equally spaced points of each knot span, computed by de Boor's algorithm, float64[spans, count + 1, 2]."""
     start, end = knots[spans], knots[spans + 1]
     t = start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, count + 1)
     d = [np.repeat(homogeneous[spans - degree + j][:, None, :], count + 1, axis=1) for j in range(degree + 1)]
@@ -147,7 +147,7 @@ def ellipse_path(
 def fit_arcs_to_curve(points: Points, tolerance: float, closed: bool, spend: Spend = allow_any_number) -> Polyline:
     """Fit arcs to points that lie within a quarter of `tolerance` of a curve.
 
-    A closed curve repeats its first point at the end.
+    In a closed curve, the last point equals the first point.
 
     Raises
     ------

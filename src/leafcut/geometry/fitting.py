@@ -1,4 +1,4 @@
-"""Fit few lines and arcs to points along a curve."""
+"""Fit a few lines and arcs to points along a curve."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def fit_arcs(points: Points, tolerance: float, closed: bool = False) -> Polyline
 
 
 def _sharpest_corner(points: Points) -> int:
-    """Return the index of the point of a ring where the direction changes most."""
+    """Return the index of the point of a closed line at which the direction changes most."""
     forward = np.roll(points, -1, axis=0) - points
     backward = np.roll(forward, 1, axis=0)
     cross = backward[:, 0] * forward[:, 1] - backward[:, 1] * forward[:, 0]
@@ -46,8 +46,8 @@ def _sharpest_corner(points: Points) -> int:
 
 
 def _longest_segment(points: Points, start: int, tolerance: float, last: int) -> tuple[int, float]:
-    """Return the end index (at most `last`) and the bulge of the longest fitting line or arc, by doubling and
-    bisection.
+    """Return the end index (at most `last`) and the bulge of the longest line or arc that fits the points from `start`
+    on. The end is found by doubling and bisection.
     """
     good, bulge = start + 1, 0.0
     step, bad = 2, last + 1

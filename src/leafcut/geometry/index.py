@@ -1,4 +1,4 @@
-"""Find pairs of nearby shapes with an index of bounding boxes (shapely's STRtree)."""
+"""Find pairs of shapes that are close to each other, with an index of bounding boxes (shapely's STRtree)."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArr
 class NearLines:
     """Index of short shapely lines and points that finds pairs close to each other.
 
-    For most pairs, the bounding boxes and three points of each line decide. In crowded drawings, measuring all
+    For most pairs, the bounding boxes and three points of each line are sufficient. In crowded drawings, measuring all
     distances between lines would take most of the time.
     """
 
@@ -116,7 +116,7 @@ class NearLines:
 
 
 class ShapeIndex:
-    """Index of shapely polygons or lines of any size; a query measures only nearby edges."""
+    """Index of shapely polygons or lines of any size. A query measures only the distances of nearby edges."""
 
     def __init__(self, shapes: Any) -> None:
         self._shapes = np.array(shapes, dtype=object)
@@ -124,7 +124,9 @@ class ShapeIndex:
         self._tree = shapely.STRtree(self._shapes)
 
     def near(self, others: Any, distance: float) -> Indices:
-        """Return sorted pairs (index in `others`, index of shape) of shapes within `distance` mm, int64[2, k]."""
+        """Return the sorted pairs (index in `others`, index of a shape) of shapes within `distance` mm of each other,
+        int64[2, k].
+        """
         others = np.asarray(others, dtype=object)
         min_x, min_y, max_x, max_y = shapely.bounds(others).T
         boxes = shapely.box(min_x - distance, min_y - distance, max_x + distance, max_y + distance)

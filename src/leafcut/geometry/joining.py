@@ -21,7 +21,9 @@ DOUBLED_BACK = 1e-3
 
 
 class Joined(NamedTuple):
-    """A joined path, the indices of its source paths in order, and the gaps that were closed (position, width)."""
+    """A path joined from several paths, the indices of these paths in order, and the gaps that were closed (position
+    and width).
+    """
 
     path: Polyline
     members: list[int]
@@ -32,7 +34,7 @@ class Joined(NamedTuple):
 class Joining:
     """Joined paths in drawing order, and the branches: positions where more than two ends meet.
 
-    At a branch, the drawing order decides which ends are joined. This is a guess.
+    At a branch, the drawing order decides which ends are joined. This choice is a guess.
     """
 
     paths: list[Joined] = field(default_factory=list)
@@ -78,8 +80,8 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
 def _partners_of_ends(
     paths: Sequence[Polyline], first: Indices, second: Indices, gaps: NDArray[np.float64], same_path: NDArray[np.bool_]
 ) -> Indices:
-    """Return the end joined to each end, or -1; the nearest pairs are joined first, and equally near ones in drawing
-    order.
+    """Return the end to which each end is joined, or -1. The nearest pairs are joined first; equally near pairs are
+    joined in drawing order.
     """
     distance = np.where(gaps <= EXACT, 0.0, gaps)
     follow = np.abs(first // 2 - second // 2) == 1
@@ -114,7 +116,9 @@ def _inward_direction(path: Polyline, at_end: bool) -> Point:
 
 
 def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps: NDArray[np.float64]) -> list[Point]:
-    """Return the positions where three or more ends meet, or where all candidates for an end are already joined."""
+    """Return the positions at which three or more ends meet, and those of ends whose possible partners are all joined
+    already.
+    """
     partners = np.bincount(np.concatenate([first, second]), minlength=len(ends))
     close = gaps <= EXACT
     exact = np.bincount(np.concatenate([first[close], second[close]]), minlength=len(ends))
@@ -123,7 +127,8 @@ def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps
 
 
 def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
-    """Return the chains of joined paths: the end at which each path is entered, and whether the chain is closed.
+    """Return the chains of joined paths. A chain consists of the end at which each of its paths is entered, and whether
+    the chain is closed.
 
     End 2i is the start of path i, and end 2i + 1 is its end.
     """
@@ -148,7 +153,9 @@ def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
 
 
 def _assemble(paths: list[Polyline], walk: list[int], loop: bool, gaps: list[tuple[Point, float]]) -> Polyline:
-    """Return the path of a chain from the ends at which its paths are entered; add its closed gaps to `gaps`."""
+    """Return the path of a chain, given the ends at which its paths are entered. Add the gaps that it closes to
+    `gaps`.
+    """
     pieces = [paths[end // 2].reversed() if end % 2 else paths[end // 2] for end in walk]
     tables = [piece.vertices.copy() for piece in pieces]
     for k in range(0 if loop else 1, len(tables)):

@@ -1,4 +1,4 @@
-"""Mean squared distances of points from their best line and best circle, for all runs of points at once."""
+"""Mean squared distances of points from their best line and their best circle, for all runs of points at once."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def line_error(m: Moments) -> Floats:
 
 
 def circle_error(m: Moments) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return the approximate mean squared distance from the best circle, x and y of its centre, and its radius.
+    """Return the approximate mean squared distance from the best circle, the coordinates of its centre, and its radius.
 
     The centre is relative to the mean of the points.
 

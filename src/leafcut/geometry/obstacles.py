@@ -69,9 +69,10 @@ def shortest_path(
 
 
 class ObstacleMap:
-    """Obstacles for a head: walls, which always block it, and polygons, which block it only if they are `standing`.
+    """Obstacles for a cutting head: walls, which always block it, and polygons, which block it only if they are
+    `standing`.
 
-    The head stays at least its radius away from standing polygons, and its centre never crosses a wall. Results are
+    The head stays at least its radius away from standing polygons, and its centre never crosses a wall. Paths are
     cached for each set of standing polygons.
     """
 
@@ -94,21 +95,25 @@ class ObstacleMap:
         ] = {}
 
     def polygons_crossed(self, a: Point, b: Point) -> frozenset[int]:
-        """Return all polygons that a straight move crosses, whether standing or not; walls are excluded."""
+        """Return all polygons that a straight move crosses, whether they are standing or not. Walls are not
+        included.
+        """
         if (a, b) not in self._crossed:
             hit = self._inner.query(shapely.LineString([a, b]), predicate="intersects")
             self._crossed[a, b] = frozenset(self._numbers[k] for k in hit.tolist()) - self._walls
         return self._crossed[a, b]
 
     def polygons_approached(self, a: Point, b: Point, radius: float) -> frozenset[int]:
-        """Return all polygons that a straight move crosses or approaches within a radius, whether standing or not."""
+        """Return all polygons that a straight move crosses or approaches within a radius, whether they are standing or
+        not.
+        """
         if (a, b, radius) not in self._met:
             _, near = self._approaching_pairs(np.array([[a, b]]), np.array([[True, True]]), radius)
             self._met[a, b, radius] = self.polygons_crossed(a, b) | {self._numbers[k] for k in near.tolist()}
         return self._met[a, b, radius]
 
     def path_around(self, a: Point, b: Point, standing: set[int], radius: float) -> list[Point] | None:
-        """Return the corners of a short path from `a` to `b`, or None.
+        """Return the corners of a short path from `a` to `b`, or None if there is no path.
 
         The path keeps `radius` mm from standing polygons, except within that radius of its ends, and crosses no wall.
         """
@@ -122,7 +127,9 @@ class ObstacleMap:
         return found
 
     def _find_path(self, a: Point, b: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point] | None:
-        """Return the corners of a path, or None; add all polygons that influence the result to `seen`."""
+        """Return the corners of a path, or None if there is no path. Add all polygons that influence the path to
+        `seen`.
+        """
         met = self.polygons_approached(a, b, radius) if radius > 0.0 else self.polygons_crossed(a, b)
         seen |= met
         apart = math.dist(a, b) > (ENCLOSING + 1.0) * radius > 0.0
@@ -161,8 +168,8 @@ class ObstacleMap:
         return [self._numbers[k] for k in self._whole.query(point, predicate="dwithin", distance=distance).tolist()]
 
     def _clear_points_nearby(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point]:
-        """For each standing polygon within the radius, return the nearest clear point in the direction straight away
-        from it.
+        """Return, for each standing polygon within the radius of a point, the nearest clear point in the direction
+        straight away from the polygon.
         """
         point, away = shapely.Point(place), list[Point]()
         for number in self._numbers_near(point, radius) if radius > 0.0 else ():
@@ -180,7 +187,7 @@ class ObstacleMap:
         """Return pairs (line, polygon) where a line comes within `radius` mm of a polygon.
 
         `lines` is float64[n, 2, 2]. `ends`, bool[n, 2], marks the ends of the whole path. Within `radius` mm of such an
-        end, a line may come closer.
+        end, a line may come closer to a polygon.
         """
         step = lines[:, 1] - lines[:, 0]
         length = np.maximum(np.hypot(*step.T), 1e-12)
@@ -206,7 +213,8 @@ class ObstacleMap:
         """Return rows (node, node, obstacle) for each obstacle that the straight line between two nodes crosses or
         approaches.
 
-        Rows are cached, because they do not depend on the standing polygons, and mostly not on the ends of the path.
+        Rows are cached, because they do not depend on the standing polygons, and most of them do not depend on the ends
+        of the path.
         """
         pairs = [(i, j) for i in range(len(nodes)) for j in range(i, len(nodes))]
         keys = [(nodes[i][0], nodes[j][0], radius) for i, j in pairs]
@@ -248,9 +256,8 @@ class ObstacleMap:
     def _shortest(
         self, nodes: Sequence[_Nodes], standing: set[int], radius: float, seen: set[int]
     ) -> tuple[list[Point] | None, set[int]]:
-        """Return the shortest path from the first node to the second along lines that no remaining obstacle blocks.
-
-        If there is no such path, return None and the remaining polygons that block a line.
+        """Return the shortest path from the first node to the second along lines that no remaining obstacle blocks, and
+        an empty set. If there is no such path, return None and the remaining polygons that block a line.
         """
         places = np.concatenate([of for _, of in nodes])
         length = np.hypot(*(places[:, None] - places[None, :]).transpose(2, 0, 1))
@@ -269,5 +276,7 @@ class ObstacleMap:
 
 
 def _pairs(n: int, m: int, same: bool) -> NDArray[np.int64]:
-    """Return all pairs of an index below n and an index below m, int64[2, k]; if `same`, all pairs i ≠ j below n."""
+    """Return all pairs of an index below n and an index below m, int64[2, k]. If `same`, return all pairs i ≠ j of
+    indices below n.
+    """
     return np.array(np.triu_indices(n, 1) if same else np.indices((n, m)).reshape(2, -1))

@@ -29,9 +29,9 @@ def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Pol
     with chords (shapely's buffer), and arcs are fitted to them. Both kinds of result are checked: each point is at the
     given distance from the path, within `tolerance`.
 
-    A negative distance shrinks the area, whatever the direction of the path. The results are closed, largest first.
-    Outer boundaries are counter-clockwise; holes enclosed by growing are clockwise. The list is empty if no area
-    remains.
+    A negative distance shrinks the area, whatever the direction of the path. The resulting paths are closed and sorted,
+    largest first. Outer boundaries are counter-clockwise; holes enclosed by growing are clockwise. The list is empty if
+    no area remains.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def _rings(region: Any, distance: float, fine: float, tolerance: float) -> Itera
 
 
 class _OffsetCheck:
-    """Checks offset paths against the original path, which is given as fine chords."""
+    """Check of offset paths against the original path, which is given as fine chords."""
 
     def __init__(self, path: Polyline, distance: float, tolerance: float) -> None:
         self.distance, self.tolerance = distance, tolerance
@@ -113,7 +113,7 @@ class _OffsetCheck:
         return bool(shapely.dwithin(candidate_ring, shapely.points(expected), max_distance).all())
 
     def moved_to_distance(self, ring: Points) -> Points:
-        """Move points to the exact distance from the nearest point of the path."""
+        """Move the points of a ring to the exact distance from the nearest point of the path."""
         points = shapely.points(ring)
         lines = shapely.shortest_line(self.edge, points)
         feet = shapely.get_coordinates(shapely.get_point(lines, 0))

@@ -1,7 +1,7 @@
 """Remove lines and arcs that are drawn on top of each other, unless two neighbouring outlines share them.
 
 Overlapping lines are split at each other's ends, so that duplicates match exactly. Then one copy of each piece is kept.
-A duplicate is restored if an outline needs it, because an odd number of ends would meet without it.
+A duplicate is restored if an outline needs it, because without it an odd number of ends would meet.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _FULL = 2.0 * np.pi
 
 
 class PathsWithoutOverlaps(NamedTuple):
-    """The remaining paths with the index of their source path, and the positions of the removed pieces."""
+    """Paths without overlaps, the index of the source of each path, and the positions of the removed pieces."""
 
     paths: list[tuple[Polyline, int]]
     removed: list[Point]
@@ -57,7 +57,7 @@ def without_overlaps(paths: Sequence[Polyline]) -> PathsWithoutOverlaps:
 
 
 class _Segments(NamedTuple):
-    """Columns of lines and arcs: both ends, bulge, length, centre and radius (NaN for lines), and path index."""
+    """Columns of lines and arcs: both ends, bulge, length, centre and radius (NaN for lines), and index of the path."""
 
     a: Points
     b: Points
@@ -86,7 +86,7 @@ def _segments(paths: Sequence[Polyline]) -> _Segments:
 
 
 def _split_positions(table: _Segments) -> dict[int, list[float]]:
-    """Return the sorted positions at which to split each overlapping segment, mm from its start."""
+    """Return the positions at which to split each overlapping segment, in ascending order, mm from its start."""
     positions: dict[int, list[float]] = {}
     for first, second in (_line_pairs(table), _arc_pairs(table)):
         for i, j in ((first, second), (second, first)):
@@ -180,7 +180,7 @@ def _arcs_overlap(table: _Segments, i: Indices, j: Indices) -> NDArray[np.bool_]
 
 
 def _repeated_pieces(pieces: list[Polyline]) -> list[int]:
-    """Return the indices of pieces that repeat an earlier piece, in either direction."""
+    """Return the indices of the pieces that repeat an earlier piece in the same or the opposite direction."""
     if not pieces:
         return []
     middles = np.array([p.point_at(0.5 * p.length) for p in pieces])
@@ -237,6 +237,8 @@ def _needed_pieces(pieces: list[tuple[Polyline, int]], repeated: list[int], outl
 
 
 def _end_numbers(ends: Points) -> Indices:
-    """Return a number for each end; ends linked by distances of at most 2 · `COINCIDENT` share a number."""
+    """Return a number for each end. Ends that are linked by distances of at most 2 · `COINCIDENT` have the same
+    number.
+    """
     first, second, _ = near_pairs(ends, 2.0 * COINCIDENT)
     return component_numbers(len(ends), first, second)

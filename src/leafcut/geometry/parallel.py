@@ -15,7 +15,7 @@ from leafcut.geometry.polyline import Polyline, Segment
 
 
 class Element(NamedTuple):
-    """A line or arc of the parallel; `turn` is the angle of the arc, positive counter-clockwise, 0 for a line."""
+    """A line or arc of a parallel. `turn` is the angle of an arc, positive counter-clockwise; it is 0 for a line."""
 
     start: Point
     end: Point
@@ -81,7 +81,7 @@ def _shifted_element(s: Segment, distance: float) -> Element | None:
 
 
 def _direction(e: Element, at_end: bool) -> Point:
-    """Return the direction of travel at one end, not normalised."""
+    """Return the direction of travel at the start or the end of an element; the vector is not normalised."""
     if e.turn == 0.0:
         return (e.end[0] - e.start[0], e.end[1] - e.start[1])
     x, y = e.end if at_end else e.start
@@ -95,7 +95,7 @@ def _turn(a: Point, b: Point) -> float:
 
 
 def _nearest_intersection(a: Element, b: Element) -> Point | None:
-    """Return the intersection nearest to the common end, or None if there is no intersection."""
+    """Return the intersection of two elements nearest to their common end, or None if they do not intersect."""
     reference = (0.5 * (a.end[0] + b.start[0]), 0.5 * (a.end[1] + b.start[1]))
     if a.turn == 0.0 and b.turn == 0.0:
         points = _line_line(a, b)

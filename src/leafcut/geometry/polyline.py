@@ -36,7 +36,7 @@ class Segment(NamedTuple):
 
     @property
     def is_arc(self) -> bool:
-        """Whether the segment is an arc, counter-clockwise if `bulge` is positive."""
+        """Whether the segment is an arc. The arc is counter-clockwise if `bulge` is positive."""
         return self.bulge != 0.0
 
 
@@ -63,8 +63,8 @@ class Polyline:
 
     @classmethod
     def of_points(cls, points: ArrayLike, closed: bool = False) -> Polyline:
-        """Create a polyline of straight lines through n points (x, y in mm); if closed, a repeated last point is
-        dropped.
+        """Create a polyline of straight lines through n points (x and y in mm). If it is closed, a last point that
+        repeats the first point is dropped.
         """
         xy = np.asarray(points, dtype=np.float64).reshape(-1, 2)
         if closed and len(xy) > 1 and np.array_equal(xy[0], xy[-1]):
@@ -84,14 +84,14 @@ class Polyline:
 
     @cached_property
     def _ends(self) -> Points:
-        """Start and end of each segment, x0, y0, x1, y1, float64[m, 4]."""
+        """Start and end of each segment: x0, y0, x1, y1, float64[m, 4]."""
         xy = self.vertices[:, :2]
         after = np.concatenate([xy[1:], xy[:1]]) if self.closed else xy[1:]
         return np.concatenate([xy[: self.n_segments], after], axis=1)
 
     @cached_property
     def bulges(self) -> Points:
-        """Bulge of each segment, float64[m]; 0 if straight within rounding."""
+        """Bulge of each segment, float64[m]; 0 for a segment that is straight except for rounding."""
         bulges = self.vertices[: self.n_segments, 2]
         return np.where(np.abs(bulges) < STRAIGHT, 0.0, bulges)
 
@@ -113,7 +113,7 @@ class Polyline:
 
     @cached_property
     def area(self) -> float:
-        """Area inside a closed polyline, mm²: negative if clockwise, 0 if open."""
+        """Area inside a closed polyline, mm²; it is negative if the polyline is clockwise, and 0 if it is open."""
         if not self.closed:
             return 0.0
         x0, y0, x1, y1 = self._ends.T
@@ -207,7 +207,9 @@ class Polyline:
         return np.cumsum(self.lengths).tolist(), self.lengths.tolist()
 
     def _locate(self, distance: float) -> tuple[int, float]:
-        """Return the segment at a distance from the start, and the fraction of its length before that position."""
+        """Return the segment at a given distance from the start, and the fraction of its length that lies before that
+        point.
+        """
         if self.closed and self.length > 0.0:
             distance %= self.length
         ends, lengths = self._distances
@@ -217,13 +219,13 @@ class Polyline:
         return index, min(max((distance - before) / length, 0.0), 1.0) if length > 0.0 else 0.0
 
     def point_at(self, distance: float) -> tuple[float, float]:
-        """Return the point at a distance from the start, mm; beyond the ends of an open polyline, the nearer end."""
+        """Return the point at a distance from the start, mm. Beyond an end of an open polyline, return that end."""
         index, share = self._locate(distance)
         return _along(self.segment(index), share)
 
     def direction_at(self, distance: float) -> tuple[float, float]:
-        """Return the unit vector of travel at a distance from the start, mm; at a vertex, that of the following
-        segment.
+        """Return the direction of travel, as a unit vector, at a distance from the start, mm. At a vertex, return the
+        direction of the following segment.
         """
         index, share = self._locate(distance)
         s = self.segment(index)
@@ -237,7 +239,8 @@ class Polyline:
     def piece(self, start: float, end: float) -> Polyline:
         """Return the open polyline between two distances from the start, mm, where `start` ≤ `end`.
 
-        For a closed polyline, `end` may exceed the length: the piece continues past the start for up to one more round.
+        In a closed polyline, `end` may exceed the length: the piece then continues past the start for up to one more
+        round.
         """
         if not self.closed:
             start, end = max(start, 0.0), min(end, self.length)
@@ -297,7 +300,7 @@ MAX_CHORDS = 2000
 
 
 def _chords(s: Segment, tolerance: float) -> Points:
-    """Return the end points of the chords of an arc, float64[k, 2]; their error r·(1 − cos(step/2)) is at most
+    """Return the end points of the chords of an arc, float64[k, 2]. The chord error, r·(1 − cos(step/2)), is at most
     `tolerance`.
     """
     turn = 4.0 * math.atan(s.bulge)

@@ -1,4 +1,6 @@
-"""Create regions of the plane from paths, as shapely polygons. Offsets allow for the chord error of arcs."""
+"""Create regions of the plane from paths, as shapely polygons, and offset them. Offsets allow for the chord error of
+arcs.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +42,9 @@ def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float
 
 
 def shrink(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
-    """Shrink a polygon by a distance, mm; each point of the result is at least that far from the original edge."""
+    """Shrink a polygon by a distance, mm; each point of the smaller polygon is at least that far from the original
+    edge.
+    """
     fine = FINE * tolerance
     # The arcs of a buffer consist of chords, which are closer to the edge by the chord error.
     return shape.buffer(-(distance + fine), quad_segs=chords_per_quarter(distance, fine))
@@ -49,7 +53,7 @@ def shrink(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
 def tool_centres(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
     """Return the area in which the centre of a tool is at least a distance, mm, from the edge of a polygon.
 
-    Where the shape is as wide as the tool, within the tolerance, the result is a strip along the centre line that
+    Where the polygon is as wide as the tool, within the tolerance, the area is a strip along the centre line that
     extends by half a tolerance to either side. There the tool touches both walls.
     """
     centres = shrink(shape, distance, tolerance)

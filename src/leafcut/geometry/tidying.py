@@ -1,4 +1,4 @@
-"""Convert the strokes of a drawing to outlines: join them and remove duplicates."""
+"""Convert the strokes of a drawing to outlines: join the strokes and remove duplicates."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ WIDEST_PROPOSED_JOIN = 0.5
 
 @dataclass
 class TidiedOutlines(Joining):
-    """Outlines joined from strokes, branches, and the positions of removed duplicates."""
+    """Outlines joined from strokes, the branches of the drawing, and the positions of removed duplicates."""
 
     doubles: list[Point] = field(default_factory=list)
 
@@ -38,7 +38,7 @@ class TidiedOutlines(Joining):
 def join_advice(number: int, paths: Sequence[Polyline]) -> str:
     """Return advice on the open path `paths[number]` for a message: the nearest end of any path, and a remedy.
 
-    The other end of the same path counts too.
+    The nearest end may be the other end of the same path.
     """
     ends = ends_of(paths)
     own_ends = slice(2 * number, 2 * number + 2)
@@ -57,7 +57,7 @@ def join_advice(number: int, paths: Sequence[Polyline]) -> str:
 
 
 def tidy_outlines(strokes: Sequence[Polyline], tolerance: float) -> TidiedOutlines:
-    """Join strokes to outlines; strokes that do not form closed outlines are joined again after removing duplicates.
+    """Join strokes to outlines. Strokes that do not form closed outlines are joined again after duplicates are removed.
 
     Raises
     ------
@@ -114,14 +114,14 @@ def polygons(paths: Sequence[Polyline]) -> Any:
 
 
 def _has_flaws(paths: Sequence[Polyline]) -> list[bool]:
-    """Return for each closed path whether it crosses itself or encloses no area."""
+    """Return, for each closed path, whether it crosses itself or encloses no area."""
     shapes = polygons(paths)
     thin = 2.0 * shapely.area(shapes) <= COINCIDENT * shapely.length(shapes)
     return list(thin | ~shapely.is_valid(shapes))
 
 
 def _lie_on_outlines(loose: Sequence[Polyline], outlines: Sequence[Polyline]) -> list[bool]:
-    """Return for each open stroke whether it lies on a single outline and no other stroke continues from its ends."""
+    """Return, for each open stroke, whether it lies on a single outline and no other stroke continues from its ends."""
     if not loose or not outlines:
         return [False] * len(loose)
     lines: Any = shapely.linearrings(

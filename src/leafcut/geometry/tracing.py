@@ -1,9 +1,9 @@
-"""Trace the outline of a region in a picture with subpixel accuracy: first level lines, then lines and arcs fitted to
+"""Trace the outline of a region in a picture with subpixel accuracy: trace level lines, then fit lines and arcs to
 them.
 
 A level line crosses between two pixels at a position interpolated from their brightness (marching squares, the
-two-dimensional form of Lorensen and Cline, "Marching cubes", SIGGRAPH 1987). Without shades between dark and bright,
-the wall may be anywhere between two pixel centres, and a straight wall has a staircase outline.
+two-dimensional form of Lorensen and Cline, "Marching cubes", SIGGRAPH 1987). If a picture has no shades between dark
+and bright, the edge may be anywhere between two pixel centres, and a straight edge has a staircase outline.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def level_lines(height: NDArray[np.float32]) -> list[Points]:
 
 
 def fitted_outline(line: Points) -> Polyline:
-    """Fit lines and arcs to a level line, within `FARTHEST` of it; all lengths in pixels."""
+    """Fit lines and arcs to a level line, within `FARTHEST` of the line; all lengths are in pixels."""
     if len(line) < FEW_POINTS:
         return smoothed_outline(line)
     middle = line - 0.5
@@ -80,7 +80,7 @@ def fitted_outline(line: Points) -> Polyline:
 
 
 def smoothed_outline(line: Points) -> Polyline:
-    """Fit arcs to a smoothed level line. This is faster than `fitted_outline`, but corners are rounder."""
+    """Fit arcs to a smoothed level line. This is faster than `fitted_outline`, but rounds corners more."""
     if len(line) < FEW_POINTS:
         return Polyline.of_points(line, closed=True)
     return fit_arcs(_smoothed(line), FIT_TOLERANCE, closed=True)

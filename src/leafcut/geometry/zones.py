@@ -1,4 +1,4 @@
-"""Rectangles that moves must not cross at a low height: clamps, vices, raised edges."""
+"""Rectangles that moves must not cross at a low height, such as clamps, vices and raised edges."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _TOUCH = 1e-9
 
 
 def widen_zones(zones: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
-    """Enlarge rectangles (x0, y0, x1, y1; float64[k, 4]) by `distance` mm on all sides; one number, or one per
+    """Enlarge rectangles (x0, y0, x1, y1; float64[k, 4]) on all sides. `distance` is in mm: one number, or one per
     rectangle.
     """
     table = np.asarray(zones, dtype=np.float64).reshape(-1, 4)
@@ -21,11 +21,11 @@ def widen_zones(zones: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
 
 
 def touches_any_zone(a: ArrayLike, b: ArrayLike, zones: ArrayLike, *, dogleg: bool = False) -> NDArray[np.bool_]:
-    """Return whether each move from `a` to `b` (float64[n, 2], mm) touches any of the `zones` (float64[k, 4]).
+    """Return a mask of the moves from `a` to `b` (float64[n, 2], mm) that touch any of the `zones` (float64[k, 4]).
 
     A segment and a rectangle are disjoint exactly if a line along an axis or along the segment separates them
     (separating axis theorem for two convex shapes). With `dogleg`, the axes are not synchronised and the path is not
-    straight, so the whole rectangle between start and end counts. A move with an unknown coordinate (NaN) touches
+    straight, so the whole rectangle between start and end is checked. A move with an unknown coordinate (NaN) touches
     nothing.
     """
     start, end = (np.asarray(p, dtype=np.float64).reshape(-1, 2) for p in (a, b))
@@ -55,7 +55,8 @@ def path_around_zones(
 ) -> list[tuple[float, float]] | None:
     """Return the corners of the shortest path from `a` to `b` around all `zones`, or None if no path exists.
 
-    The path turns slightly outside the corners of the rectangles. `dogleg` is as in `touches_any_zone`.
+    The path turns slightly outside the corners of the rectangles. `dogleg` has the same meaning as in
+    `touches_any_zone`.
     """
     from leafcut.geometry.obstacles import shortest_path
 

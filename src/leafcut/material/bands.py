@@ -23,7 +23,8 @@ def sort_into_bands(points: Floats, side: float) -> Bands:
 
 
 def segments_near(start: Floats, end: Floats, points: Floats, limits: Floats) -> tuple[Indices, Indices]:
-    """Return the pairs (segment, point) in which the segment comes within the limit of the point.
+    """Return the pairs (segment, point) in which the distance between segment and point is at most the limit of the
+    point.
 
     The pairs are sorted by segment. `start` and `end` are float64[m, 2], `points` is float64[n, 2], and `limits` is
     float64[n], all in mm.

@@ -1,6 +1,7 @@
 """Compute the feed of a mill from its engagement.
 
-The feed is limited by power and by the chip thickness that the tool has in a slot at its own feed.
+The feed is limited by power and by chip thickness: the chip must not be thicker than in a slot at the nominal feed of
+the tool.
 """
 
 from __future__ import annotations
@@ -99,13 +100,13 @@ def power_on_plunge(limits: FeedLimits, sink_rate: float) -> float:
 
 
 def plunge_feed(limits: FeedLimits, feed: float) -> float:
-    """Return the plunge feed of a mill, mm/s: `feed`, reduced if it exceeds the power limit."""
+    """Return the plunge feed of a mill, mm/s: `feed`, or less if `feed` would exceed the power limit."""
     return _within_power(limits, feed, power_on_plunge(limits, feed))
 
 
 def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> float:
-    """Return the feed of a ramp or helix with a slope of up to `angle`, rad: `feed`, reduced if it exceeds the power
-    limit.
+    """Return the feed on a ramp or helix with a slope of up to `angle`, rad: `feed`, or less if `feed` would exceed the
+    power limit.
 
     Feeds are in mm/s. The full feed is assumed to be horizontal, as on a flat ramp.
     """
@@ -114,16 +115,17 @@ def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> fl
 
 
 def _within_power(limits: FeedLimits, feed: float, power: float) -> float:
-    """Return `feed`, which would need `power` W, reduced to the power limit if necessary."""
+    """Return `feed`, which requires `power` (W), reduced if the power limit is exceeded."""
     if limits.material is None or power <= limits.power:
         return feed
     return float(feed * feed_ratio(limits.material, limits.power / power))
 
 
 def minimum_around(values: Floats, length: Floats, reach: float) -> Floats:
-    """Return the minimum of the values within a distance before and after each segment of a path; lengths are in mm.
+    """Return, for each segment of a path, the minimum of the values within a distance before and after it; lengths are
+    in mm.
 
-    Thus a feed is reduced before and after the position that requires it.
+    Thus a feed is reduced before and after the position that requires the reduction.
     """
     middles = np.cumsum(length) - 0.5 * length
     first, last = (

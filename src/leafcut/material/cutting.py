@@ -39,7 +39,7 @@ _MARGIN = 1.0
 
 
 class Removed(NamedTuple):
-    """Material removed by each move, float64[m] each.
+    """Material removed by each move, in columns of float64[m].
 
     Attributes
     ----------
@@ -94,15 +94,16 @@ def cut(
     Parameters
     ----------
     cutters
-        Tool number → profile, for each tool of the moves.
+        Profile of each tool of the moves, by tool number.
     margin
         Additional tool radius for `Removed.over`, mm.
     surrounding_height
         Height of the material outside the field for `Removed.over`, mm; None for the floor of the field.
     lowered
-        A field with the same cells. Where a rapid lowers the material, its cells receive the new height.
+        A second field with the same cells. Where a rapid lowers the material, the cells of this field receive the new
+        height.
     bodies
-        Tool number → sections above the flutes; the sections of missing tools are unknown.
+        Sections of each tool above the flutes, by tool number; the sections of missing tools are unknown.
     """
     from leafcut.kernels.sweep import CellRows, ToolShape
 
@@ -147,7 +148,9 @@ def cut(
 
 
 def collision_depths(moves: StraightMoves, removed: Removed) -> dict[str, Floats]:
-    """Return the depth of each move in the material, mm, by kind (rapid, shank, holder); 0 without a collision."""
+    """Return the depth of each move in the material, mm, by kind of collision (rapid, shank, holder); 0 without a
+    collision.
+    """
     return {
         "rapid": np.where(moves.rapid & removed.cuts, removed.depth, 0.0),
         Body.SHANK.value: removed.shank,
@@ -177,7 +180,7 @@ def cut_width(removed: Removed, radius: Floats, cell: float) -> Floats:
 
 
 class _ToolRun(NamedTuple):
-    """Successive moves of one tool.
+    """Successive moves with the same tool.
 
     `first` is the number of the first move, `low` and `high` are the range of y of each move, and `shape` is the
     profile of the tool.
@@ -223,7 +226,7 @@ def _body_part_rows(parts: Sequence[BodyPart]) -> Floats:
 def _shank_collides(
     moves: StraightMoves, cells: Floats, cutters: Mapping[int, Cutter], cell: float
 ) -> NDArray[np.bool_]:
-    """Return a mask of the moves in which a shank collides over sufficiently many successive cells."""
+    """Return a mask of the moves in which the shank collides in enough successive cells to count as a collision."""
     colliding = np.zeros(len(moves), dtype=np.bool_)
     hits = np.flatnonzero(cells > 0)
     if not len(hits):
@@ -244,7 +247,7 @@ def _shape_of_cutter(cutter: Cutter) -> tuple[float, ...]:
 
 
 def _tool_runs(tool: NDArray[np.int64]) -> Iterable[tuple[int, int, int]]:
-    """Yield runs of moves with the same tool as (start, end, tool); the length of a run is limited."""
+    """Yield runs of moves with the same tool as (start, end, tool). The length of a run is limited."""
     if not len(tool):
         return
     changes = np.flatnonzero(np.diff(tool)) + 1

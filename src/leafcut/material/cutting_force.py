@@ -4,8 +4,8 @@ Sources: O. Kienzle, Die Bestimmung von Kräften und Leistungen an spanenden Wer
 (1952), p. 299: kc = kc1.1 h^-mc; Dijet, general catalogue 2018, p. F007: kc = kc1 hm^-mc, Pc = ap ae vf kc / (6·10⁷ η);
 Sandvik Coromant, Machining formulas and definitions, Milling and Drilling: hm, Pc and Mc. In mm, N, s and rad, the
 factors 6·10⁷, 240·10³ and 30·10³ for kW, m/min and rpm are not needed. kc11 applies to a rake angle of 0°. Sharp tools
-need about 1 % less per degree of rake (Sandvik Coromant, Specific cutting force); this difference is a reserve for
-wear. Measured torque and thrust of twist drills: Tungaloy, general catalogue 2020-2021, p. L068, Cutting forces and
+need about 1 % less per degree of rake (Sandvik Coromant, Specific cutting force); this difference is kept as a reserve
+for wear. Measured torque and thrust of twist drills: Tungaloy, general catalogue 2020-2021, p. L068, Cutting forces and
 power requirement: Mc = K D² (0.630 + 16.84 f) / 100, N·m; Tc = 570 K D f^0.85, N; K = 1 for cast iron of 177 HB.
 """
 

@@ -50,7 +50,7 @@ class Engaged(NamedTuple):
 
 
 def slot(diameter: float) -> Engaged:
-    """Return the engagement of a tool that cuts a slot as wide as its diameter, mm."""
+    """Return the engagement of a tool that cuts a slot as wide as its diameter; `diameter` is in mm."""
     return Engaged(np.array([math.pi]), np.array([diameter]), np.ones(1))
 
 
@@ -60,8 +60,8 @@ def engagement(path: ToolSteps, rules: PocketRules, entry: NDArray[np.bool_] | N
     The result is exact at the points, except for the effect of the tolerance t on the width of material: an angle φ is
     accurate to t / (r sin φ). That is 0.1 degrees at 90 degrees, for a tool of 10 mm and a tolerance of 0.01 mm. Cuts
     of less than 2t may give 0. Positions between the points are not evaluated: if the edge meets material head-on
-    within a step, this appears at the end of the step. `entry` marks the points on the loop of the descent. They are
-    already cleared, so their engagement is 0.
+    within a step, this appears at the end of the step. `entry` marks the points on the loop of the descent. This loop
+    is already cleared, so the engagement there is 0.
     """
     n = len(path)
     angle, width, nearest = (np.zeros(n) for _ in range(3))

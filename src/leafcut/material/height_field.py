@@ -25,7 +25,7 @@ FINEST = 0.01
 
 @dataclass(frozen=True)
 class StockBlock:
-    """A block of material, given by its lower and upper corner, mm."""
+    """A block of material, given by its lowest and its highest corner, mm."""
 
     low: tuple[float, float, float]
     high: tuple[float, float, float]
@@ -54,7 +54,7 @@ class HeightField:
 
     @classmethod
     def of_block(cls, block: StockBlock, cell: float) -> HeightField:
-        """Divide a block into cells; the last cells may extend beyond the block.
+        """Convert a block to a height field. The last cells of a row or column may extend beyond the block.
 
         Raises PlanError for more than `MOST_CELLS` cells.
         """
@@ -76,11 +76,11 @@ class HeightField:
         return cls(heights, block.low[0] + 0.5 * cell, block.low[1] + 0.5 * cell, cell, block.low[2])
 
     def copy(self) -> HeightField:
-        """Return an independent copy."""
+        """Return an independent copy of the field."""
         return HeightField(self.heights.copy(), self.x, self.y, self.cell, self.floor)
 
     def contains(self, ends: Floats, margins: Floats) -> NDArray[np.bool_]:
-        """Return a mask of the moves, float64[m, 6], that stay inside the cells by at least their margins, mm."""
+        """Return a mask of the moves, float64[m, 6], that stay inside the field by at least their margins, mm."""
         half = 0.5 * self.cell
         inside = np.ones(len(ends), dtype=np.bool_)
         for axis, first, count in ((0, self.x, self.heights.shape[1]), (1, self.y, self.heights.shape[0])):
@@ -113,7 +113,9 @@ class HeightField:
         )
 
     def height_at(self, x: float, y: float) -> float:
-        """Return the height at a position, mm; the floor for a position outside the field."""
+        """Return the height of the material at a position, mm; for a position outside the field, the height of the
+        floor.
+        """
         column, row = round((x - self.x) / self.cell), round((y - self.y) / self.cell)
         rows, columns = self.heights.shape
         return float(self.heights[row, column]) if 0 <= row < rows and 0 <= column < columns else self.floor
@@ -126,10 +128,10 @@ def usual_cell(
     cells: int = USUAL_CELLS,
     most_cells: int = MOST_CELLS,
 ) -> float:
-    """Return the default cell size, mm, in steps of 0.01 mm.
+    """Return the default cell size of a height field, mm, in steps of 0.01 mm.
 
-    It is a share of the smallest tool diameter. If that gives too many cells, the size increases up to a fifth of the
-    diameter. It increases further only if the cells would not fit into memory.
+    The size is a share of the smallest tool diameter. If that gives too many cells, the size increases up to a fifth of
+    the diameter. It increases further only if the cells would not fit into memory.
     """
     area = (block.high[0] - block.low[0]) * (block.high[1] - block.low[1])
     preferred = max(share * smallest, math.sqrt(area / cells))

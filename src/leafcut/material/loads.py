@@ -1,4 +1,6 @@
-"""Cutting loads of each segment of a program's motion: chips, widths, volumes, and the distance to material."""
+"""Cutting loads of each segment of a program's motion: chip thickness, width of cut, removed volume, and the distance
+to the material.
+"""
 
 from __future__ import annotations
 
@@ -74,7 +76,7 @@ class Loads:
 
     @cached_property
     def chip(self) -> Floats:
-        """Maximum chip thickness per revolution, mm, as if the tool had a single tooth; for a ramp, that of a slot."""
+        """Maximum chip thickness per revolution, mm, as if the tool had a single tooth. A ramp counts as a slot."""
         share = np.where(self.sinks, 1.0, self.share)
         with np.errstate(divide="ignore", invalid="ignore"):
             chip: Floats = np.where(self.rpm > 0, SECONDS_PER_MINUTE * share * self.feed / self.rpm, 0.0)
@@ -129,7 +131,8 @@ class Loads:
     def cuts_of(self, number: int) -> NDArray[np.bool_]:
         """Return a mask of the segments in which a tool mills.
 
-        If the tool only descends, return its ramps and helices; if it has none, return its plunges.
+        If the tool only descends, return a mask of its ramps and helices. If it has none of these, return a mask of its
+        plunges.
         """
         of_tool = self.moves.tool == number
         kinds = (np.asarray(pieces & of_tool) for pieces in (self.mills, self.sinks, self.plunges))
@@ -214,7 +217,7 @@ def compute_loads(
     threads: int = 1,
     check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> Loads:
-    """Return the loads of each segment of a path in the stock, which is not changed.
+    """Return the loads of each segment of a path in the stock. The given stock is not changed.
 
     Raises PlanError for too many segments.
     """
@@ -234,7 +237,8 @@ def compute_loads(
 
 
 def tool_limits(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict[int, ToolLimits]:
-    """Return the limits of each milling tool, from the tool library or from the worst cut in the program itself.
+    """Return the limits of each milling tool. They come from the tool library, or from the heaviest cut in the program
+    itself.
 
     Limits that depend on unknown values are left out.
     """

@@ -1,4 +1,4 @@
-"""Convert a triangle mesh to a height field: its upper surface seen from above."""
+"""Convert a triangle mesh to a height field, which contains its upper surface seen from above."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ def block_of_mesh(mesh: Mesh) -> StockBlock:
 
 
 def field_of_mesh(mesh: Mesh, cell: float) -> HeightField:
-    """Convert a solid to cells of side length `cell`, mm: the height of the solid at each cell centre, or its floor.
+    """Convert a solid to a height field with cells of side length `cell`, mm. A cell has the height of the solid at its
+    centre, or the height of the floor outside the solid.
 
     Material below an overhang counts as solid (`overhang`). Raises PlanError if there would be too many cells, or too
     many triangles per cell.

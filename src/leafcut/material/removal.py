@@ -23,7 +23,7 @@ _BATCH = 4096
 
 @dataclass(frozen=True, eq=False)
 class Removal:
-    """Result of a path in a pocket: the swept area, the remaining area, and gouges.
+    """Effect of a path on a pocket: the swept area, the remaining area, and gouges.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
 
 
 def engaged_tool_path(path: PocketPath, rules: PocketRules) -> tuple[ToolSteps, Engaged]:
-    """Return the tool path in small steps, and the engagement along it; the engagement is 0 during the entry."""
+    """Return the tool path in small steps, and the engagement at each step. During the entry, the engagement is 0."""
     from leafcut.material.engagement import engagement  # loads kernels, which are not needed if a file is refused
 
     tool_path = steps_along_path(path, rules)
@@ -73,7 +73,7 @@ def engaged_tool_path(path: PocketPath, rules: PocketRules) -> tuple[ToolSteps, 
 
 
 def entry_mask(path: PocketPath, tool_path: ToolSteps) -> NDArray[np.bool_]:
-    """Return a mask of the points of a path on the loop along which the tool descends."""
+    """Return a mask of the points of a tool path that lie on the loop along which the tool descends."""
     entered: NDArray[np.bool_] = np.array([piece.kind == "entry" for piece in path.pieces], dtype=bool)[tool_path.piece]
     return entered
 
@@ -87,7 +87,7 @@ def reported_width(rules: PocketRules) -> float:
 
 
 def _steps(path: PocketPath, rules: PocketRules) -> Floats:
-    """Return the chords of a path, float64[n, 2, 2], mm; a section without motion is a chord of length 0."""
+    """Return the chords of a path, float64[n, 2, 2], mm. A section without motion is a chord of length 0."""
     fine, chords = FINE * rules.tolerance, [np.zeros((0, 2, 2))]
     for piece in path.pieces:
         points = piece.path.flattened(fine)
@@ -103,7 +103,7 @@ def cleared_area(steps: Floats, rules: PocketRules) -> Any:
 
 
 def steps_near(steps: Floats, places: Floats, rules: PocketRules) -> Floats:
-    """Return the steps whose bounding boxes are within a tool diameter of the bounding box of the given points."""
+    """Return the steps whose bounding box comes within a tool diameter of the bounding box of the given points."""
     corners = places.reshape(-1, 2)
     low, high = corners.min(axis=0) - rules.tool_diameter, corners.max(axis=0) + rules.tool_diameter
     near: Floats = steps[((steps.max(axis=1) >= low) & (steps.min(axis=1) <= high)).all(axis=1)]
@@ -111,7 +111,9 @@ def steps_near(steps: Floats, places: Floats, rules: PocketRules) -> Floats:
 
 
 def swept_area(steps: Floats, radius: float, quad_segs: int) -> Any:
-    """Return the union of the capsules of all steps; a buffer of the whole line would round concave corners."""
+    """Return the union of the areas (capsules) that a disc sweeps along each step. A buffer of the whole line would
+    round its concave corners.
+    """
     # GEOS cannot buffer a line of length 0, so a point replaces it.
     moving = (steps[:, 0] != steps[:, 1]).any(axis=1)
     lines = np.concatenate([shapely.linestrings(steps[moving]), shapely.points(steps[~moving, 0])])

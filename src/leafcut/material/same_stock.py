@@ -16,7 +16,7 @@ _SQUARE = 8
 
 
 class StockDifference(NamedTuple):
-    """A difference between two fields.
+    """A difference between two height fields.
 
     `x` and `y` are the position of the largest difference, `before` and `after` are the heights there, mm, and `cells`
     is the number of differing cells.

@@ -166,7 +166,7 @@ def _shifted_block(block: StockBlock, origin: tuple[float, float]) -> StockBlock
 
 
 def _block_around_cuts(moves: StraightMoves, cutters: dict[int, Cutter], stock: ShownStock) -> StockBlock:
-    """Return a block with a margin around the cuts below Z0. Raises PlanError if no cut goes below Z0."""
+    """Return a block that encloses the cuts below Z0 with a margin. Raises PlanError if no cut goes below Z0."""
     ends = moves.ends
     cutting = ~moves.rapid & (np.minimum(ends[:, 2], ends[:, 5]) < 0.0)
     if not cutting.any():
@@ -208,9 +208,9 @@ def _collisions(
 def _position_in_block(
     move: NDArray[np.float64], block: StockBlock, origin: tuple[float, float]
 ) -> tuple[float, float, float]:
-    """Return the middle of the part of a move that is inside a block, relative to the origin.
+    """Return the middle of the part of a move that lies inside a block, relative to the origin.
 
-    If the whole move is outside, return its lower end.
+    If the whole move is outside the block, return its lower end.
     """
     share = np.linspace(0.0, 1.0, _PLACES)[:, None]
     points = move[:3] + share * (move[3:] - move[:3])
@@ -241,7 +241,7 @@ def _field_of_surface(
     moves: StraightMoves,
     cutters: dict[int, Cutter],
 ) -> tuple[HeightField, NDArray[np.bool_]]:
-    """Convert a surface to the cells of a block; also return a mask of the cells of its fixtures.
+    """Convert a surface to a height field with the cells of a block. Also return a mask of the cells of its fixtures.
 
     The block and the moves are relative to an origin. In a finished part, the holes that the moves drill are filled.
     Raises PlanError if there would be too many cells, or too many triangles per cell.
@@ -267,7 +267,7 @@ def _field_of_surface(
 
 
 def _fill_holes(field: HeightField, mesh: Mesh, moves: StraightMoves, cutters: dict[int, Cutter]) -> None:
-    """Fill the open holes below straight plunges up to the lowest point of their rim."""
+    """Fill the open holes below straight plunges, up to the lowest point of their rim."""
     ends = moves.ends
     plunging = ~moves.rapid & (ends[:, 0] == ends[:, 3]) & (ends[:, 1] == ends[:, 4]) & (ends[:, 5] < ends[:, 2])
     if not plunging.any():

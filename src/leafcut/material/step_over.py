@@ -1,4 +1,4 @@
-"""Measure the step-over of a path: the distance between neighbouring passes."""
+"""Measure the step-over of a path, which is the distance between neighbouring passes."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ _BATCH = 512
 
 
 class PassGaps(NamedTuple):
-    """Maximum distances between neighbouring passes, mm: `step_over` in general, and `core` where two fronts of passes
-    meet.
+    """Maximum distances between neighbouring passes, mm. `core` applies where two fronts of passes meet, and
+    `step_over` everywhere else.
     """
 
     step_over: float
@@ -46,10 +46,10 @@ class PassGaps(NamedTuple):
 def widest_gaps(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> PassGaps:
     """Return the largest distances between neighbouring passes, mm; 0 if no pass has a neighbour.
 
-    At each point of the path, on both sides, the largest empty disc that touches the pass there is constructed. The
-    next point that the disc touches is on the neighbour. The height of that point above the tangent of the pass is the
-    gap, which a machinist measures perpendicular to the pass. If the disc touches a corner of the neighbour, the gap is
-    measured from the sides of that corner.
+    At each point of the path, the largest empty disc that touches the pass there is constructed on either side. The
+    next point that the disc touches belongs to the neighbouring pass. The height of that point above the tangent of the
+    pass is the gap, which a machinist measures perpendicular to the pass. If the disc touches a corner of the
+    neighbour, the gap is measured from the sides of that corner.
 
     The step-over is the maximum, over all points, of the gap on the closer side. The pass was planned next to that
     neighbour, or next to the wall, which has no gap. The gap on the other side is where two fronts meet, such as the
@@ -58,12 +58,11 @@ def widest_gaps(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArr
     cleared. Wider gaps count as step-over. Thus rings one step-over apart have that step-over, whatever remains in the
     middle, and parallel lines that are too far apart have their distance.
 
-    Between straight lines, the gap is their distance; between offset rings, their offset; along a spiral, its pitch.
-    This holds for every kind of path. The diagonal between the corners of two rings is longer (1.41 times at a right
-    angle), as in all offset pockets. It does not count, because the corner of one ring is at the offset from both sides
-    of the other. If a corner is rounded and the rings do not come closer, the gap is larger. The two sides of a corner
-    of one pass are not neighbours. The mean distance of sides that diverge by more than `SIDE_BY_SIDE` is half of their
-    maximum distance.
+    Between straight lines, the gap is their distance; between offset rings, it is their offset; along a spiral, it is
+    the pitch. The diagonal between the corners of two rings is longer (1.41 times at a right angle), as in all offset
+    pockets. It does not count, because the corner of one ring is at the offset from both sides of the other. If a
+    corner is rounded and the rings do not come closer, the gap is larger. The two sides of a corner of one pass are not
+    neighbours. The mean distance of sides that diverge by more than `SIDE_BY_SIDE` is half of their maximum distance.
 
     The distance to a wall, on one side of the path only, is not a gap; if it is too large, uncovered area is reported
     instead. A disc does not count either if its centre, or the line to its centre, is outside the allowed tool centres:
@@ -88,8 +87,8 @@ def widest_gaps(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArr
 
 
 def wide_places(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> Floats:
-    """Return the points of a path where the nearest neighbouring pass is farther away than the step-over, float64[n,
-    2].
+    """Return the points of a path, float64[n, 2], at which the distance to the nearest neighbouring pass exceeds the
+    step-over.
     """
     sides = _sides(path, centres, rules, passes)
     if sides is None:
@@ -103,7 +102,7 @@ def wide_places(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArr
 
 
 class _Sides(NamedTuple):
-    """Sides of steps that have a neighbour.
+    """The sides of steps on which there is a neighbouring pass.
 
     `rows` are the rows of `discs`, `gap` is the gap on that side, and `nearer` is the smaller gap of both sides, mm.
     `is_lost` marks sides on which a whole pass is missing.
@@ -137,7 +136,7 @@ def _sides(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np
 
 
 class _Discs:
-    """Discs between neighbouring passes: first those on the left of each step, then those on the right."""
+    """Discs between neighbouring passes: first the discs on the left of each step, then those on the right."""
 
     def __init__(self, start: Floats, middle: Floats, touch: Floats, centres: Any, rules: PocketRules) -> None:
         self.corners = np.stack([start, middle, touch], axis=1)
@@ -145,9 +144,9 @@ class _Discs:
         shapely.prepare(self.region)
 
     def widest(self, rows: Indices, sizes: Floats, both: bool) -> float:
-        """Return the largest of the sizes whose disc is in the region.
+        """Return the largest size whose disc lies in the region.
 
-        With `both`, the disc on the other side must also be in the region.
+        With `both`, the disc on the other side of the step must also lie in the region.
         """
         order = np.argsort(-sizes)
         rows, sizes = rows[order], sizes[order]
@@ -164,7 +163,7 @@ class _Discs:
         return (rows + len(self.corners) // 2) % len(self.corners)
 
     def fits(self, rows: Indices) -> NDArray[np.bool_]:
-        """Return a mask of the discs that are in the region together with the lines to their centres."""
+        """Return a mask of the discs that lie in the region, together with the line from the step to their centre."""
         fits: NDArray[np.bool_] = shapely.covers(self.region, shapely.linestrings(self.corners[rows]))
         return fits
 
@@ -172,10 +171,11 @@ class _Discs:
 def _measured_from_sides(
     path: ToolSteps, moving: Indices, height: Floats, touch: Indices, start: Floats, normal: Floats
 ) -> Floats:
-    """Return the heights, where a height above a corner is measured from the sides of the corner if that is less.
+    """Return the heights of the neighbours. A height above a corner is measured from the sides of the corner if that is
+    less.
 
-    `moving` contains the rows of the steps. The other arrays contain the left sides of all steps, then the right sides.
-    A height of 0 means that there is no parallel neighbour.
+    `moving` contains the rows of the steps. The other arrays contain the left sides of all steps, followed by the right
+    sides. A height of 0 means that there is no parallel neighbour.
     """
     ends, starts = path.xy[moving], path.xy[moving] - path.step[moving, None] * path.chord[moving]
     steps, node = len(moving), numbered(np.concatenate([ends, starts, path.xy]), _SAME)
@@ -214,8 +214,8 @@ def _changes_direction(direction: Floats, corner: Indices) -> NDArray[np.bool_]:
 def _neighbours(xy: Floats, normal: Floats, candidates: Floats, rules: PocketRules) -> tuple[Floats, Indices, Floats]:
     """Return the neighbour of each point on the side of its normal.
 
-    The result contains the height of the neighbour above the tangent (0 for no neighbour), the row of the neighbour,
-    and the radius of the disc, mm.
+    For each neighbour, return its height above the tangent (0 for no neighbour), its row, and the radius of the disc
+    between the passes, mm.
     """
     height, row, radius = np.zeros(len(xy)), np.zeros(len(xy), np.int64), np.zeros(len(xy))
     reaches = Reaches(0.255 * rules.step_over, FARTHEST * rules.tool_diameter)
@@ -227,7 +227,7 @@ def _neighbours(xy: Floats, normal: Floats, candidates: Floats, rules: PocketRul
 
 
 class WidePlaceFinder:
-    """Finds the points of a path where the nearest neighbouring pass is farther away than the step-over.
+    """Finds the points of a path at which the distance to the nearest neighbouring pass exceeds the step-over.
 
     After a change of the path, it searches only near the change.
     """

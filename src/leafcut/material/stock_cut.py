@@ -16,8 +16,8 @@ from leafcut.model.tool import Tool
 class ToolCut:
     """Effect of one tool on the stock.
 
-    `tool` comes from the tool library or from the comments of the program. `cut_s` and `air_s` are the times at feed in
-    material and in the air, s. `deepest_mm` and `widest_mm` are the maximum depth and width of cut.
+    The data of `tool` come from the tool library or from the comments of the program. `cut_s` and `air_s` are the times
+    at feed in material and in the air, s. `deepest_mm` and `widest_mm` are the maximum depth and width of cut.
     """
 
     tool: Tool
@@ -30,7 +30,7 @@ class ToolCut:
 
 @dataclass(frozen=True)
 class RapidCut:
-    """A rapid in material: its program line, and its depth in the material, mm."""
+    """A rapid in material: the line of the program, and the depth of the rapid in the material, mm."""
 
     line: int
     depth_mm: float
@@ -38,7 +38,9 @@ class RapidCut:
 
 @dataclass(frozen=True)
 class BodyCut:
-    """A move in which the shank or holder of a tool is in material: program line, tool, body and depth, mm."""
+    """A move in which the shank or holder of a tool is in material: the line of the program, the tool, the part of the
+    tool, and the depth, mm.
+    """
 
     line: int
     tool: int
@@ -57,10 +59,10 @@ class StockCut:
     tools
         The tools in the order of first use.
     rapids, collisions
-        Rapids in material, by line; shanks and holders in material, by line and tool.
+        Rapids in material, by line, and moves with a shank or holder in material, by line and tool.
     same_as, differences
-        The other program (None for none), and the positions where it leaves different stock, sorted by descending
-        number of cells; `before` is the height left by the other program.
+        The program to compare with (None for none), and the differences in the remaining stock, sorted by descending
+        number of cells. `before` is the height that the other program leaves.
     part
         File of the part that was the stock before the program; "" for a block.
     """

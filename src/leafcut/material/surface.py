@@ -39,11 +39,11 @@ class HoleRims(NamedTuple):
     Attributes
     ----------
     top
-        Highest point of the rim and the centre.
+        Height of the highest point of the rim and the centre.
     lowest
-        Lowest point of the upper surface on the rim; −∞ if part of the rim has no material below it.
+        Height of the lowest point of the upper surface on the rim; −∞ if part of the rim has no material below it.
     under
-        Lowest point of all triangles below the rim.
+        Height of the lowest point of all triangles below the rim.
     """
 
     top: Floats
@@ -60,7 +60,7 @@ def safe_tiles(
 ) -> SafeTiles:
     """Return the minimum heights at which a tool tip may cross a surface.
 
-    The result is exact in height. Horizontally, it consists of whole tiles, so it is up to two tiles too wide.
+    The heights are exact. Horizontally, the area consists of whole tiles, so it is up to two tiles too wide.
 
     Parameters
     ----------

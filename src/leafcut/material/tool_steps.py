@@ -35,9 +35,11 @@ class ToolSteps:
         Unit tangents of the incoming and the outgoing path, float64[n, 2]; `back` is NaN after a plunge. They differ
         only at corners; between chords of a curve, both are the mean direction.
     chord
-        Unit vector of the step that ends here, or of the outgoing path if the step has length 0, float64[n, 2].
+        Direction (unit vector) of the step that ends at the point, or of the outgoing path if the step has length 0,
+        float64[n, 2].
     step
-        Length of the step that ends here, float64[n], mm; 0 after a plunge and for the outgoing point of a corner.
+        Length of the step that ends at the point, float64[n], mm; 0 after a plunge and for the outgoing point of a
+        corner.
     run
         Number of the run, int64[n]; a run is a series of feed moves without a retract.
     piece
@@ -128,7 +130,9 @@ def _arc(s: Segment, max_step: float) -> _Chords:
 
 
 def _steps(line: _Chords, max_step: float, arrival: Floats | None, run: int, piece: int, start: Point) -> ToolSteps:
-    """Return the steps of a section; `arrival` is the direction of arrival, or None after a plunge."""
+    """Return the steps of a section of a path. `arrival` is the direction in which the tool arrives, or None after a
+    plunge.
+    """
     length = np.hypot(line.vector[:, 0], line.vector[:, 1])
     before = np.full((1, 2), np.nan) if arrival is None else arrival[None]
     if not len(length):

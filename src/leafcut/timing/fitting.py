@@ -58,15 +58,15 @@ class MachineFit:
     machine
         The machine with the fitted values; undetermined parameters have the values of the profile.
     before, after
-        Time of each program by the model before and after the fit, float64[n], s.
+        Time of each program according to the model, before and after the fit, float64[n], s.
     acceleration, corner
         Factor on the accelerations, and corner value, mm; None if not fitted.
     error
-        Relative standard error by parameter (acceleration, corner); inf if the parameter has no effect.
+        Relative standard error of each parameter (acceleration, corner); infinite if the parameter has no effect.
     condition
-        Condition number of the weighted Jacobian; inf if a parameter has no effect, 1 for a single parameter.
+        Condition number of the weighted Jacobian: infinite if a parameter has no effect, 1 for a single parameter.
     held
-        Reason why a parameter was not fitted, by parameter.
+        For each parameter that was not fitted, the reason.
     """
 
     machine: Machine
@@ -88,7 +88,7 @@ def fit_machine(programs: Sequence[MeasuredProgram], machine: Machine) -> Machin
     """Fit the accelerations and the corner value to the measured times.
 
     A parameter keeps the value of the profile if the programs do not determine it or it has no effect. If the programs
-    do not determine both parameters together, the corner value is dropped first.
+    do not determine both parameters together, the corner value is not fitted.
     """
     seconds = np.array([program.seconds for program in programs])
     weight = 1.0 / np.hypot(HAND_S, MODEL_SHARE * seconds)
@@ -170,7 +170,9 @@ def _residuals(
 def _least_squares(
     programs: Sequence[MeasuredProgram], machine: Machine, parameters: Sequence[str], seconds: Floats, weight: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the fitted logarithms, float64[p], and the weighted Jacobian at the solution, float64[n, p]."""
+    """Return the logarithms of the fitted parameters, float64[p], and the weighted Jacobian at the solution, float64[n,
+    p].
+    """
     low, high = _parameter_bounds(parameters)
 
     def off(logs: Floats) -> Floats:

@@ -36,8 +36,8 @@ def stop_mask(path: Toolpath, machine: Machine) -> Mask:
 
     The machine stops before
 
-    - M3, M4, M5, M7, M8 and M9 that change a state, and an S while the spindle turns; for a laser, an S stops the
-      machine only in a block without a move;
+    - M3, M4, M5, M7, M8 and M9 that change a state, and an S word while the spindle turns; with a laser, an S word
+      stops the machine only in a block without a move;
     - a dwell, a pause, the end of the program, and a change of origin or length offset;
     - blocks that are not understood.
 
@@ -60,7 +60,7 @@ def stop_mask(path: Toolpath, machine: Machine) -> Mask:
 
 
 class SentLines(NamedTuple):
-    """Byte and word counts of each line sent, without blanks and comments, int64[n] each.
+    """Byte count and word count of each line sent to the board, without blanks and comments, int64[n] each.
 
     If the arrays are aligned with the rows of a toolpath, both counts are 0 in rows at which no line starts.
     """
@@ -80,7 +80,7 @@ def sent_lines(text: Iterable[str]) -> SentLines:
 def lines_by_row(path: Toolpath, lines: SentLines | None) -> SentLines:
     """Return the byte and word counts of the program line that starts at each row of a path.
 
-    Without the text of the program, they are estimated for three decimals.
+    Without the text of the program, the counts are estimated for coordinates with three decimals.
     """
     n = len(path)
     if lines is not None and path.line.any():
@@ -112,7 +112,7 @@ def grbl_seconds(
     Parameters
     ----------
     path, delta, moves
-        Toolpath without canned cycles, displacement of each row, float64[n, 3], mm, and moves of the path.
+        Toolpath without canned cycles, displacement of each row (float64[n, 3], mm), and moves of the path.
     waits
         Time at rest in each row, float64[n], s.
     lines

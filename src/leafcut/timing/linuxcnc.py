@@ -116,8 +116,8 @@ def _arc_bounds(before: Moves, after: Moves, half_angle: Floats) -> tuple[Floats
     """Return half the angle of each corner, rad, and the length of the adjacent moves that a blend arc may use, mm.
 
     A blend arc may use half of a straight move. Of an arc, it may use two thirds of the sweep before the corner, and
-    one third after it. An arc that turns in the direction of the corner is replaced by its chord, which narrows the
-    angle.
+    one third after it. An arc that turns in the same direction as the corner is replaced by its chord, which reduces
+    the angle.
     """
     angle, reach = half_angle, np.full(len(half_angle), np.inf)
     for move, share, inwards in (
@@ -134,7 +134,9 @@ def _arc_bounds(before: Moves, after: Moves, half_angle: Floats) -> tuple[Floats
 
 
 def _coplanar(before: Moves, after: Moves) -> Mask:
-    """Return a mask of the corners in the planes of their adjacent arcs; the other corners get no blend arc."""
+    """Return a mask of the corners that lie in the planes of their adjacent arcs. The other corners get no blend
+    arc.
+    """
     across = np.cross(before.end, after.start)
     size = np.sqrt((across * across).sum(axis=1))
     flat = np.ones(len(before), dtype=np.bool_)
@@ -154,7 +156,7 @@ def _maximum_in_plane(before: Moves, after: Moves, bounds: Floats) -> Floats:
 
 
 def _requested_speed(before: Moves, after: Moves, machine: Machine, turn: Floats) -> Floats:
-    """Return the requested speed on each blend arc, limited to the speed that the axes allow on the whole arc."""
+    """Return the requested speed on each blend arc, limited to a speed that the axes allow everywhere on the arc."""
     requested = np.maximum(before.velocity, after.velocity)
     allowed = _maximum_in_plane(before, after, np.asarray(machine.rapid_velocity))
     # Between two straight moves, the velocity vector moves along one side of a triangle. A speed equal to the height of
@@ -180,8 +182,8 @@ def overlap_speeds(
     """Return the speeds of two overlapping moves, mm/s.
 
     The first value is the speed of the first move when the second starts. The second value is the speed of the second
-    move when the first ends. `half` contains the accelerations of both, mm/s². `shortened` is the share of their
-    lengths that certainly remains.
+    move when the first ends. `half` contains the accelerations of both moves, mm/s². `shortened` is the share of their
+    lengths that remains in any case.
     """
     moves = (before, after)
     reached = [np.minimum(np.sqrt(a * shortened * m.length), m.velocity) for m, a in zip(moves, half, strict=True)]

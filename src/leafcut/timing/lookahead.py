@@ -42,9 +42,9 @@ _BLOCK = 1 << 13
 
 
 class MotionSegments(NamedTuple):
-    """Moves and corner arcs in order of motion: mm, mm/s, mm/s².
+    """Moves and corner arcs in the order of motion, in mm, mm/s and mm/s².
 
-    `join` is the speed limit at the end of a segment, and `move` is the index of its move.
+    `join` is the speed limit at the end of a segment, and `move` is the index of the move to which the segment belongs.
     """
 
     length: Floats
@@ -55,7 +55,9 @@ class MotionSegments(NamedTuple):
 
 
 def move_seconds(moves: Moves, machine: Machine, style: str) -> Floats:
-    """Return the time of each move and of the arc in the corner after it, s, for the styles linuxcnc and round."""
+    """Return the time of each move, including the arc in the corner after it, s, for the corner styles linuxcnc and
+    round.
+    """
     if not len(moves):
         return np.zeros(0)
     # Straight moves have radius 0 and reversals have width 0; the results of these divisions are discarded.
@@ -152,7 +154,7 @@ def _overlap_seconds(moves: Moves, follows: NDArray[np.bool_], velocity: Floats,
 
 
 def travel_seconds(pieces: MotionSegments, depth: int, n_moves: int | None = None) -> Floats:
-    """Return the time of each move from its motion segments, s, with a look-ahead of `depth` segments."""
+    """Return the time of each move, s, from its motion segments, with a look-ahead of `depth` segments."""
     length, velocity, acceleration = np.maximum(pieces.length, 0.0), pieces.velocity, pieces.acceleration
     limit = np.minimum(pieces.join, velocity)
     limit[:-1] = np.minimum(limit[:-1], velocity[1:])

@@ -1,6 +1,6 @@
 """The moves of a toolpath as columns: length, direction, speed, and other data for the look-ahead.
 
-Rows that do not move the tool are omitted. They only determine where a move must end at rest.
+Rows that do not move the tool are omitted. They only determine which moves must end at rest.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _FLOWING = (Kind.BLENDING, Kind.TORCH, Kind.HEIGHT)
 
 @dataclass(frozen=True, eq=False)
 class Moves:
-    """Moves in order, with one entry per move: mm, mm/s, mm/s².
+    """Moves in order, one entry per move, in mm, mm/s and mm/s².
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Moves:
     turn
         Geometry of arcs and helices.
     mode, tolerance
-        End mode (`REST`, `EXACT` or `BLEND`), and P of G64, mm, 0 without P.
+        End mode (`REST`, `EXACT` or `BLEND`), and P of G64, mm; 0 without P.
     flushed
         Whether the machine stops before the next move to execute another command.
     """
@@ -107,13 +107,15 @@ class Corners(NamedTuple):
     speed
         Maximum speed at the corner, mm/s: 0 for a stop, infinite if an arc rounds the corner and limits the speed.
     arc_length, arc_speed, arc_acceleration
-        Length, mm, maximum speed, mm/s, and acceleration, mm/s², of the arc in the corner; length 0 for no arc.
+        Length, mm, maximum speed, mm/s, and acceleration, mm/s², of the arc in the corner; the length is 0 without an
+        arc.
     trim
         Length that the arc removes from both adjacent moves, mm.
     held_back
         Share of the acceleration that both adjacent moves reserve for the bend.
     overlapped
-        Whether the next move starts while this move decelerates, each with half the acceleration.
+        Whether the next move starts while the move before the corner decelerates. Each of them then has half the
+        acceleration.
     """
 
     speed: Floats
@@ -173,7 +175,7 @@ def moves_of(
 
 
 def _merge_moves(steps: MovingRows, turns: Turns) -> MovingRows:
-    """Merge straight moves of equal feed, and replace shallow arcs by chords, as G64 allows.
+    """Merge straight moves with equal feeds, and replace shallow arcs by chords, as G64 allows.
 
     Source: LinuxCNC documentation, G64 ("naive CAM detector", which also applies to arcs in the XY plane).
     """

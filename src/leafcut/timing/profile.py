@@ -6,8 +6,8 @@ because the mean velocity of both ramps is v/2: t = d/v + v/a. Otherwise, the mo
 deceleration halfway: d/2 = a (t/2)²/2, so t = 2 √(d/a). Both times are equal at d = v²/a.
 
 On a straight move along a unit vector u, axis i stays within v_i and a_i if v = min v_i/|u_i| and a = min a_i/|u_i|.
-With δ = d u, two numbers are sufficient: cruise = d/v = max |δ_i|/v_i and ramp = d/a = max |δ_i|/a_i. The time is t =
-cruise + ramp/cruise if cruise² ≥ ramp, else t = 2 √ramp.
+With δ = d u, two quantities are sufficient: cruise = d/v = max |δ_i|/v_i and ramp = d/a = max |δ_i|/a_i. The time is t
+= cruise + ramp/cruise if cruise² ≥ ramp, else t = 2 √ramp.
 
 `timing.lookahead` computes the times of moves that pass corners without a stop.
 """
@@ -56,7 +56,7 @@ def move_time(
     Without `feed`, the move is a rapid. On a ``linear`` machine, every axis stays within its velocity and acceleration.
     On a ``dogleg`` machine, the axes move independently, and the slowest axis determines the time. With `feed`, mm/s,
     the move is also limited by the feed and by `max_feed`; a feed that is not positive counts as `max_feed`.
-    `Machine.acceleration_factor` applies to all moves. An unknown delta (NaN) takes no time.
+    `Machine.acceleration_factor` applies to all moves. A move by an unknown distance (NaN) takes no time.
     """
     moved = np.abs(np.nan_to_num(np.asarray(delta, dtype=np.float64)))
     cruise = moved / np.asarray(machine.rapid_velocity)

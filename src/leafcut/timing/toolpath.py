@@ -44,7 +44,7 @@ _MODES = {610: EXACT, 611: REST, 640: BLEND}
 
 
 def corner_style(machine: Machine) -> str:
-    """Return the corner style of a machine: linuxcnc, grbl or round."""
+    """Return the corner style of a machine's controller: linuxcnc, grbl or round."""
     return machine.corners or _STYLES.get(machine.control, "round")
 
 
@@ -86,8 +86,8 @@ def measure_toolpath(
     A planned path is assumed to run in G61, the mode that leafcut writes.
 
     Every tool change takes `tool_change_s`, unless the tool is already in the spindle. When the spindle starts or
-    changes its speed, this takes `spindle_start_s`, or the time of the following dwell if that is longer; both count as
-    ``spindle``. Pauses take no time, because the time of the operator is unknown.
+    changes its speed, this takes `spindle_start_s`, or the time of the following dwell if that is longer; this time
+    counts as ``spindle``. Pauses take no time, because the time of the operator is unknown.
 
     A move with an unknown coordinate takes no time along that axis. The time of a move between program and machine
     coordinates is exact if the `work_offset` of the machine is known. Otherwise, it is estimated from half of the axis
@@ -152,7 +152,8 @@ def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
 def time_rows(
     path: Toolpath, machine: Machine, lines: SentLines | None = None, start: tuple[float, float] | None = None
 ) -> PathTimes:
-    """Return the time of each row. Their sum is the time of `measure_toolpath` for the same `lines` and `start`.
+    """Return the time of each row of a toolpath. The sum of these times equals the time of `measure_toolpath` for the
+    same `lines` and `start`.
 
     Raises PlanError if the expanded cycles have too many moves.
     """
@@ -220,8 +221,8 @@ def _probes_as_feeds(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
     """Replace probe moves by feed moves to the contact point; return the path and a mask of the probe rows, bool[n].
 
     The contact point is assumed to be at the height of the SHIFT row (G92) after the probe, which is the surface of the
-    program. A probe without such a row takes no time, because its length is unknown. In foreign programs, a probe is a
-    FOREIGN row with a feed.
+    program. A probe without such a row takes no time, because its length is unknown. In programs from other CAM
+    systems, a probe move is a FOREIGN row with a feed.
     """
     probes = (path.kind == Kind.PROBE) | ((path.kind == Kind.FOREIGN) & (path.value > 0.0))
     if not probes.any():
@@ -237,7 +238,9 @@ def _probes_as_feeds(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
 def _expand_cycles(
     path: Toolpath, style: str
 ) -> tuple[Toolpath, NDArray[np.int32], NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
-    """Expand all cycles. Return the path, and for each row its original row, its end mode, and P and Q of G64, mm."""
+    """Expand all canned cycles. Return the path, and for each of its rows the original row, the end mode, and P and Q
+    of G64, mm.
+    """
     rows = np.arange(len(path), dtype=np.int32)
     written = expand(replace(path, line=rows))
     source = written.line
@@ -265,7 +268,8 @@ def _displacements(
     """Return the known and the estimated displacement of each row along each axis, float64[n, 3] each, mm.
 
     Each axis is tracked separately, in program or machine coordinates. A work offset, G92, or a block that is not
-    understood changes its position by definition. The first `n_started` axes start at `start`, and z starts at 0.
+    understood may change the coordinates without a move. The first `n_started` axes start at `start`, and z starts at
+    0.
     """
     delta, estimate = np.zeros((len(path), 3)), np.zeros((len(path), 3))
     in_machine = path.kind == Kind.MACHINE
@@ -326,7 +330,9 @@ _DWELL, _IGNORED_ROWS = int(Kind.DWELL), (int(Kind.COOLANT), int(Kind.OFFSET))
 
 
 def _dwell_after(kinds: list[int], row: int) -> int | None:
-    """Return the row of the dwell that follows a row, or None; coolant and length offset rows may be in between."""
+    """Return the row of the dwell that follows a row, or None. Only rows for coolant and length offset may be in
+    between.
+    """
     for after in range(row + 1, len(kinds)):
         if kinds[after] == _DWELL:
             return after

@@ -34,8 +34,8 @@ def travel_metric(
 
     For the objective ``time``, the cost is the time of a rapid in x and y. A move across one of the `zones`, float64[k,
     4], (x0, y0, x1, y1) in mm, also costs two Z rapids by `lift_height_mm`, each from rest to rest. For the objective
-    ``distance``, the cost is the length, mm, plus twice the height for a lift. With a `relief`, a move also costs the
-    rise to its travel height and the descent from it.
+    ``distance``, the cost is the length, mm, plus twice the height of a lift. With a `relief`, the cost of a move also
+    includes the rise to its travel height and the descent from it.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def travel_heights(relief: Relief, xy: Points, dogleg: bool) -> Floats:
     """Return the safe height of the travel move from each position to the next, float64[n - 1], mm.
 
     The move must clear all tiles that it touches. If the axes move independently (`dogleg`), it must clear all tiles in
-    the box between both positions.
+    the rectangle between both positions.
     """
     from leafcut.kernels.cost import DOGLEG, LINEAR, relief_table, way_heights
 
