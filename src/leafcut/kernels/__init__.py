@@ -94,7 +94,7 @@ def listen() -> None:
 def cache_folder() -> Path | None:
     """Return the folder for compiled code, or None if it is not writable.
 
-    It is in ``NUMBA_CACHE_DIR`` or in the user's cache.
+    The folder is in ``NUMBA_CACHE_DIR``, or in the user's cache folder.
     """
     digest = hashlib.sha256()
     for file in sorted(Path(__file__).parent.glob("*.py")):

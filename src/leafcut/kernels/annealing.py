@@ -1,10 +1,11 @@
-"""Ruin and recreate on a path: remove a few clusters, reinsert them at the cheapest positions, and choose their nodes
-again.
+"""Ruin and recreate on a path: remove a few clusters, reinsert them at the cheapest positions, and choose the nodes of
+the affected clusters again.
 
 Source: G. Schrimpf et al., J. Computational Physics 159 (2000) (ruin and recreate); J. Christiaens and G. Vanden
 Berghe, Transportation Science 54 (2020) (removed pieces of the path near a position, blinks on reinsertion); S. L.
 Smith and F. Imeson, Computers & Operations Research 87 (2017) (GLNS: removal and insertion of sets).
-Differs: precedence limits the positions of a cluster; gaps are pruned by the minimum cost between clusters.
+Differs: precedence limits the positions of a cluster, and gaps are skipped if the minimum cost between clusters is too
+high.
 """
 
 from __future__ import annotations
@@ -79,8 +80,8 @@ def remove_piece(layers: Clusters, walk: AntPath, c: int, length: int, count: in
 
 @part
 def close_path(layers: Clusters, walk: AntPath) -> int:
-    """Close the gaps left by removed clusters; return the number of remaining positions. Changes: trial, place,
-    dirty.
+    """Close the gaps that removed clusters left in the path, and return the number of remaining positions. Changes:
+    trial, place, dirty.
     """
     kept, trial, place = 0, walk.trial, walk.place
     gap = False
@@ -105,7 +106,7 @@ def close_path(layers: Clusters, walk: AntPath) -> int:
 def find_gap(
     layers: Clusters, walk: AntPath, c: int, count: int, blink: float, states: NDArray, k: int
 ) -> tuple[int, int]:
-    """Return the cheapest of `count` positions for cluster c, and the node to use there.
+    """Return the cheapest of `count` positions for cluster c, and the node of the cluster to use there.
 
     Each gap that precedence allows is skipped with probability `blink`. Changes: states[k].
     """
@@ -176,7 +177,7 @@ def reinsert_clusters(layers: Clusters, walk: AntPath, count: int, n_removed: in
 
 @part
 def mark_neighbours(walk: AntPath) -> None:
-    """Mark the neighbours of marked positions, `REACH` times. Changes: dirty."""
+    """Mark the neighbours of all marked positions; do this `REACH` times. Changes: dirty."""
     m, dirty = len(walk.trial), walk.dirty
     for _ in range(REACH):
         first, previous = dirty[0], dirty[m - 1]
@@ -215,7 +216,7 @@ def choose_dirty(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> No
 
 @part
 def copy_path(path: NDArray, target: NDArray) -> None:
-    """Copy a path int32[m] with a loop, which allocates no memory. Changes: target."""
+    """Copy a path, int32[m], to `target` with a loop, which allocates no memory. Changes: target."""
     for at in range(len(path)):
         target[at] = path[at]
 
@@ -235,8 +236,8 @@ def anneal(
 ) -> float:
     """Ruin and recreate `steps` times; a path that is longer by x is accepted with probability exp(-x / heat).
 
-    `heat` is multiplied by `cooling` in each step, and its final value is returned. The best path changes only for
-    gains above `min_gain`.
+    `heat` is multiplied by `cooling` in each step, and its final value is returned. The best path changes only if the
+    gain exceeds `min_gain`.
     Changes: walk, states[k].
     """
     costs = walk.costs

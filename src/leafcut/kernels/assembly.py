@@ -8,9 +8,9 @@ depends only on its size.
 
 Source: Y. Nagata and S. Kobayashi, INFORMS J. Computing 25 (2013), section 3 (edge assembly) and section 4.1 (its
 localised form with single AB-cycles).
-Differs: every improving cycle is applied at once, whereas the paper generates 30 children and selects one; cycles
-without a gain of their own are not tried; a subtour is joined near the ends of its pieces; the child is improved by
-sequential exchanges at the touched nodes.
+Differs: every improving cycle is applied at once, whereas the paper generates 30 children and selects one. Cycles
+without a gain of their own are not tried. A subtour is joined to the tour near the ends of its pieces. The child is
+improved by sequential exchanges at the touched nodes.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ JOINS = 16
 
 
 class Assembly(NamedTuple):
-    """Data for assembling tour A, which is in a `Tour`, and tour B; one object per worker.
+    """Data for recombining tour A, which is in a `Tour`, with tour B; each worker has one object.
 
     ====== ================ ==========================================================================
     links  int32[n, 4]      neighbours of every node: 0, 1 in the child, which starts as A; 2, 3 in B
@@ -79,7 +79,7 @@ def fill_links(links: NDArray, tour: NDArray, first: int) -> None:
 
 @part
 def _fill_unused(a: Assembly) -> int:
-    """Find the edges that are in only one tour; return the number of nodes with such edges.
+    """Find the edges that are in only one of the two tours, and return the number of nodes with such edges.
 
     Changes: trail, row ORDER of lists.
     """
@@ -119,7 +119,7 @@ def _follow_random_edge(trail: NDArray, u: int, kind: int, states: NDArray, k: i
 
 @part
 def _random_unused_node(a: Assembly, nodes: int, states: NDArray, k: int) -> int:
-    """Move a random node with an unused edge to the end of ORDER; return the number of remaining nodes, or 0 if none.
+    """Move a random node with an unused edge to the end of ORDER, and return the number of remaining nodes.
 
     Changes: row ORDER of lists, states[k].
     """
@@ -204,7 +204,9 @@ def sort_few(values: NDArray, count: int) -> None:
 
 @part
 def piece_of_position(cut: NDArray, count: int, place: int) -> int:
-    """Return the piece that contains a position. Piece s ends at cut[s]; piece 0 continues after the last cut."""
+    """Return the number of the piece that contains a position. Piece s ends at cut[s]; piece 0 continues after the last
+    cut.
+    """
     low, high = 0, count
     while low < high:
         middle = (low + high) >> 1
@@ -228,7 +230,7 @@ def _is_successor(place: NDArray, u: int, v: int) -> bool:
 
 @part
 def _take_edges(cost: CostModel, place: NDArray, a: Assembly, start: int, stop: int) -> float:
-    """Replace the edges of tour A in an AB-cycle by those of tour B, and return the gain.
+    """Replace the edges of tour A in an AB-cycle by the edges of tour B, and return the gain.
 
     The log then has two entries for each edge of A. Changes: links, log, row CUT of pieces.
     """
@@ -248,7 +250,7 @@ def _take_edges(cost: CostModel, place: NDArray, a: Assembly, start: int, stop: 
 def _piece_end(a: Assembly, place: NDArray, count: int, v: int, removed: int) -> int:
     """Return the number of the end of a piece at node v, where the edge to `removed` was cut.
 
-    It is 2 s at the start of piece s, and 2 s + 1 at its end.
+    The number is 2 s at the start of piece s, and 2 s + 1 at its end.
     """
     return 2 * piece_of_position(a.pieces[CUT], count, place[v]) + (0 if _is_successor(place, removed, v) else 1)
 
@@ -337,9 +339,10 @@ def _join(
 def try_cycle(
     cost: CostModel, node: NDArray, place: NDArray, a: Assembly, candidates: NDArray, lengths: NDArray, cycle: int
 ) -> tuple[float, int]:
-    """Create the child of one cycle in `links`; return its gain, and the length of the log for undoing it.
+    """Create the child of one AB-cycle in `links`. Return its gain, and the length of the log that is needed to undo
+    it.
 
-    The gain is -inf if the cycle has no gain of its own, or if its subtours could not be joined.
+    The gain is -∞ if the cycle has no gain of its own, or if its subtours could not be joined.
     Changes: links, log, pieces.
     """
     start, stop = a.lists[BEGIN, cycle], a.lists[BEGIN, cycle + 1]

@@ -32,13 +32,15 @@ class Bands(NamedTuple):
 
 @part
 def band_at(bands: Bands, y: float) -> int:
-    """Return the band at height y, or the nearest band."""
+    """Return the number of the band at height y, or of the nearest band."""
     return int(min(max(math.floor((y - bands.low) / bands.side), 0.0), len(bands.first) - 2.0))
 
 
 @part
 def first_right_of(bands: Bands, band: int, x: float) -> int:
-    """Return the first point of a band at or to the right of x, or the start of the next band."""
+    """Return the index of the first point of a band at or to the right of x; if there is none, the start of the next
+    band.
+    """
     low, high = bands.first[band], bands.first[band + 1]
     while low < high:
         middle = (low + high) // 2

@@ -1,4 +1,4 @@
-"""Candidate lists: the few neighbours of each node to which an edge is worth considering."""
+"""Candidate lists: for each node, the few neighbours to which an edge is worth considering."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.kernels.neighbours import MOST_TWINS, REST, TWINS, Nearby, Tree, fi
 
 @part
 def _drop_farthest(points: NDArray, distances: NDArray, per_quadrant: int) -> None:
-    """Drop the farthest among the last points of the fullest quadrants. Changes: points."""
+    """Compare the last points of the fullest quadrants, and drop the farthest of them. Changes: points."""
     for c in range(per_quadrant - 1, -1, -1):
         worst = -1
         for quadrant in range(4):
@@ -104,7 +104,8 @@ def fill_directed_candidates(
     lengths: NDArray,
     nearby: Nearby,
 ) -> None:
-    """Fill the list of each query with the nearest goals per quadrant and the nearest overall, except its own goal.
+    """Fill the list of each query with the nearest goals per quadrant and the nearest goals overall, except its own
+    goal.
 
     Symbols: tree, of m goals, with space for one more point after them; goal int32[m], query int32[n], rows of
     `CostModel.xy`. Lists contain the point numbers of the tree. The cost of travel from query to goal is symmetric.
@@ -127,7 +128,9 @@ def fill_directed_candidates(
 
 @part
 def cheapest_unvisited(cost: CostModel, visited: NDArray, i: int) -> int:
-    """Return the unvisited node that is cheapest to reach from i, or -1; all nodes are scanned."""
+    """Return the unvisited node that is cheapest to reach from node i, or -1 if there is none. All nodes are
+    scanned.
+    """
     best, best_d = -1, math.inf
     for j in range(len(visited)):
         if visited[j] == 0:

@@ -12,7 +12,8 @@ MOST_POINTS = 100
 
 @kernel
 def merge_chords(point: NDArray, joins: NDArray, tolerance: NDArray, starts: NDArray) -> int:
-    """Merge straight moves while skipped points are within a tolerance of the chord; return the remaining number.
+    """Merge straight moves as long as all skipped points are within a tolerance of the chord. Return the number of
+    merged moves.
 
     point      float64[m + 1, 3]   mm; move i goes from point i to point i + 1
     joins      bool[m]             move i may be merged with the previous move

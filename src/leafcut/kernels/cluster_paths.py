@@ -1,4 +1,4 @@
-"""Order of clusters with a chosen node per cluster: the data structure of `annealing` and `ordering`.
+"""An order of clusters with a chosen node per cluster: the data structure of `annealing` and `ordering`.
 
 A path is an array of nodes, one per cluster. The cluster of each node is known, so the array also gives the order of
 the clusters. It is a ring: the first position follows the last. An open path has an additional cluster at position 0,
@@ -65,8 +65,8 @@ def ring_length(layers: Clusters, path: NDArray) -> float:
 def choose_nodes_between(layers: Clusters, path: NDArray, first: int, last: int, sums: NDArray, links: NDArray) -> None:
     """Choose the nodes of the clusters at positions first … last again to minimise the length of the path.
 
-    The nodes before and after are fixed. Positions may exceed the end of the array, where the ring continues at its
-    start. Dynamic programming, layer by layer.
+    The nodes before and after these positions are fixed. Positions may exceed the end of the array, where the ring
+    continues at its start. The method is dynamic programming, layer by layer.
     Changes: path; sums float64[2, w] and links int32[m, w], where w is the maximum number of nodes of a cluster.
     Source: M. Fischetti, J. J. Salazar González and P. Toth, Operations Research 45 (1997), section 3.
     """

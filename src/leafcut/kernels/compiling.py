@@ -1,6 +1,6 @@
 """Time to load and compile kernels, number of compilations, and the message on the first run.
 
-This module does not load Numba, so that a file or an option is refused without that delay.
+This module does not load Numba, so that a file or an option is refused without the delay of loading it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Compilations:
     """
 
     def __init__(self, on_start: Callable[[Message], None] = lambda _: None) -> None:
-        """`on_start` receives a message for the user when the first compilation starts."""
+        """Start counting; `on_start` receives a message for the user when the first compilation starts."""
         self.count = 0
         self._on_start = on_start
         self._spent, self._began, self._depth = 0.0, 0.0, 0

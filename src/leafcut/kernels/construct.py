@@ -87,7 +87,7 @@ def _start_tour(
 
 @part
 def _nearest(cost: CostModel, tree: Tree, unvisited: Unvisited, i: int) -> int:
-    """Return the nearest unvisited node, by the tree if nodes have positions, otherwise by a scan."""
+    """Return the nearest unvisited node. It is found with the k-d tree if nodes have positions, otherwise by a scan."""
     if len(tree.x) == 0:
         return cheapest_unvisited(cost, unvisited.visited, i)
     return nearest_unvisited(tree, unvisited.alive, unvisited.visited, i, unvisited.stack)
@@ -103,7 +103,7 @@ def nearest_neighbour_tour(
     tour: NDArray,
     unvisited: Unvisited,
 ) -> None:
-    """Build the tour that always continues to the nearest unvisited node. Changes: tour int32[n], unvisited,
+    """Build the tour that always continues with the nearest unvisited node. Changes: tour int32[n], unvisited,
     states[0].
     """
     n, visited = len(tour), unvisited.visited
@@ -240,10 +240,10 @@ def construct_tour(
     tour: NDArray,
     unvisited: Unvisited,
 ) -> None:
-    """Let one ant build a tour by pheromone and nearness.
+    """Let one ant build a tour, guided by pheromone and nearness.
 
-    In Ant Colony System, the trail of each edge taken decays at once, τ ← (1 − ξ)τ + ξτ0, so it attracts the next ant
-    less.
+    In Ant Colony System, the trail of each edge that the ant takes decays at once, τ ← (1 − ξ)τ + ξτ0, so that it
+    attracts the next ant less.
 
     ========== =============== ==========================================================
     first      int             first node, or -1 for a random one; `second` likewise
@@ -253,7 +253,7 @@ def construct_tour(
     Changes: tour int32[n], states[ant], unvisited; pheromone and weights of the edges if decay.rate > 0.
     Source: Dorigo and Stützle 2004, section 3.8.2 (candidate lists), and 3.4.1, equations 3.10 and 3.12 (decay).
     Differs: if every candidate is visited, the ant goes to the nearest unvisited node, because pheromone is stored only
-    for candidate edges and is therefore equal elsewhere; the ants of an iteration run one after another instead of in
+    for candidate edges and is therefore equal elsewhere. The ants of an iteration run one after another instead of in
     parallel steps.
     """
     for step in range(_start_tour(tree, first, second, states, ant, tour, unvisited), len(tour)):

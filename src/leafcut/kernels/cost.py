@@ -1,4 +1,4 @@
-"""Cost of travel between two nodes."""
+"""The cost of travel between two nodes."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ RELIEF = 7
 
 
 def relief_table(header: tuple[float, ...], tiles: NDArray, heights: NDArray) -> NDArray[np.float64]:
-    """Return the matrix of a relief (`RELIEF`) from its header (x, y, side, velocity, acceleration), tiles, and node
-    heights.
+    """Return the matrix of a relief (`RELIEF`), given its header (x, y, side, velocity, acceleration), its tiles, and
+    the heights of the nodes.
     """
     rows, columns = tiles.shape
     width = max(columns, RELIEF)
@@ -60,7 +60,7 @@ def relief_table(header: tuple[float, ...], tiles: NDArray, heights: NDArray) ->
 
 
 class CostModel(NamedTuple):
-    """Input of `travel`. It has few fields, because a kernel that is not inlined receives a copy of every field.
+    """Input of `travel`. It has few fields, because a kernel that is not inlined copies every field.
 
     ============== ============== ==========================================================================
     code           int            metric, see the constants above
@@ -96,8 +96,8 @@ class CostModel(NamedTuple):
 
 @part
 def rest_to_rest(distance: float, velocity: float, acceleration: float) -> float:
-    """Return the time of a move from rest to rest, s; the velocity profile is a triangle if it is short, else a
-    trapezoid.
+    """Return the time of a move from rest to rest, s. The velocity profile of a short move is a triangle, that of a
+    longer move a trapezoid.
     """
     ramp = velocity * velocity / acceleration
     if distance < ramp:
@@ -195,7 +195,7 @@ def overlaps(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float)
 def distance(
     code: int, xi: float, yi: float, xj: float, yj: float, vx: float, vy: float, ax: float, ay: float, per_mm: float
 ) -> float:
-    """Return the cost between two points by the metric alone."""
+    """Return the cost of travel between two points according to the metric alone."""
     dx, dy = abs(xi - xj), abs(yi - yj)
     if code == EUCLIDEAN:
         return math.sqrt(dx * dx + dy * dy)
@@ -212,7 +212,9 @@ def distance(
 
 @part
 def highest_of_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the maximum safe height of the tiles that the bounding box of two points touches, or −∞ for none."""
+    """Return the maximum safe height of the tiles that the bounding box of two points touches, or −∞ if it touches
+    none.
+    """
     x0, y0, side, above = table[0, 0], table[0, 1], table[0, 2], 1 + int(table[0, 5])
     first_c = max(math.floor((min(xi, xj) - x0) / side), 0)
     last_c = min(math.floor((max(xi, xj) - x0) / side), int(table[0, 6]) - 1)
@@ -227,7 +229,7 @@ def highest_of_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -
 
 @part
 def highest_of_line(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the maximum safe height of the tiles that a straight move touches, or −∞ for none.
+    """Return the maximum safe height of the tiles that a straight move touches, or −∞ if it touches none.
 
     In each row of tiles, the move touches the columns between its entry and its exit. The range is widened slightly, so
     that no tile is missed because of rounding.
@@ -337,9 +339,9 @@ def is_straight(cost: CostModel) -> bool:
 
 @part
 def straight(xy: NDArray, code: int, i: int, j: int) -> float:
-    """Return the same cost as `travel` if costs are straight; this function is short enough to be inlined.
+    """Return the same cost as `travel` if `is_straight` holds. This function is short enough to be inlined.
 
-    A call passes all fields of the cost model, which slowed down local search by a quarter.
+    A call of `travel` passes all fields of the cost model, which slowed down local search by a quarter.
     """
     dx, dy = xy[i, 0] - xy[j, 0], xy[i, 1] - xy[j, 1]
     length = math.sqrt(dx * dx + dy * dy)
@@ -352,7 +354,7 @@ def straight(xy: NDArray, code: int, i: int, j: int) -> float:
 
 @kernel
 def tour_cost(cost: CostModel, tour: NDArray) -> float:
-    """Return the cost of the closed tour int32[n], without tied edges."""
+    """Return the cost of a closed tour, int32[n], without tied edges."""
     total = 0.0
     for k in range(len(tour)):
         step = travel(cost, tour[k], tour[k - 1])
@@ -363,7 +365,7 @@ def tour_cost(cost: CostModel, tour: NDArray) -> float:
 
 @kernel
 def way_heights(code: int, xy: NDArray, table: NDArray, heights: NDArray) -> None:
-    """Compute the travel height from each of the nodes float64[n, 2] to the next, given their `relief_table`.
+    """Compute the travel height from each node (`xy`: float64[n, 2]) to the next node, given their `relief_table`.
 
     Changes: heights float64[n - 1], mm.
     """
@@ -373,6 +375,6 @@ def way_heights(code: int, xy: NDArray, table: NDArray, heights: NDArray) -> Non
 
 @kernel
 def edge_costs(cost: CostModel, leave: NDArray, arrive: NDArray, costs: NDArray) -> None:
-    """Compute the travel costs from leave[e] to arrive[e], int32[m] each. Changes: costs float64[m]."""
+    """Compute the travel cost of each edge from leave[e] to arrive[e], int32[m] each. Changes: costs float64[m]."""
     for e in range(len(leave)):
         costs[e] = travel(cost, leave[e], arrive[e])

@@ -37,8 +37,8 @@ INVERSIONS = 2
 
 @kernel
 def edges_apart(tour: NDArray, second: NDArray, place: NDArray) -> int:
-    """Return the number of edges of a tour int32[h] that are not in `second`; `place` int32[h] is the inverse of
-    `second`.
+    """Return the number of edges of a tour, int32[h], that are missing in `second`. `place`, int32[h], is the inverse
+    of `second`.
     """
     h, count = len(tour), 0
     for k in range(h):
@@ -61,8 +61,9 @@ def longest_edge(costs: NDArray, tour: NDArray) -> float:
 def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int, states: NDArray, k: int) -> float:
     """Try `moves` inversions of random runs one after the other; keep those that do not lengthen the tour.
 
-    Return the gain. An inversion needs four table lookups. Usually one is enough, because the first new edge alone is
-    longer than both removed edges together. Equal length is accepted; otherwise no move would succeed on grids.
+    Return the gain. An inversion needs four table lookups. Usually one lookup is enough, because the first new edge
+    alone is longer than both removed edges together. Equal length is accepted; otherwise no move would succeed on
+    grids.
 
     ======= ============= ==================================================================
     costs   float32[h, h] costs of all edges; half the memory gives twice as many inversions per second
@@ -143,7 +144,7 @@ def move_pairs(
     kept: NDArray,
     kept_lengths: NDArray,
 ) -> None:
-    """Move all pairs of fireflies (i, j), start <= i < stop, i <= j < n; keep the n shortest results.
+    """Move all pairs of fireflies (i, j) with start <= i < stop and i <= j < n, and keep the n shortest results.
 
     A pair makes β0 moves, each from the current tour of its firefly: β moves of one firefly, then the remaining moves
     of the other firefly. A long inversion reverses the run between two random positions. A short inversion has
@@ -218,7 +219,8 @@ def insert_result(kept: NDArray, kept_lengths: NDArray, f: int, first: int, last
 
 @kernel
 def apply_results(cost: CostModel, tours: NDArray, kept: NDArray, moved: NDArray, lengths: NDArray) -> None:
-    """Write the tours of the results `kept` int32[m, 3] to the first rows of `moved`, and the lengths of all its tours.
+    """Write the tours of the results `kept`, int32[m, 3], to the first rows of `moved`, and compute the lengths of all
+    tours in `moved`.
 
     Changes: moved int32[n, h], lengths float64[n].
     """
@@ -259,10 +261,10 @@ def fly_and_mend(
     states: NDArray,
     k: int,
 ) -> float:
-    """Make `moves` moves, each of which consists of `INVERSIONS` nearby inversions and local search at the touched
-    nodes.
+    """Make `moves` moves of a firefly. A move consists of `INVERSIONS` nearby inversions, followed by local search at
+    the touched nodes.
 
-    A move that lengthens the tour is undone. Return the gain. Symbols: candidates, lengths, breadth as in
+    A move that lengthens the tour is undone. Return the gain. Symbols: candidates, lengths and breadth as in
     `lin_kernighan.find_move`; longest as in `fly`.
     Changes: tour, states[k].
     """

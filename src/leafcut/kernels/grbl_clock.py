@@ -1,8 +1,9 @@
-"""Simulation of GRBL 1.1 for cycle times: a processor that reads lines, plans blocks and divides them into segments.
+"""Simulation of GRBL 1.1 to compute cycle times: its processor reads lines, plans blocks and divides them into
+segments.
 
 The main program does one thing at a time. A line is read when its last byte has arrived over the serial line. Its moves
 become blocks of the planner, which holds 15; a full planner delays the line. At certain points, the main program
-prepares segments of the oldest block, up to 5 ahead. A motion starts when the planner is full, when no input is
+prepares up to 5 segments of the oldest block in advance. A motion starts when the planner is full, when no input is
 waiting, or when a command waits for the machine to stop. The last planned block ends at rest. If the planner has few
 blocks because lines arrive slowly, the machine moves no faster than it can stop within them.
 
@@ -85,7 +86,7 @@ class Board(NamedTuple):
 
 
 def new_board(n_items: int, byte_s: float, lock_s: float, pace: float) -> Board:
-    """Return a board at rest for `n_items` items."""
+    """Return a board at rest with memory for the end times of `n_items` items."""
     state, count = np.zeros(N_STATE), np.zeros(N_COUNT, dtype=np.int64)
     state[SHARE] = 1.0
     memory = (np.zeros((PLACES, N_COLUMNS)), state, count, np.zeros(SEGMENTS), np.zeros((2, 3)), np.zeros(3))
@@ -94,7 +95,7 @@ def new_board(n_items: int, byte_s: float, lock_s: float, pace: float) -> Board:
 
 @part
 def _spend_time(board: Board, seconds: float) -> None:
-    """Let the main program work for a given time; it works more slowly while the motors run."""
+    """Let the main program of the board work for a given time. It works more slowly while the motors run."""
     board.state[NOW] += board.pace * seconds / (board.state[SHARE] if board.counts[RUNNING] else 1.0)
 
 
@@ -182,7 +183,7 @@ def _cut_segment(board: Board) -> None:
 
 @part
 def _prepare_segments(board: Board) -> None:
-    """Prepare segments while there is space; detect whether the motors have run out of segments."""
+    """Prepare segments while there is space for them, and detect whether the motors have run out of segments."""
     state, count = board.state, board.counts
     while count[RUNNING]:
         if state[NOW] > state[ENDS]:
@@ -248,8 +249,8 @@ def _wait_for_free_block(board: Board) -> None:
 def _plan_blocks(board: Board) -> int:
     """Replan after a block was added, and return the number of blocks visited.
 
-    This is a backward pass from the last block, which ends at rest, to the first block that may change, followed by a
-    forward pass.
+    A backward pass goes from the last block, which ends at rest, to the first block that may change. A forward pass
+    follows.
     """
     ring, state, count = board.ring, board.state, board.counts
     first, last = max(count[FIXED], count[DONE]), count[PLANNED] - 1

@@ -1,4 +1,4 @@
-"""Greedy tour: add the cheapest edges first, provided that they can belong to a tour.
+"""Build a greedy tour: add the cheapest edges first, provided that they can belong to a tour.
 
 Edges come from neighbour lists and form fragments, which are paths whose inner nodes have both their edges. The ends of
 the fragments are joined in the same way, with new lists of only the ends, until one path remains.
@@ -10,7 +10,7 @@ beside  int32[n, 2]      neighbours of a node in its fragment, -1 for none
 ======= ================ ======================================================================================
 
 Source: J. L. Bentley, Fast algorithms for geometric traveling salesman problems, ORSA J. Computing 4 (1992) (greedy).
-Differs: lists and a sort instead of a queue of the nearest ends, which is less work and gives nearly the same edges.
+Differs: sorted lists replace the queue of the nearest ends. This is less work and gives nearly the same edges.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from leafcut.kernels import kernel
 def list_edges(
     candidates: NDArray, lengths: NDArray, nodes: NDArray, tail: NDArray, limit: float, edges: NDArray
 ) -> int:
-    """List all edges that can be added and cost at most `limit`, each once; return their number.
+    """List all edges that can be added and cost at most `limit`, each of them once, and return their number.
 
     ========== ================ ===================================
     candidates int32[rows, k]   neighbours of every row, -1 for none
@@ -63,7 +63,7 @@ def list_edges(
 
 @kernel
 def join(tail: NDArray, neighbours: NDArray, i: int, j: int) -> bool:
-    """Join two nodes if they are ends of different fragments, and return whether they are. Changes: tail,
+    """Join two nodes if they are ends of different fragments, and return whether they were joined. Changes: tail,
     neighbours.
     """
     a, b = tail[i], tail[j]
@@ -95,7 +95,7 @@ def join_edges(
 
 @kernel
 def walk_path(neighbours: NDArray, start: int, tour: NDArray) -> None:
-    """Write the path that starts at a node. Changes: tour int32[n]."""
+    """Write the nodes of the path that starts at a given node to `tour`. Changes: tour int32[n]."""
     previous, node = -1, start
     for step in range(len(tour)):
         tour[step] = node

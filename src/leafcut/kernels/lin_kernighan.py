@@ -59,7 +59,7 @@ ENDS, ORDER, RANK, KEY = 0, 1, 2, 3
 
 
 class Tour(NamedTuple):
-    """A tour being improved, with the state of the search; one object per worker.
+    """A tour during its improvement, with the state of the search; each worker has one object.
 
     ======== =============== ==========================================================================
     node     int32[n]        nodes in the order of the tour
@@ -124,8 +124,8 @@ def predecessor(node: NDArray, place: NDArray, v: int) -> int:
 
 @part
 def reverse(node: NDArray, place: NDArray, first: int, last: int) -> int:
-    """Reverse the nodes at positions first … last (wrapping around if last < first), or the other nodes if these are
-    fewer.
+    """Reverse the nodes at positions first … last (wrapping around if last < first). If there are fewer other nodes,
+    reverse those instead.
 
     Return the number of nodes reversed. Changes: node, place.
     """
@@ -156,8 +156,8 @@ def reverse(node: NDArray, place: NDArray, first: int, last: int) -> int:
 def sort_removed_ends(place: NDArray, move: NDArray, k: int) -> None:
     """Sort the 2k ends of the k removed edges by position, starting directly after the first removed edge.
 
-    Then even ranks start a piece of the tour, and odd ranks end one. In a piece of one node, the node occurs twice,
-    first as the start.
+    In this order, ends with an even rank start a piece of the tour, and ends with an odd rank end a piece. In a piece
+    of one node, the node occurs twice, first as the start.
     Changes: rows ORDER, RANK, KEY of move.
     """
     n = len(place)
@@ -189,7 +189,7 @@ def sort_removed_ends(place: NDArray, move: NDArray, k: int) -> None:
 def next_entered_piece(move: NDArray, rank: int, k: int) -> int:
     """Return the rank at which the new tour enters the next piece, after entering a piece at `rank`.
 
-    It leaves that piece at its other end, which is joined to a partner: t1–t2, t3–t4, …, t(2k-1)–t0.
+    The tour leaves that piece at its other end, which is joined to a partner: t1–t2, t3–t4, …, t(2k-1)–t0.
     """
     i = move[ORDER, rank ^ 1]
     if i == 0:
@@ -213,9 +213,10 @@ def is_one_tour(place: NDArray, move: NDArray, k: int) -> bool:
 
 @part
 def make_move(tour: Tour, k: int) -> bool:
-    """Make the move, whose ends are sorted: keep the longest piece, and write the other pieces after it.
+    """Make a move whose ends are sorted: keep the longest piece of the tour, and write the other pieces after it.
 
-    Return whether there was space for it. Otherwise nothing changes, and counts[3] is set if a log is kept.
+    Return whether there was space for the move. If not, the tour does not change, and counts[3] is set if a log is
+    kept.
     Changes: node, place, log, counts, buffer.
     """
     node, place, move = tour.node, tour.place, tour.move
@@ -313,7 +314,9 @@ def neighbours_of_position(node: NDArray, at: int) -> tuple[int, int]:
 
 @part
 def steps_between(at: int, start: int, direction: int, n: int) -> int:
-    """Return the number of positions from `start` to `at`, forward for direction 0 and backward for 1."""
+    """Return the number of positions from `start` to `at`, counted forward for direction 0 and backward for direction
+    1.
+    """
     r = at - start if direction == 0 else start - at
     return r if r >= 0 else r + n
 
@@ -342,7 +345,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
 
     Nested loops, one per edge, are a quarter faster than one loop with a stack. Whether a move yields a single tour is
     looked up by a key (`LEAVES_3`) to which each edge adds bits. This is a sixth faster than sorting the ends of all
-    moves with a gain, of which one in nine yields a single tour.
+    moves with a gain, because only one in nine of them yields a single tour.
 
     ========== =============== ==========================================================
     candidates int32[n, k]     neighbours of every node, nearest first, -1 for none
@@ -495,7 +498,7 @@ def improve_queued(
 ) -> float:
     """Make improving moves at the queued nodes, and return the gain.
 
-    The search ends when the queue is empty, the log is full, or `max_nodes` are examined. Changes: tour.
+    The search ends when the queue is empty, the log is full, or `max_nodes` nodes have been examined. Changes: tour.
     """
     total = 0.0
     examined = 0

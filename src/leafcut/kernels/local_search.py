@@ -1,7 +1,7 @@
-"""2-opt and Or-opt on candidate lists with a queue of nodes to examine.
+"""Local search by 2-opt and Or-opt moves on candidate lists, with a queue of nodes to examine.
 
-All moves consist of a single primitive, a 2-opt exchange given by its four nodes, which reverses the shorter side.
-Therefore the direction of the array never matters.
+All moves are composed of a single primitive: a 2-opt exchange, given by its four nodes, which reverses the shorter side
+of the tour. Therefore the direction of the array never matters.
 """
 
 from __future__ import annotations
@@ -129,9 +129,11 @@ def _move_run(node: NDArray, place: NDArray, p: int, a: int, e: int, q: int, c: 
 
 @kernel
 def improve(cost: CostModel, tour: Tour, candidates: NDArray, max_moves: int) -> int:
-    """Improve the tour at the queued nodes until the queue is empty or `max_moves` are made; return the number made.
+    """Improve the tour at the queued nodes until the queue is empty or `max_moves` moves have been made. Return the
+    number of moves.
 
-    A node leaves the queue if no move at it improves the tour (its don't-look bit). The ends of each move enter it.
+    A node leaves the queue if no move at this node improves the tour (its don't-look bit). The ends of each move enter
+    the queue.
     Changes: tour.
     Source: J. L. Bentley, Fast algorithms for geometric travelling salesman problems, ORSA J. Computing 4 (1992).
     """

@@ -5,8 +5,8 @@ tour would first become longer on the way out of a cluster. Therefore one end ta
 to a candidate of the walking end, and removes the edge before that candidate. The node that loses this edge is the new
 end. The steps after the best position are undone.
 
-Source: S. Lin and B. W. Kernighan, Operations Research 21 (1973), section 1 (the step, the gain criterion, and that an
-added edge is not removed again).
+Source: S. Lin and B. W. Kernighan, Operations Research 21 (1973), section 1 (the step, the gain criterion, and the rule
+that an added edge is not removed again).
 Differs: the candidate that gives the shortest tour is used.
 """
 
@@ -23,7 +23,7 @@ from leafcut.kernels.lin_kernighan import Tour, predecessor, push_to_queue, reve
 
 @part
 def _step(tour: Tour, fixed: int, moving: int, target: int) -> int:
-    """Replace the edge fixed–moving and the edge before `target` by moving–target and an edge to the new end.
+    """Replace the edge fixed–moving and the edge before `target` by the edge moving–target and an edge to the new end.
 
     The new end, which is next to `fixed`, is the node before `target`. Return the number of positions written. Changes:
     node, place.
@@ -46,8 +46,8 @@ def _walk_end(
     moving: int,
     places: int,
 ) -> tuple[float, int]:
-    """Let one end of an edge walk; return the gain of the remaining steps, and the remaining number of `places` to
-    write.
+    """Let one end of an edge walk. Return the gain of the steps that are kept, and the number of `places` that may
+    still be written.
 
     Changes: tour, joined_to, steps.
     """

@@ -1,4 +1,4 @@
-"""A k-d tree over the nodes: nearest neighbours per quadrant, and the nearest unvisited node.
+"""A k-d tree over the nodes, which finds the nearest neighbours per quadrant and the nearest unvisited node.
 
 Points are numbered in the order of the leaves, so that each leaf is contiguous in memory, and points with similar
 numbers are close to each other. Points at the same position ("twins") have consecutive numbers.
@@ -51,7 +51,7 @@ class Tree(NamedTuple):
 
 
 class Nearby(NamedTuple):
-    """Result of a search by quadrant: rows of points, nearest first; one object per worker.
+    """Result of a search by quadrant: rows of points, nearest first. Each worker has one object.
 
     ====== ============= ============================================================================================
     found  int32[6, w]   points by quadrant, other points (row REST), and twins (row TWINS); -1 for none
@@ -104,7 +104,7 @@ def _select(u: NDArray, v: NDArray, label: NDArray, low: int, high: int, middle:
 
 @part
 def _split(u: NDArray, v: NDArray, label: NDArray, start: int, stop: int) -> int:
-    """Split the run of points near its middle by u, with equal values on the same side; return the start of the right
+    """Split a run of points near its middle by u, with equal values on the same side. Return the start of the right
     part.
 
     Changes: u, v, label.
@@ -129,7 +129,9 @@ def _split(u: NDArray, v: NDArray, label: NDArray, start: int, stop: int) -> int
 
 @part
 def _sort_leaf(x: NDArray, y: NDArray, label: NDArray, start: int, stop: int) -> None:
-    """Sort a few points by position, then by label, so that twins are consecutive. Changes: x, y, label."""
+    """Sort a few points by position, then by label, so that points at the same position are consecutive. Changes: x, y,
+    label.
+    """
     for i in range(start + 1, stop):
         j = i
         while j > start and (
@@ -233,7 +235,7 @@ def _scan(
     per_quadrant: int,
     capacity: int,
 ) -> int:
-    """Record the points of a run that are among the nearest in their quadrant, and other points if there is space.
+    """Record those points of a run that are among the nearest in their quadrant, and other points if there is space.
 
     Of points at the same position, only the first and the last are examined. Returns the space that remains for other
     points. Changes: points, distances.
@@ -288,7 +290,9 @@ def _set_limits(points: NDArray, distances: NDArray, per_quadrant: int, capacity
 
 @part
 def _reaches(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> bool:
-    """Return whether a box extends into a quadrant around (x, y) within its limit, or may contain a twin."""
+    """Return whether a box extends into a quadrant around (x, y) within the limit of the quadrant, or may contain a
+    point at the same position.
+    """
     d = squared_gap(box, node, x, y)
     if d >= limit[REST]:
         return False
@@ -348,7 +352,7 @@ def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -
 
 @part
 def remove(tree: Tree, alive: NDArray, i: int) -> None:
-    """Remove point i from the counts. Changes: alive int32[m]."""
+    """Remove point i from the counts of unvisited points in the tree. Changes: alive int32[m]."""
     node = tree.leaf_of[i]
     while node >= 0:
         alive[node] -= 1
@@ -357,7 +361,7 @@ def remove(tree: Tree, alive: NDArray, i: int) -> None:
 
 @part
 def nearest_unvisited(tree: Tree, alive: NDArray, visited: NDArray, i: int, stack: NDArray) -> int:
-    """Return the unvisited point nearest to point i, or -1 if all are visited.
+    """Return the unvisited point nearest to point i, or -1 if all points have been visited.
 
     Symbols: alive int32[m], number of unvisited points below each tree node; visited uint8[n].
     Changes: stack int32[64].

@@ -116,7 +116,7 @@ def _replace_heap_top(heap: NDArray, place: NDArray, key: NDArray, size: int, no
 def sparse_tree(graph: Graph, penalty: NDArray, root: int, work: TreeScratch) -> float:
     """Find the minimum spanning tree of a connected graph under penalties, and return its penalised cost.
 
-    Nodes without edges are left out. Changes: work.parent, key, heap, place.
+    Nodes without edges are not part of the tree. Changes: work.parent, key, heap, place.
     Source: R. C. Prim, Bell System Technical Journal 36 (1957).
     """
     parent, key, heap, place = work.parent, work.key, work.heap, work.place
@@ -170,7 +170,8 @@ def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[
 def close_tree(spokes: NDArray, hub: int, tied: int, root: int, penalty: NDArray, work: TreeScratch) -> float:
     """Complete the spanning tree in `work` to a 1-tree, count its degrees, and return the cost to be added.
 
-    The cost consists of both edges of the hub, minus the total of the penalties in every tour. The hub has no penalty.
+    This cost consists of both edges of the hub, minus the total of the penalties, which is the same in every tour. The
+    hub has no penalty.
     Changes: work.excess, which is 0 at the hub.
     """
     a, b = two_spokes(spokes, penalty, hub, tied)
@@ -222,7 +223,7 @@ def join_sets(
 
 @part
 def penalty_direction(sets: Sets, n: int, excess: NDArray) -> float:
-    """Convert the excess of nodes to a direction for their penalties; return the inner product of both.
+    """Convert the excess of nodes to a direction for their penalties. Return the inner product of excess and direction.
 
     Each set moves by its excess times its width, together with its nodes.
     Changes: excess float64[2n].
@@ -256,7 +257,8 @@ def climb(
     best_value: float,
     work: TreeScratch,
 ) -> float:
-    """Take the steps first … last - 1 of `steps` from `penalty`, keep the best penalties, and return their value.
+    """Take the steps first … last - 1 of `steps` in total, starting from `penalty`. Keep the best penalties, and return
+    their value.
 
     A step follows the excess of the minimum 1-tree. Its length would close the gap to `upper`, the cost of a tour, if
     the value increased linearly. The steps decrease to zero.

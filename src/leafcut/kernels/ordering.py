@@ -74,12 +74,13 @@ def construct_order(
     missing: NDArray,
     order: NDArray,
 ) -> None:
-    """Construct one order; if `local_rate` is above 0, the trail of each step taken decays towards `initial`.
+    """Construct one order of clusters. If `local_rate` is above 0, the trail of each step that is taken decays towards
+    `initial`.
 
     Symbols: pheromone, nearness (η^β), weights (τ^α·η^β) float64[m, m]; missing int32[m] is a work array.
     Changes: order int32[m], missing, states[k]; pheromone and weights if `local_rate` > 0.
     Source: Dorigo and Stützle 2004, equations 3.2, 3.10 and 3.12.
-    Differs: only clusters whose predecessors are all in the order are drawn.
+    Differs: a cluster is drawn only if all its predecessors are already in the order.
     """
     m, last = len(order), NONE
     for c in range(m):
@@ -101,9 +102,9 @@ def construct_order(
 
 @kernel
 def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, sums: NDArray, links: NDArray) -> float:
-    """Choose the best node of each cluster in an order int32[m], and return the length of the ring.
+    """Choose the best node of each cluster in an order, int32[m], and return the length of the closed path.
 
-    The result is exact: the ring is cut at its smallest cluster, whose nodes are all tried.
+    The result is exact: the path is cut at its smallest cluster, and all nodes of this cluster are tried.
     Changes: path, trial int32[m]; sums and links as in `choose_nodes_between`.
     """
     m, cut = len(order), 0
@@ -129,7 +130,9 @@ def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, 
 
 @part
 def may_invert(layers: Clusters, order: NDArray, place: NDArray, first: int, last: int) -> bool:
-    """Return whether the positions first … last of an order may be inverted, that is, contain no precedence pair."""
+    """Return whether the positions first … last of an order may be inverted, which requires that they contain no
+    precedence pair.
+    """
     for at in range(first, last):
         c = order[at]
         for e in range(layers.after_begin[c], layers.after_begin[c + 1]):
@@ -164,8 +167,8 @@ def invert_runs(
 
 @kernel
 def steps_apart(order: NDArray, place: NDArray) -> int:
-    """Return the number of steps of an order int32[m] that are missing in another order, whose positions are `place`
-    int32[m].
+    """Return the number of steps of an order, int32[m], that are missing in another order. `place`, int32[m], contains
+    the position of each cluster in the other order.
     """
     count = 0
     for index in range(1, len(order)):

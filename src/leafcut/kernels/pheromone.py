@@ -1,7 +1,7 @@
-"""Pheromone on candidate edges: evaporation, deposit, and the weights by which ants choose.
+"""Pheromone on candidate edges: evaporation, deposit, and the weights from which ants choose.
 
 `pheromone[i, c]` belongs to the edge from node i to its c-th candidate. An edge in the lists of both its nodes has two
-equal entries. The memory is n·k instead of n².
+equal entries. The memory is proportional to n·k instead of n².
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def evaporate(pheromone: NDArray, rate: float, lowest: float) -> None:
 def deposit(
     candidates: NDArray, tour: NDArray, kept: float, amount: float, highest: float, one_way: bool, pheromone: NDArray
 ) -> None:
-    """Change each edge of the closed tour to τ ← kept·τ + amount, at most to `highest`.
+    """Change the pheromone of each edge of a closed tour to τ ← kept·τ + amount, but not above `highest`.
 
     If `one_way`, only edges in the direction of the tour change.
     Changes: pheromone.
@@ -77,7 +77,8 @@ def wear_edge(
     i: int,
     c: int,
 ) -> None:
-    """Decay one trail towards `initial`, τ ← (1 − ξ)τ + ξτ0, and update its weight. Changes: pheromone, weights.
+    """Let the pheromone on one edge decay towards `initial`, τ ← (1 − ξ)τ + ξτ0, and update the weight of the edge.
+    Changes: pheromone, weights.
 
     Source: Dorigo and Stützle 2004, equation 3.12 (local update of Ant Colony System).
     """
@@ -91,9 +92,9 @@ def branching_factor(candidates: NDArray, pheromone: NDArray, share: float) -> f
     """Return the mean number of edges per node with a trail τ ≥ τ_min + λ·(τ_max − τ_min).
 
     τ_min and τ_max are the smallest and the largest trail of the node, and λ is `share`. When the ants converge, the
-    value falls from the length of the lists to 2. Source: Dorigo and Stützle 2004, section 3.3.4 (mean λ-branching
-    factor; λ = 0.05 there). Differs: only edges in the candidate lists count; with full lists, all edges. An entry that
-    leads back to its own node is ignored.
+    factor falls from the length of the candidate lists to 2. Source: Dorigo and Stützle 2004, section 3.3.4 (mean
+    λ-branching factor; λ = 0.05 there). Differs: only edges in the candidate lists count; with full lists, all edges.
+    An entry that leads back to its own node is ignored.
     """
     total, nodes = 0, 0
     for i in range(candidates.shape[0]):

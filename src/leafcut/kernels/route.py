@@ -1,4 +1,4 @@
-"""A directed path being improved: exchanges and undo.
+"""A directed path during its improvement: exchange pieces of the path, and undo exchanges.
 
 The path is an array with an anchor at position 0 (the depot of an open path), treated as a circle: the first position
 follows the last. An exchange cuts it after up to three positions p < q < r into A = … p, B = p + 1 … q, C = q + 1 … r
@@ -32,7 +32,7 @@ CHOICE = -2
 
 
 class Route(NamedTuple):
-    """A path being improved, with the state of the search; one object per worker.
+    """A path during its improvement, with the state of the search; each worker has one object.
 
     ======== =============== ==========================================================================
     node     int32[n]        nodes in the order of the path
@@ -68,7 +68,7 @@ class Route(NamedTuple):
 
 
 class Lists(NamedTuple):
-    """Candidates of every node in one direction of the path, cheapest first; -1 and infinite for none.
+    """Candidates of every node in one direction of the path, cheapest first. Missing entries are -1 with infinite cost.
 
     ========= ============== ===================================================
     near      int32[n, c]    nodes that are cheap to reach from a node
@@ -85,7 +85,7 @@ class Lists(NamedTuple):
 
 
 class Rules(NamedTuple):
-    """Data that are constant during the improvement of a path.
+    """Data that do not change during the improvement of a path.
 
     ============ ============= ==================================================================================
     after_begin  int32[n + 1]  successors of node v: after[after_begin[v] … after_begin[v+1] - 1]
@@ -151,7 +151,9 @@ def recompute_bias(cost: CostModel, route: Route) -> None:
 
 @part
 def keeps_order(route: Route, rules: Rules, p: int, q: int, r: int, swapped: bool, b: bool, c: bool) -> bool:
-    """Return whether precedence holds after an exchange in which the pieces are swapped, and B or C is reversed."""
+    """Return whether the path satisfies the precedence after an exchange; `swapped`, `b` and `c` state whether the
+    pieces are swapped, and whether B and C are reversed.
+    """
     node, place, after_begin, after = route.node, route.place, rules.after_begin, rules.after
     if len(after) == 0:
         return True
@@ -177,7 +179,9 @@ def keeps_order(route: Route, rules: Rules, p: int, q: int, r: int, swapped: boo
 
 @part
 def log_exchange(route: Route, p: int, r: int) -> bool:
-    """Log the nodes at the positions p + 1 … r; return whether there was space. Changes: log, counts."""
+    """Write the nodes at the positions p + 1 … r to the log, and return whether there was space for them. Changes: log,
+    counts.
+    """
     log, top = route.log, route.counts[2]
     if len(log) == 0:
         return True
@@ -224,7 +228,9 @@ def make_exchange(cost: CostModel, route: Route) -> bool:
 
 @part
 def visit_cost(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> float:
-    """Return the cost of travel to node v, of its option with the entry row `row`, and of travel to the next node."""
+    """Return the sum of three costs: travel to node v, its option with the entry row `row`, and travel to the next
+    node.
+    """
     index = route.place[v]
     u, w = route.node[index - 1], route.node[index + 1 if index + 1 < len(route.node) else 0]
     arrival, departure = travel(cost, route.leave[u], row), travel(cost, row + rules.beyond[0], route.enter[w])
@@ -276,7 +282,9 @@ def choose_option(cost: CostModel, route: Route, rules: Rules, v: int, min_gain:
 
 @part
 def undo_exchanges(cost: CostModel, route: Route, rules: Rules) -> None:
-    """Undo the log, last entry first, and empty it. Changes: node, place, enter, leave, bias, shift, counts."""
+    """Undo all changes in the log, last entry first, and empty the log. Changes: node, place, enter, leave, bias,
+    shift, counts.
+    """
     top, log = route.counts[2], route.log
     while top > 0:
         p, r = log[top - 2], log[top - 1]
@@ -300,8 +308,8 @@ def undo_exchanges(cost: CostModel, route: Route, rules: Rules) -> None:
 def build_cheapest_path(
     cost: CostModel, route: Route, rules: Rules, open_nodes: NDArray, open_index: NDArray, missing: NDArray
 ) -> None:
-    """Build a path from the node at position 0, always continuing to the cheapest node whose predecessors are on the
-    path.
+    """Build a path from the node at position 0 that always continues with the cheapest node whose predecessors are
+    already on the path.
 
     Symbols: open_nodes int32[n], nodes that may come next, without the node at position 0; open_index int32[n], index
     of each node in open_nodes, -1 for the others; missing int32[n], number of predecessors that are not on the path

@@ -4,9 +4,9 @@ Exchanges of two or three edges are found along candidate lists. With the pieces
 
     A C B D,   A B' D,   A C B' D,   A C' B D   or   A B' C' D   (' reversed).
 
-The first does not change any direction; alone, it is the path-preserving exchange of the literature. Precedence is
-checked last, for exchanges with a gain. All functions are written for one direction and used for both, because a
-reversed path is also a path. In the reversed direction, the coordinate of a node is its distance from the anchor
+The first form does not change any direction; it is the path-preserving exchange of the literature. Precedence is
+checked last, and only for exchanges with a gain. All functions are written for one direction and used for both, because
+a reversed path is also a path. In the reversed direction, the coordinate of a node is its distance from the anchor
 against the direction of the path.
 
 Source: L. M. Gambardella and M. Dorigo, INFORMS J. Computing 12 (2000) (path-preserving exchanges of three edges, with
@@ -75,7 +75,7 @@ def coordinate_of(route: Route, v: int, s: int) -> int:
 
 @part
 def node_at(route: Route, x: int, s: int) -> int:
-    """Return the node at coordinate x = 0 … n in direction s; at n, it is the anchor again."""
+    """Return the node at coordinate x = 0 … n in direction s; at x = n, this is the anchor again."""
     n = len(route.node)
     if x == 0 or x == n:
         return int(route.node[0])
@@ -84,7 +84,7 @@ def node_at(route: Route, x: int, s: int) -> int:
 
 @part
 def reversal_cost(route: Route, s: int, x: int, y: int) -> float:
-    """Return the cost that reversing the piece of coordinates x … y adds within the piece."""
+    """Return the cost that is added within the piece at coordinates x … y when the piece is reversed."""
     if route.flags[TWISTED] == 0:
         return 0.0
     n, bias, shift = len(route.bias), route.bias, route.shift
@@ -94,7 +94,9 @@ def reversal_cost(route: Route, s: int, x: int, y: int) -> float:
 
 @part
 def new_edge_cost(cost: CostModel, route: Route, rules: Rules, listed: float, u: int, v: int, s: int) -> float:
-    """Return the cost of travel from u to v, which is the listed cost if nodes have a single option."""
+    """Return the cost of travel from u to v. If nodes have a single option, this is the cost `listed` in the candidate
+    list.
+    """
     if len(rules.way) <= len(route.node):
         return listed
     return leg_cost(cost, route, u, v, s)
@@ -142,8 +144,8 @@ def cut_before(
 ) -> float:
     """Search for an exchange after which the path goes from x0 to c, and which removes the edge that led to c.
 
-    Symbols as in `find_exchange`; gain is that of using the edge to c instead of the edge to t1. Returns the gain of
-    the exchange, which is stored in `move`, or 0. Changes: move.
+    Symbols are as in `find_exchange`. `gain` is the gain of using the edge to c instead of the edge to t1. Returns the
+    gain of the exchange, which is stored in `move`, or 0 if none is found. Changes: move.
     """
     n = len(route.node)
     xc = coordinate_of(route, c, s)
@@ -202,8 +204,8 @@ def cut_after(
     xc: int,
     gain: float,
 ) -> float:
-    """Search for an exchange as in `cut_before`, but for the node at xc > x0 + 1, and remove the edge that led on from
-    it.
+    """Search for an exchange as in `cut_before`, but for the node at coordinate xc > x0 + 1, and remove the edge that
+    started at this node.
     """
     n = len(route.node)
     d = node_at(route, xc + 1, s)
@@ -255,7 +257,7 @@ def find_exchange(
     s: int,
     t0: int,
 ) -> float:
-    """Search for an exchange with a gain above `min_gain` in which t0 gets another successor; return its gain, or 0.
+    """Search for an exchange with a gain above `min_gain` that gives t0 another successor. Return its gain, or 0.
 
     ======= ======== ===============================================================
     lists   Lists    candidates in direction s
@@ -293,7 +295,7 @@ def improve_route(
 ) -> float:
     """Make exchanges at the queued nodes, and return the gain.
 
-    The search ends when the queue is empty, the log is full, or `max_searches` are done. Changes: route.
+    The search ends when the queue is empty, the log is full, or `max_searches` searches have been done. Changes: route.
     """
     total = 0.0
     while route.counts[1] > 0 and route.counts[3] == 0 and max_searches > 0:
@@ -344,7 +346,7 @@ def swap_pieces(cost: CostModel, route: Route, rules: Rules, states: NDArray, k:
 
 @part
 def change_option(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int) -> float:
-    """Change a random node to a random option; return the added cost. Changes: route, states[k]."""
+    """Switch a random node to a random option, and return the added cost. Changes: route, states[k]."""
     v = below(states, k, len(route.node))
     start, stop = rules.way_begin[v], rules.way_begin[v + 1]
     if stop - start < 2:
@@ -356,7 +358,7 @@ def change_option(cost: CostModel, route: Route, rules: Rules, states: NDArray, 
 
 @part
 def kick(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int, times: int) -> float:
-    """Change the path at random positions; return the added cost. Changes: route, states[k]."""
+    """Change the path at `times` random positions, and return the added cost. Changes: route, states[k]."""
     added = 0.0
     for _ in range(times):
         if len(rules.way) > len(route.node) and uniform(states, k) < OPTION_SHARE:

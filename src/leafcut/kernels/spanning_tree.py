@@ -1,7 +1,7 @@
-"""Minimum spanning trees over all pairs of nodes, under penalties: the proof of a lower bound.
+"""Minimum spanning trees over all pairs of nodes under penalties, which prove a lower bound.
 
 One node is left out, which is the hub of a 1-tree. The penalised cost of an edge is d(i, j) + (p_i + p_j), added in
-this order, so that both its ends have the same value.
+this order, so that the value is the same from both ends.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def dense_tree(
     a: NDArray,
     b: NDArray,
 ) -> None:
-    """Find the minimum spanning tree by a scan of all n² pairs; for any metric, with O(n) memory.
+    """Find the minimum spanning tree by a scan of all n² pairs. This works for any metric and needs O(n) memory.
 
     Among edges of equal cost, the edge to the node that joined last is used, so that chains form rather than stars.
     Changes: outside, near int32[n], key float64[n] (work arrays); a, b int32[n-2], the edges.
@@ -108,7 +108,8 @@ def leave_by_graph(graph: Graph, penalty: NDArray, parts: ForestParts) -> None:
 def leave_by_tree(
     cost: CostModel, tree: Tree, penalty: NDArray, excluded: int, max_visits: int, parts: ForestParts
 ) -> int:
-    """Find the cheapest edge that leaves each part; return the number of visits, or -1 if it exceeds `max_visits`.
+    """Find the cheapest edge that leaves each part, by a search of the k-d tree. Return the number of visited boxes, or
+    -1 if it exceeds `max_visits`.
 
     Every metric of positions increases with |dx| and |dy|, even after rounding, and a lift only increases it. Therefore
     no edge into a box costs less than an edge to the nearest point of the box. Existing values in `parts.best` prune
@@ -169,7 +170,7 @@ def _root(up: NDArray, i: int) -> int:
 
 @kernel
 def join_parts(excluded: int, parts: ForestParts, a: NDArray, b: NDArray, count: int) -> int:
-    """Merge the parts along the edges that leave them; return the number of edges.
+    """Merge the parts of the forest along the edges that leave them, and return the number of edges in the tree.
 
     Ties are harmless: if two edges of equal cost would close a cycle, the second is dropped, because it costs no less
     than the edge that has already merged its part.

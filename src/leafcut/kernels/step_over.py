@@ -1,4 +1,4 @@
-"""The largest empty discs next to a path, and the point where each touches the path again."""
+"""Find the largest empty discs next to a path, and the point where each of them touches the path again."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Reaches(NamedTuple):
 
 @part
 def smallest_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float) -> float:
-    """Return the smallest radius of the discs that touch the tangent at (x, y) and pass through a point of the
+    """Return the radius of the smallest disc that touches the tangent at (x, y) and passes through a point of the
     bands.
     """
     smallest, middle_x, middle_y, half = math.inf, x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
@@ -41,9 +41,10 @@ def smallest_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach:
 
 @part
 def highest_touched(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float, largest: float) -> int:
-    """Return the point that is highest above the tangent and whose disc is small enough; among equals, the last.
+    """Return the index of the point that is highest above the tangent and whose disc is small enough. Of equally high
+    points, return the last.
 
-    largest  radius of the disc, mm, at most half the reach
+    largest radius of the disc, mm, at most half the reach
     """
     highest, result = 0.0, -1
     middle_x, middle_y, half = x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach

@@ -1,4 +1,4 @@
-"""A mesh seen from above: the maximum height of its triangles in each cell, and maxima within a reach."""
+"""Heights of a mesh seen from above: the maximum height of its triangles in each cell, and maxima within a reach."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _ON_EDGE = 1e-6
 def _highest_in_column(
     x0: float, y0: float, z0: float, x1: float, y1: float, z1: float, left: float, right: float, low: float, high: float
 ) -> float:
-    """Return the maximum height of an edge inside a rectangle, or −∞ if it is outside (Liang–Barsky clipping)."""
+    """Return the maximum height of an edge inside a rectangle, or −∞ if the edge is outside (Liang–Barsky clipping)."""
     enter, leave = 0.0, 1.0
     for axis in range(2):
         start = x0 if axis == 0 else y0
@@ -86,7 +86,7 @@ def raise_whole_cells(triangles: NDArray, x: float, y: float, cell: float, heigh
 
 @kernel
 def maximum_within_reach(heights: NDArray, reach: NDArray, widest: NDArray) -> None:
-    """Set each cell to the maximum of the cells within reach.
+    """Set each cell of `widest` to the maximum height of the cells within reach.
 
     ======= ============= ====================================================================
     heights float64[r, c] heights of the cells
@@ -158,7 +158,7 @@ def reach_in_cells(radius: float, cell: float) -> NDArray[np.int64]:
 
 @kernel
 def raise_cell_middles(heights: NDArray, x: float, y: float, cell: float, triangles: NDArray) -> int:
-    """Raise each cell to the highest triangle above its centre; return the number of triangles used.
+    """Raise each cell to the highest triangle above its centre; return the number of triangles that were used.
 
     heights    float32[rows, columns]  height of the material, mm
     x, y       centre of the first cell, mm

@@ -1,4 +1,6 @@
-"""Cut a height field: a tool on a straight move lowers each cell below it to its lowest surface there."""
+"""Cut a height field: a tool on a straight move lowers each cell below it to the lowest height of the tool's surface
+there.
+"""
 
 from __future__ import annotations
 
@@ -138,9 +140,10 @@ def lowest_offset(shape: ToolShape, d: float, grade: float, min_offset: float, m
 
 @part
 def row_stretch(y: float, dx: float, dy: float, radius: float) -> tuple[float, float]:
-    """Return the range in x that a disc moving from (0, 0) by (dx, dy) covers in the row at y; low > high means none.
+    """Return the range in x that a disc moving from (0, 0) by (dx, dy) covers in the row at y; low > high means that it
+    covers nothing.
 
-    Its edge is farthest out where its normal is perpendicular to the path, or at an end of the path.
+    The edge of the disc is farthest out where its normal is perpendicular to the path, or at an end of the path.
     """
     if abs(dy) < 1e-12:
         if abs(y) > radius:
@@ -208,10 +211,11 @@ def lowest_height(
 
 @part
 def material_over_tool(rows: CellRows, shape: ToolShape, move: NDArray, margin: float) -> float:
-    """Return the maximum height of material above a tool that is wider by a margin all around, along its path, mm.
+    """Return the maximum height of material above a tool along its path, mm; the tool is enlarged by a margin all
+    around.
 
-    A negative value means that all material is below the tool, and −∞ that these rows contain no material under it. On
-    a sloped move, the tool is assumed to pass each point at its lowest height and smallest distance.
+    A negative value means that all material is below the tool; −∞ means that these rows contain no material under it.
+    On a sloped move, the tool is assumed to pass each point at its lowest height and smallest distance.
     """
     xa, ya, z_low = move[0] - rows.x, move[1] - rows.y, min(move[2], move[5])
     dx, dy = move[3] - move[0], move[4] - move[1]
@@ -244,12 +248,11 @@ def body_depth(
 ) -> tuple[float, float]:
     """Return the maximum depth in material of a part above the flutes during a move, and the number of cells.
 
-    radius  radius of the cutting tool, mm; a point under it is cut and cannot hit the part above
-    body    underside of the part, as a surface above its lower end
-    above   height of that lower end above the tip, mm
+    radius radius of the cutting tool, mm; a point under it is cut and cannot hit the part above body underside of the
+    part, as a surface above its lower end above height of that lower end above the tip, mm
 
-    The part is reduced by one cell all around; otherwise it would hit each wall that its tool has just cut. A part no
-    wider than its tool hits only material that the tool enters deeper than its flute length.
+    The part is reduced by one cell all around; otherwise it would hit each wall that its tool has just cut. A part that
+    is no wider than its tool can only hit material into which the tool goes deeper than its flute length.
     """
     xa, ya, za = move[0] - rows.x, move[1] - rows.y, move[2] + above
     dx, dy, dz = move[3] - move[0], move[4] - move[1], move[5] - move[2]
@@ -298,7 +301,7 @@ def body_depth(
 def meet_bodies(
     rows: CellRows, shape: ToolShape, move: NDArray, film: float, top: float, bodies: NDArray, result: NDArray
 ) -> None:
-    """Check all parts of a tool above its flutes against the material during a move (see `sweep`).
+    """Check whether a part of a tool above its flutes hits the material during a move (see `sweep`).
 
     Changes: result[6], result[7], result[8].
     """

@@ -1,4 +1,4 @@
-"""Readers: one file per format. Each turns a file into a `Part`; `registry` chooses the reader."""
+"""Readers of files, one module per format. Each reader converts a file to a `Part`; `registry` chooses the reader."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Format", "Input", "Match", "Source", "formats", "read", "read_contou
 
 
 def read(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = ignore_heartbeat) -> Part:
-    """Return the part, in mm, from a file, or for a name such as ``example:plate-70`` or ``random:200:7``.
+    """Return the part of a file, or of a name such as ``example:plate-70`` or ``random:200:7``, in mm.
 
     Raises
     ------
@@ -62,8 +62,8 @@ def read_pockets(
     Raises
     ------
     ReadError
-        The file cannot be read, contains no pockets, or its format has none; an outline is open, crosses itself or
-        touches another; with `options.strict`, also if anything was skipped or repaired.
+        The file cannot be read, contains no pockets, or its format has none; or an outline is open, crosses itself or
+        touches another outline. With `options.strict`, also if anything was skipped or repaired.
     OptionError
         A picture needs `pixel_size`.
     """

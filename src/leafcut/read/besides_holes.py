@@ -63,8 +63,8 @@ class _ContourCollector(Strokes):
 def closed_besides_holes(
     document: Any, layers: LayerFilter, copies: ReadBudget, factor: float, path: str, points: Spend, holes: set[str]
 ) -> ContoursBesidesHoles:
-    """Return the closed contours, mm, of a DXF drawing that are not holes (handles); none if the drawing is too
-    large.
+    """Return the closed contours of a DXF drawing that are not holes, in mm. `holes` contains the handles of the holes.
+    If the drawing is too large, return no contours.
     """
 
     def other_stroke(entity: Any) -> DxfStroke | None:
@@ -90,7 +90,9 @@ def closed_besides_holes(
 
 
 def polygon_hole(path: Polyline) -> Hole | None:
-    """Return the hole drawn as a polygon on a circle (OpenSCAD, many SVG files), or None."""
+    """Return the hole that a polygon represents if its corners lie on a circle (as in OpenSCAD and many SVG files), or
+    None.
+    """
     corners, bulges = path.vertices[:, :2], path.vertices[:, 2]
     if len(corners) < _MIN_CORNERS or (np.abs(bulges) > STRAIGHT).any():
         return None
@@ -118,11 +120,12 @@ def polygon_hole(path: Polyline) -> Hole | None:
 def besides_holes(
     contours: Sequence[Polyline], holes: Sequence[Hole], circles: Sequence[Hole] = ()
 ) -> tuple[list[Issue], list[Issue]]:
-    """Classify closed contours that are not drilled. Return (issues, issues of other contours), all L201.
+    """Classify closed contours that are not drilled. Return two lists of issues (L201): the second contains the issues
+    of other contours inside the outline, for callers that machine more than holes.
 
-    A contour around all holes is the plate outline or a frame: a note. Slots, and circles drawn as other curves, are
-    missing work. So are other contours inside the outline, for callers that machine more than holes. Contours outside
-    the outline are notes. `circles` enclose holes or contours; they are missing work unless they enclose all holes.
+    A contour around all holes is the outline of the plate or a frame, and becomes a note. Slots, and circles drawn as
+    other curves, are missing work, and so are other contours inside the outline. Contours outside the outline become
+    notes. `circles` enclose holes or contours; they are missing work unless they enclose all holes.
     """
     paths = [*contours, *(Polyline.circle(circle.x, circle.y, 0.5 * circle.diameter) for circle in circles)]
     if not paths:
@@ -173,7 +176,7 @@ _KINDS = (
 
 
 def _kinds(paths: Sequence[Polyline], shapes: NDArray[Any], holes: Sequence[Hole]) -> list[str]:
-    """Classify each contour: ``outline``, ``slot``, ``hole``, ``contour`` or ``beside``."""
+    """Return the kind of each contour: ``outline``, ``slot``, ``hole``, ``contour`` or ``beside``."""
     centres = shapely.points(np.array([(hole.x, hole.y) for hole in holes]).reshape(-1, 2))
     grown = shapely.buffer(shapes, _EDGE_TOLERANCE)
     # A contour drawn inside a single hole contains its centre, too.

@@ -1,4 +1,4 @@
-"""Combinations available in a cut chart: processes, materials, thicknesses and currents."""
+"""Available combinations in a cut chart: processes, materials, thicknesses and currents."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from leafcut.read.cutchart import SAME_THICKNESS, ChartRow, is_kind_of_process, 
 
 @dataclass(frozen=True)
 class ChartChoices:
-    """The values still available in a chart after earlier choices: thicknesses in mm, currents in A, ascending."""
+    """The values that are still available in a cut chart after earlier choices. Thicknesses are in mm and currents in
+    A, in ascending order.
+    """
 
     processes: tuple[str, ...]
     materials: tuple[str, ...]
@@ -26,9 +28,9 @@ def choices_of(
     thickness: float | None = None,
     amps: float | None = None,
 ) -> ChartChoices:
-    """Return the choices that a chart offers; empty arguments match all rows.
+    """Return the choices that a cut chart offers. An empty argument matches all rows.
 
-    Each kind of choice is filtered by those before it, and the current also by the thickness. A choice without a
+    Each kind of choice is filtered by the choices before it, and the current also by the thickness. A choice without a
     matching row is ignored, so that the user still sees the alternatives.
     """
     rows = list(rows)

@@ -1,4 +1,4 @@
-"""Tables of points: ``x, y[, diameter][, name]``, with or without a header; a header may also name z and layer.
+"""Read tables of points: ``x, y[, diameter][, name]``, with or without a header. A header may also name z and layer.
 
 Fields are separated by commas, semicolons, tabs or blanks. With semicolons or tabs, a comma between digits is a decimal
 comma. Lines starting with # are comments. Invalid rows are skipped and reported, unless all rows are invalid.
@@ -50,7 +50,7 @@ NAMED_ROWS = 10
 
 @dataclass(frozen=True)
 class _Columns:
-    """Column numbers, and the unit in the header."""
+    """The numbers of the columns in a table of points, and the unit in its header."""
 
     x: int = 0
     y: int = 1
@@ -183,7 +183,9 @@ def _field(fields: list[str], index: int | None) -> str:
 
 
 def points_text(part: Part) -> str:
-    """Write the holes of a part as a CSV table, mm, with diameters if any; `read_csv` returns the same points."""
+    """Return the holes of a part as a CSV table, in mm, with a column for diameters if there are any. `read_csv` reads
+    the same points from it.
+    """
     sized = any(hole.diameter for hole in part.holes)
     rows = [f"{hole.x!r},{hole.y!r}{f',{hole.diameter!r}' if sized else ''}" for hole in part.holes]
     return "\n".join(["x,y,diameter" if sized else "x,y", *rows, ""])

@@ -1,7 +1,7 @@
-"""The cut chart: speed, heights and kerf of a process in a material, by thickness.
+"""The cut chart: for each process, material and thickness, the cutting speed, the heights and the kerf.
 
 A chart is a CSV file with the columns of the shipped `cutchart.csv`. Each row states its source and confidence. Missing
-values are never invented: a row without a kerf or a pierce delay is used only if the user gives them.
+values are never invented: a row without a kerf or a pierce delay is used only if the user supplies these values.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ LARGEST, NARROWEST, WIDEST = 1e6, 0.001, 50.0
 
 @dataclass(frozen=True)
 class ChartRow:
-    """A row of a chart. Missing values are None; the feed is in mm/s."""
+    """A row of a cut chart. Missing values are None; the feed is in mm/s."""
 
     process: str
     material: str
@@ -82,7 +82,9 @@ class ChartRow:
 
     @property
     def trust(self) -> int:
-        """0 for a manufacturer's chart or the user's own, 1 for a copy, 2 for an estimate."""
+        """Rank of the source: 0 for a chart of the manufacturer or of the user, 1 for a copy of a chart, 2 for an
+        estimate.
+        """
         text = self.confidence.lower()
         if text.startswith(("low", "sample")):
             return _ESTIMATE
@@ -90,12 +92,12 @@ class ChartRow:
 
 
 def load_chart(path: Path | None = None) -> list[ChartRow]:
-    """Return the rows of a chart, by default the shipped one.
+    """Return the rows of a cut chart. The default is the shipped chart.
 
     Raises
     ------
     ReadError
-        The file is not a valid chart; names the line and the error.
+        The file is not a valid chart; the message names the line and the error.
     """
     if path is None:
         place, text = "cutchart.csv", (resources.files("leafcut.read") / "cutchart.csv").read_text(encoding="utf-8")
@@ -164,7 +166,7 @@ def _row(place: str, line: int, data: dict[str, Any]) -> ChartRow:
 
 
 def _rates(word: Callable[[str], str], number: Callable[..., float | None]) -> ConsumptionRates:
-    """Return the consumption in SI units (per second, W, kg). A lifetime of 0 is an error."""
+    """Return the consumption of a chart row in SI units (per second, W, kg). A lifetime of 0 is an error."""
 
     def scaled(key: str, factor: float) -> float | None:
         value = number(key)
@@ -195,7 +197,7 @@ def material_name(material: str) -> str:
 
 
 def kinds_for(rows: Iterable[ChartRow], process: str, material: str) -> set[str]:
-    """Return the full names of a process in the chart for a material, such as ``laser_co2_60w``."""
+    """Return the full names that the chart has for a process in a material, such as ``laser_co2_60w``."""
     return {r.process for r in rows if is_kind_of_process(r.process, process) and r.material == material_name(material)}
 
 
@@ -208,7 +210,7 @@ def find_cut_data(
     nozzle: str | None = None,
     **given: float | None,
 ) -> tuple[CutData, list[Issue]]:
-    """Return the cutting data of a sheet, and issues.
+    """Return the cutting data for a sheet, and issues.
 
     The data come from the row of the given thickness, or are interpolated between the next thinner and the next thicker
     row with the same process, material and current. The speed is interpolated logarithmically, because it is a power of
@@ -219,17 +221,17 @@ def find_cut_data(
     Parameters
     ----------
     process
-        Name in the chart, with kind and power if any: ``plasma``, ``laser_fiber_3kW``. Only rows of that name are used;
-        otherwise rows that name neither kind nor power.
+        Name of the process in the chart, which may include kind and power: ``plasma``, ``laser_fiber_3kW``. Only rows
+        with that name are used, or else rows that state neither kind nor power.
     given
-        ``feed``, ``kerf``, ``pierce_delay``, ``pierce_height``, ``cut_height``: override the chart.
+        Values that override the chart: ``feed``, ``kerf``, ``pierce_delay``, ``pierce_height``, ``cut_height``.
 
     Raises
     ------
     OptionError
         The chart lacks the process or the material, or required values.
     PlanError
-        No row of that thickness; names the nearest ones.
+        The chart has no row of that thickness; the message names the nearest rows.
     """
     rows = list(rows)
     known = [r for r in rows if r.process == process.lower()] or [r for r in rows if r.process == method_of(process)]
@@ -272,7 +274,9 @@ def find_cut_data(
 
 
 def _no_process_message(rows: list[ChartRow], process: str, material: str) -> Message:
-    """Return the message for a missing process; another power or kind is never a substitute."""
+    """Return the message for a process that the chart does not contain. A process of another kind or power is never a
+    substitute.
+    """
     kinds = sorted(
         kinds_for(rows, process, material) or {r.process for r in rows if is_kind_of_process(r.process, process)}
     )
@@ -308,7 +312,7 @@ def _rows_of_nozzle(rows: list[ChartRow], nozzle: str, label: str) -> list[Chart
 def _row_from_options(
     process: str, material: str, thickness: float, amps: float | None, given: dict[str, float | None]
 ) -> ChartRow | None:
-    """Return None if the user's values are incomplete."""
+    """Return a chart row that consists of the user's values only, or None if these are incomplete."""
     if any(given.get(key) is None for key in ENOUGH) or method_of(process) not in tuple(CutMethod):
         return None
     values = {key: given.get(key) for key in GIVEN}
@@ -329,7 +333,7 @@ def _row_from_options(
 
 
 def is_kind_of_process(name: str, asked: str) -> bool:
-    """Return whether a process of a chart is the requested one, or a kind of it."""
+    """Return whether a process of a chart is the requested process, or a kind of it."""
     return name == asked.lower() or name.startswith(f"{asked.lower()}_")
 
 
@@ -340,7 +344,9 @@ def _column_values(rows: Iterable[ChartRow], field: str) -> list[str]:
 def _best_row(
     rows: list[ChartRow], thickness: float, given: dict[str, float | None]
 ) -> tuple[ChartRow, list[Issue]] | None:
-    """Return the best row: complete rows that pierce come first, then charts before estimates, then faster rows."""
+    """Return the best row for a thickness. Complete rows that can pierce come first, then charts before estimates, then
+    faster rows.
+    """
     groups: dict[float, list[ChartRow]] = {}
     for row in rows:
         groups.setdefault(row.amps or 0.0, []).append(row)
@@ -359,7 +365,7 @@ def _best_row(
 
 
 def _row_at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow, list[Issue]] | None:
-    """Return the most trusted row of a thickness, interpolated if necessary."""
+    """Return the most trusted row for a thickness, interpolated between two rows if necessary."""
     for trust in range(_ESTIMATE + 1):
         trusted = [r for r in group if r.trust <= trust]
         exact = [r for r in trusted if abs(r.thickness - thickness) <= SAME_THICKNESS * thickness]
@@ -375,7 +381,9 @@ def _row_at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow
 
 
 def _by_nozzle(rows: list[ChartRow]) -> list[list[ChartRow]]:
-    """Group the rows by nozzle, because nozzles are mixed only if none of them has both a thinner and a thicker row."""
+    """Group the rows by nozzle. Rows of different nozzles are mixed only if no nozzle has both a thinner and a thicker
+    row.
+    """
     return [[r for r in rows if r.rates.nozzle == name] for name in dict.fromkeys(r.rates.nozzle for r in rows)]
 
 
@@ -392,7 +400,7 @@ def _joined_values(values: list[Message]) -> Message:
 
 
 def _capacity_message(edge: ChartRow, rows: list[ChartRow], thickness: float) -> Message:
-    """Return the message about the only current with complete data, which cannot pierce the sheet."""
+    """Return the message that the only current with complete data cannot pierce the sheet."""
     higher = [r for r in rows if r.pierce_height is not None]
     message = Message("{:g} mm is above the pierce capacity of {}", thickness, _describe_process(edge))
     edge_start = Message("use --amps {:g} to start cuts at the sheet's edge", edge.amps or 0)
@@ -436,7 +444,7 @@ def _interpolate(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, 
 
 
 def _interpolate_rates(a: ConsumptionRates, b: ConsumptionRates, share: float) -> ConsumptionRates:
-    """Interpolate the consumption linearly; drop texts that differ, and flows of different gases."""
+    """Interpolate the consumption linearly. Drop texts that differ, and flow rates of different gases."""
     rates: dict[str, Any] = {}
     for name in (field.name for field in fields(ConsumptionRates)):
         first, second = getattr(a, name), getattr(b, name)
@@ -485,7 +493,9 @@ def _values(row: ChartRow, given: dict[str, float | None]) -> dict[str, float | 
 
 
 def _can_pierce(row: ChartRow, given: dict[str, float | None]) -> bool:
-    """Return whether a row can pierce; plasma needs a pierce height in the chart or a given pierce delay."""
+    """Return whether cuts with the data of a row can start with a pierce. Plasma needs a pierce height in the chart, or
+    a pierce delay from the user.
+    """
     if method_of(row.process) != CutMethod.PLASMA:
         return True
     return row.pierce_height is not None or _values(row, given)["pierce_delay"] is not None

@@ -1,7 +1,7 @@
 """DXF drawings (ASCII and binary, R12 to R2018), read with ezdxf: circles and equivalent shapes become holes.
 
 Holes are CIRCLE, arcs and bulged polylines that close a circle, circular ELLIPSE, and POINT entities of model space,
-including those in blocks. A POINT is a hole of diameter 0 (a bare point), unless it marks the centre of a circle.
+including those in blocks. A POINT becomes a hole of diameter 0 (a bare point), unless it marks the centre of a circle.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     Raises
     ------
     ReadError
-        The file is not DXF, is damaged or truncated, or contains no holes; lists what was found instead.
+        The file is not DXF, is damaged or truncated, or contains no holes. The message lists the entities in the file.
     """
     issues: list[Issue] = []
     document = open_document(source, issues)
@@ -130,7 +130,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
 
 @dataclass
 class HoleCollector:
-    """Collects holes in mm from shapes in drawing units, and counts the rest."""
+    """Collects holes, in mm, from shapes in drawing units, and counts all other shapes."""
 
     factor: float
     path: str
@@ -149,7 +149,7 @@ class HoleCollector:
     _number: int = 0
 
     def add(self, shape: Shape, matrix: Matrix, layer: str) -> None:
-        """Add a placed shape: a hole, pieces of a hole, or an entity to count."""
+        """Add a shape that a matrix places: a hole, pieces of a hole, or an entity that is only counted."""
         self._number += 1
         pieces = []
         for local_curve in shape.curves:
@@ -195,7 +195,7 @@ class HoleCollector:
             self.leaning.append((x, y))
 
     def holes(self) -> list[Hole]:
-        """Return all holes in file order. Call this once, at the end, because it joins the arcs."""
+        """Return all holes in file order. The method may be called only once, at the end, because it joins the arcs."""
         circles, used = close_circles(self.pieces)
         for piece in circles:
             _, layer, handle = self.owners[piece.entity]
@@ -210,7 +210,7 @@ class HoleCollector:
         return [hole for _, hole in sorted(self.numbered_holes, key=lambda numbered: numbered[0])]
 
     def issues(self) -> list[Issue]:
-        """Return the issues of the shapes."""
+        """Return issues about shapes that did not become holes."""
         issues = []
         if self.leaning:
             message = Message("{} not in the plane of the plate: not drilled", count_of(len(self.leaning), "circle"))
@@ -279,7 +279,7 @@ def _nothing_message(walk: BlockWalk[Shape], finds: HoleCollector, selection_iss
 def edge_of(
     document: Any, options: ReadOptions, factor: float, path: str, points: Spend, holes: Collection[str]
 ) -> tuple[Contour, ...]:
-    """Return the lines, arcs and polylines placed directly in model space that are not holes, in mm.
+    """Return the lines, arcs and polylines that lie directly in model space and are not holes, in mm.
 
     `holes` are the handles of the entities that became holes. Layers that are off or frozen stay hidden; the layer
     selection is ignored, because nothing is machined. Damaged entities are skipped.

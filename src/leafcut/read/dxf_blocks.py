@@ -1,7 +1,7 @@
-"""Walk a DXF document: every shape in model space, with blocks placed, scaled, rotated, mirrored and arrayed.
+"""Visit every shape in the model space of a DXF document, with blocks placed, scaled, rotated, mirrored and arrayed.
 
 Each block is examined once. After that, each insertion visits only the requested shapes (holes or strokes), so a large
-block of lines costs nothing when reading holes. Visits are counted; nested arrays that exceed the budget raise an
+block of lines takes no time when holes are read. Visits are counted; nested arrays that exceed the budget raise an
 error.
 """
 
@@ -27,7 +27,7 @@ INVISIBLE = "\n"
 
 
 class Insertion(NamedTuple):
-    """An INSERT: its block, matrix and layer, and the count and step of its array in each direction."""
+    """An INSERT entity: its block, matrix and layer, and the count and step of its array in each direction."""
 
     block: str
     matrix: Matrix
@@ -37,7 +37,7 @@ class Insertion(NamedTuple):
 
 @dataclass
 class Content(Generic[S]):
-    """The contents of a layout or a block, in its own coordinates."""
+    """The contents of a layout or a block, in the coordinates of that layout or block."""
 
     items: list[S | Insertion] = field(default_factory=list)
     #: Entities that give no shape, by (type, layer).
@@ -49,7 +49,7 @@ class Content(Generic[S]):
 
 @dataclass
 class LayerFilter:
-    """The frozen and the off layers, and a test for the chosen ones."""
+    """The frozen layers, the layers that are off, and a test for the layers that the user chose."""
 
     frozen: set[str]
     off: set[str]
@@ -66,15 +66,18 @@ class LayerFilter:
         return visible
 
     def freezes(self, layer: str) -> bool:
-        """Return whether an INSERT on this layer hides its block: only if the layer is frozen, not if it is off."""
+        """Return whether an INSERT on this layer hides its block. Only a frozen layer hides it, not a layer that is
+        off.
+        """
         return layer.casefold() in self.frozen
 
 
 @dataclass
 class BlockWalk(Generic[S]):
-    """Visits every shape of model space once per insertion, and counts omissions.
+    """Visits every shape of model space once per insertion, and counts what is left out.
 
-    `shape_of` converts an ezdxf entity: None for an unwanted entity, ValueError for a damaged one.
+    `shape_of` converts an ezdxf entity to a shape. It returns None for an entity that is not needed, and raises
+    ValueError for a damaged entity.
     """
 
     document: Any
@@ -108,7 +111,9 @@ class BlockWalk(Generic[S]):
         yield from self._visit(top, IDENTITY, None, ())
 
     def _scan_blocks(self, top: Content[S]) -> None:
-        """Read every reachable block, and mark those that lead to a shape; the others need no visits."""
+        """Read every block that model space can reach, and mark the blocks that lead to a shape. The other blocks need
+        no visits.
+        """
         parents: dict[str, set[str]] = {}
         waiting = [("", top)]
         fruitful = []
@@ -132,7 +137,9 @@ class BlockWalk(Generic[S]):
                 fruitful.extend(parents.get(name, ()))
 
     def _weight(self, name: str, trail: tuple[str, ...]) -> int:
-        """Return the number of entities in an insertion of a block, with nested blocks; 0 if it is not expanded."""
+        """Return the number of entities that are visited when an insertion of a block is expanded, including nested
+        blocks. Return 0 if the insertion is not expanded.
+        """
         content = self._contents[name]
         if content is None or name not in self._with_shapes or name in trail or len(trail) >= MAX_DEPTH:
             return 0
@@ -167,7 +174,9 @@ class BlockWalk(Generic[S]):
                 self.hidden[layer] += 1
 
     def _note(self, content: Content[S], inherited: str | None) -> None:
-        """Count entities that are not shapes, once per block, independent of the number of insertions."""
+        """Count the entities of a block that are not shapes. They are counted once per block, whatever the number of
+        insertions.
+        """
         if id(content) in self._counted:
             return
         self._counted.add(id(content))
@@ -207,12 +216,12 @@ class BlockWalk(Generic[S]):
 
 
 def _layer_of(layer: str, inherited: str | None) -> str:
-    """Return the layer of an entity; entities on layer 0 of a block take the layer of the INSERT."""
+    """Return the layer of an entity. Entities on layer 0 of a block are on the layer of the INSERT."""
     return inherited if layer == "0" and inherited is not None else layer
 
 
 def content_of(layout: Any, shape_of: Callable[[Any], S | None]) -> Content[S]:
-    """Return the contents of an ezdxf layout; each entity is examined once."""
+    """Return the contents of an ezdxf layout. Each entity is examined once."""
     content: Content[S] = Content()
     for entity in layout:
         kind, dxf = entity.dxftype(), entity.dxf

@@ -1,4 +1,6 @@
-"""DXF drawings for sheet cutting: every visible line, arc, polyline, ellipse and spline, including those in blocks."""
+"""Read DXF drawings for sheet cutting: every visible line, arc, polyline, ellipse and spline, including those in
+blocks.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +35,8 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
     Raises
     ------
     ReadError
-        The file is not DXF, is damaged or truncated, or draws nothing to cut; lists what was found instead.
+        The file is not DXF, is damaged or truncated, or contains nothing to cut. The message lists the entities in the
+        file.
     """
     issues: list[Issue] = []
     document = open_document(source, issues)
@@ -70,7 +73,9 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
 
 
 def _heights(contours: tuple[Contour, ...]) -> list[Issue]:
-    """Report contours at several heights or off Z0, which look the same from above."""
+    """Report contours at several heights, or at a height other than Z0, because the drawing looks the same from
+    above.
+    """
     heights = HeightCount.of((*c.path.start, c.z) for c in contours)
     if heights.differ:
         message = Message("lines are drawn at different heights: {}; projected onto the sheet", heights)
@@ -83,7 +88,7 @@ def read_dxf_pockets(
 ) -> Part:
     """Return the outlines of a DXF drawing as pockets with islands, in mm.
 
-    Raises the errors of `read_dxf_contours` and `pockets_of_drawing`.
+    The errors are those of `read_dxf_contours` and `pockets_of_drawing`.
     """
     from leafcut.read.pocket_outlines import pockets_of_drawing  # start-up
 

@@ -1,4 +1,4 @@
-"""Open a DXF file safely: size limits before parsing, reported repairs, units, layers."""
+"""Open a DXF file safely: check its size before parsing, report repairs, and read its units and layers."""
 
 from __future__ import annotations
 
@@ -61,10 +61,10 @@ _HALF_LETTER = re.compile(rb"\\U\+[dD][89a-fA-F][0-9a-fA-F]{2}")
 
 
 def open_document(source: Source, issues: list[Issue]) -> Any:
-    """Return the ezdxf document, loaded with repairs but without the audit.
+    """Return the ezdxf document of a file, loaded with repairs but without the audit.
 
-    The audit deletes circles with duplicate handles. It also follows all paths through nested blocks, which can be
-    endless in a hundred lines of DXF. `BlockWalk` reports the errors in holes and blocks itself.
+    The audit deletes circles with duplicate handles. It also follows all paths through nested blocks, which can take
+    forever even for a hundred lines of DXF. `BlockWalk` reports the errors in holes and blocks itself.
     """
     cache = {} if source.cache is None else source.cache
     if "document" not in cache:
@@ -172,7 +172,7 @@ def _silence_ezdxf() -> Iterator[None]:
 
 
 def units_of(document: Any, options: ReadOptions) -> tuple[float, str | None]:
-    """Return the millimetres per drawing unit, and the name of the unit, or None if the unit is assumed."""
+    """Return the length of the drawing unit, mm, and the name of the unit, or None if the unit is assumed."""
     if options.units:
         return factor_of(options, None), options.units
     code = document.header.get("$INSUNITS", 0)
@@ -194,7 +194,9 @@ def layers_of(document: Any, options: ReadOptions) -> LayerFilter:
 
 
 def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
-    """Return issues for what was skipped in a drawing: damaged entities, hidden layers, unusable blocks."""
+    """Return issues about everything that was skipped in a drawing: damaged entities, hidden layers, unusable
+    blocks.
+    """
     issues = []
     reasons: dict[tuple[str, str], list[str]] = {}
     for kind, handle, reason in walk.broken:
@@ -226,7 +228,7 @@ def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
 
 
 def hidden_by_layer(walk: BlockWalk[Any]) -> Message:
-    """Describe the number of hidden entities by layer."""
+    """Return a text with the number of hidden entities on each layer."""
     named = [
         Message("{} on layer {}", n, printable(layer)) for layer, n in walk.hidden.most_common(5) if layer != INVISIBLE
     ]

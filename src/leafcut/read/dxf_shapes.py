@@ -21,7 +21,9 @@ FLAT = 1e-4
 
 
 class Curve(NamedTuple):
-    """centre + u·cos(t) + v·sin(t) for t from `start` over `sweep`, in drawing units; a point has sweep 0."""
+    """The curve centre + u·cos(t) + v·sin(t), for t from `start` over `sweep`, in drawing units; a point has sweep
+    0.
+    """
 
     center: Vector3
     u: Vector3
@@ -90,7 +92,7 @@ def _scaled(vector: Vector3, factor: float) -> Vector3:
 
 
 def circle_of(entity: Any) -> tuple[Curve, ...]:
-    """Return the circle of a CIRCLE or ARC."""
+    """Return the full circle of a CIRCLE or ARC."""
     require_values(entity, "center", "radius")
     ux, uy, ocs = axes_of(entity)
     radius = entity.dxf.radius
@@ -131,7 +133,9 @@ def _ellipse(entity: Any) -> tuple[Curve, ...]:
 
 
 def vertices_of(entity: Any) -> tuple[Sequence[tuple[float, float, float]], bool, float]:
-    """Return (x, y, bulge) of the vertices of an LWPOLYLINE or 2D POLYLINE, whether it is closed, and its height."""
+    """Return the vertices (x, y, bulge) of an LWPOLYLINE or 2D POLYLINE, whether the polyline is closed, and its
+    height.
+    """
     if entity.dxftype() == "LWPOLYLINE":
         vertices = [(float(x), float(y), float(bulge)) for x, y, bulge in entity.get_points("xyb")]
         return vertices, entity.closed, entity.dxf.get("elevation", 0.0)
@@ -141,7 +145,9 @@ def vertices_of(entity: Any) -> tuple[Sequence[tuple[float, float, float]], bool
 
 
 def real_vertices(entity: Any) -> list[Any]:
-    """Return the vertices on a POLYLINE, without control points of spline and curve frames (bit 16 of the flags)."""
+    """Return the vertices that lie on a POLYLINE, without the control points of spline and curve frames (bit 16 of the
+    flags).
+    """
     return [v for v in entity.vertices if not v.dxf.get("flags", 0) & 16]
 
 
@@ -156,7 +162,9 @@ def _polyline(entity: Any) -> tuple[Curve, ...]:
 def _bulged(
     entity: Any, vertices: Sequence[tuple[float, float, float]], closed: bool, elevation: float
 ) -> tuple[Curve, ...]:
-    """Return the arcs of a polyline that consists of arcs only, otherwise nothing: rounded corners are not holes."""
+    """Return the arcs of a polyline that consists only of arcs. Return no arcs for other polylines, because rounded
+    corners are not holes.
+    """
     if all(v[2] == 0.0 for v in vertices):
         return ()
     ux, uy, ocs = axes_of(entity)
@@ -235,7 +243,9 @@ def half_axes(curve: Curve) -> tuple[float, float]:
 
 
 def span_from_above(curve: Curve) -> tuple[float, float]:
-    """Return (start, sweep) of a circular arc in top view, counter-clockwise even if a block mirrors it."""
+    """Return the start and the sweep of a circular arc in top view. The direction is counter-clockwise even if a block
+    mirrors the arc.
+    """
     (ux, uy, _), (vx, vy, _) = curve.u, curve.v
     mirrored = ux * vy - uy * vx < 0
     first = curve.start + curve.sweep if mirrored else curve.start
@@ -246,10 +256,10 @@ def span_from_above(curve: Curve) -> tuple[float, float]:
 def bulge_arc(
     x0: float, y0: float, x1: float, y1: float, bulge: float
 ) -> tuple[float, float, float, float, float] | None:
-    """Return (centre x, centre y, radius, start angle, sweep) of a bulged segment, counter-clockwise.
+    """Return the arc of a bulged segment as (centre x, centre y, radius, start angle, sweep), counter-clockwise.
 
     The bulge is the tangent of a quarter of the arc's angle, positive for counter-clockwise (DXF reference, LWPOLYLINE,
-    group code 42). None for a segment without length or bulge.
+    group code 42). Return None for a segment without length or bulge.
     """
     dx, dy = x1 - x0, y1 - y0
     chord = math.hypot(dx, dy)

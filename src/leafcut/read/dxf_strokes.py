@@ -53,7 +53,9 @@ MAX_FIT_POINTS = 3_000
 
 
 class DxfPolyline(NamedTuple):
-    """A line or polyline: vertices float64[n, 3], bulges float64[n], and the axes of the plane of its arcs."""
+    """A line or polyline: vertices, float64[n, 3], bulges, float64[n], and the axes of the plane in which its arcs
+    lie.
+    """
 
     vertices: Floats
     bulges: Floats
@@ -63,7 +65,7 @@ class DxfPolyline(NamedTuple):
 
 
 class Freeform(NamedTuple):
-    """A B-spline: control points float64[n, 3]."""
+    """A B-spline, given by its control points, float64[n, 3]."""
 
     control: Floats
     degree: int
@@ -72,7 +74,7 @@ class Freeform(NamedTuple):
 
 
 class Letters(NamedTuple):
-    """A text: its strokes, open lines."""
+    """A text, given by its strokes, which are open lines."""
 
     strokes: tuple[DxfStroke, ...]
 
@@ -89,7 +91,7 @@ class DxfStroke(NamedTuple):
 
 
 class NotInPlaneError(ValueError):
-    """The entity does not lie in the plane of the sheet."""
+    """An entity does not lie in the plane of the sheet."""
 
 
 def stroke_of(entity: Any) -> DxfStroke | None:
@@ -109,7 +111,9 @@ def stroke_of(entity: Any) -> DxfStroke | None:
 
 
 def _nest_data_of(entity: Any) -> tuple[str, str]:
-    """Return the name stored in the XDATA of an outline by a nest ("" if none), and its kind: ``sheet`` or ``cut``."""
+    """Return the name that a nest stored in the XDATA of an outline ("" if there is none), and the kind of outline:
+    ``sheet`` or ``cut``.
+    """
     texts = [str(tag.value) for tag in entity.get_xdata(APPLICATION)] if entity.has_xdata(APPLICATION) else []
     name, kind = [*texts[:2], "", ""][:2]
     return name, "sheet" if kind == "sheet" else "cut"
@@ -121,7 +125,7 @@ def _line(entity: Any) -> DxfPolyline:
 
 
 def straight_polyline(vertices: Floats, closed: bool) -> DxfPolyline:
-    """Return straight lines through points float64[n, 3]."""
+    """Return straight lines through points, float64[n, 3]."""
     return DxfPolyline(vertices, np.zeros(len(vertices)), closed, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
 
@@ -166,12 +170,10 @@ def placed_stroke(
 ) -> Polyline:
     """Transform a stroke to model space, in top view, in mm; curves become arcs within `tolerance` mm.
 
-    Raises
-    ------
-    LeaningError
+    Raises ------ NotInPlaneError
         An arc does not lie in the plane of the sheet.
     PlanError, ValueError
-        The numbers do not define a curve.
+        The numbers of the entity do not define a curve.
     """
     form = stroke.form
     if isinstance(form, Curve):
@@ -243,8 +245,8 @@ def _transform_polyline(
 def _scaled_arcs(
     flat: Polyline, xy: Floats, axes: tuple[tuple[float, float], ...], tolerance: float, spend: Spend
 ) -> Polyline:
-    """Return a polyline whose arcs the block scales to elliptical arcs; `flat` is the polyline in its own plane, and
-    `xy` its placed vertices.
+    """Return a polyline whose arcs a block scales to elliptical arcs. `flat` is the polyline in its own plane, and `xy`
+    contains its vertices after placement.
     """
     (ux, uy), (vx, vy) = axes
     rows = []
@@ -270,7 +272,7 @@ def _transform_curve(curve: Curve, factor: float, tolerance: float, spend: Spend
 
 
 class _StrokePath(NamedTuple):
-    """A stroke, mm; `rising` if it leaves the plane of the sheet."""
+    """The path of a stroke, in mm; `rising` if the stroke leaves the plane of the sheet."""
 
     path: Polyline
     rising: bool
@@ -279,7 +281,7 @@ class _StrokePath(NamedTuple):
 
 @dataclass
 class Strokes:
-    """Collects contours in mm from strokes in drawing units, and counts unusable strokes."""
+    """Collects contours, in mm, from strokes in drawing units, and counts the strokes that cannot be used."""
 
     factor: float
     path: str
@@ -296,7 +298,7 @@ class Strokes:
     _cache: dict[tuple[int, Any], _StrokePath | Exception] = field(default_factory=dict)
 
     def add(self, stroke: DxfStroke, matrix: Matrix, layer: str) -> None:
-        """Add a placed stroke, or all strokes of a text."""
+        """Add a stroke that a matrix places, or all strokes of a text."""
         if isinstance(stroke.form, Letters):
             self.texts[stroke.dxftype] += 1
             for line in stroke.form.strokes:
@@ -349,7 +351,7 @@ class Strokes:
         self.skipped.setdefault((stroke.dxftype, reason), []).append(stroke.handle or "?")
 
     def issues(self) -> list[Issue]:
-        """Return the issues of the strokes."""
+        """Return issues about strokes that cannot be used."""
         issues = []
         for kind, number in self.leaning.items():
             message = Message("{} {} not in the plane of the sheet: not cut", number, kind)
@@ -369,7 +371,7 @@ class Strokes:
 
 
 def _rounded(path: Polyline, factor: float) -> Polyline:
-    """Remove digits that come from the unit conversion."""
+    """Remove the digits of a path that result from the conversion of units."""
     if factor == 1.0:
         return path
     vertices = path.vertices.copy()

@@ -1,4 +1,4 @@
-"""TEXT and MTEXT of a DXF as engraving strokes, with position, height, rotation, width and slant."""
+"""Convert TEXT and MTEXT of a DXF drawing to engraving strokes, with position, height, rotation, width and slant."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _BACKWARDS, _UPSIDE_DOWN = 2, 4
 
 
 def text_of(entity: Any) -> DxfStroke | None:
-    """Return the strokes of a TEXT or MTEXT in its layout or block; None for other entities.
+    """Return the strokes of a TEXT or MTEXT in the coordinates of its layout or block, or None for other entities.
 
-    If a letter has no strokes, the text becomes a single point whose name is the reason.
+    If the font has no strokes for a letter, the text becomes a single point whose name is the reason.
     """
     kind = entity.dxftype()
     if kind not in ("TEXT", "MTEXT"):
@@ -104,7 +104,7 @@ def _mtext(entity: Any) -> list[Floats]:
 
 
 def _wrap(line: str, max_width: float) -> list[str]:
-    """Wrap a text at `max_width` cap heights; 0 means no wrapping."""
+    """Wrap a line of text at `max_width`, in multiples of the cap height; 0 means no wrapping."""
     if not max_width > 0.0:
         return [line]
     rows: list[list[str]] = []

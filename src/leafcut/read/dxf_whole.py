@@ -1,4 +1,6 @@
-"""The complete DXF drawing for display: machinable entities, and texts, dimensions, hatches and leaders as lines."""
+"""Read a complete DXF drawing for display: entities that can be machined, and texts, dimensions, hatches and leaders as
+lines.
+"""
 
 from __future__ import annotations
 
@@ -62,7 +64,7 @@ def read_dxf_whole(source: Source, options: ReadOptions) -> Part:
 
 
 def _hole_of(stroke: DxfStroke, matrix: Matrix, layer: str, factor: float) -> Hole | None:
-    """Return the hole for a point, or for a shape that is still a circle after placement; otherwise None."""
+    """Return the hole for a point, or for a shape that is still a circle after its placement; otherwise None."""
     if isinstance(stroke.form, DxfPolyline) and stroke.dxftype == "POINT":
         x, y, z = transform_point(matrix, stroke.form.vertices[0].tolist())
         return Hole(x * factor, y * factor, 0.0, layer, stroke.handle, z * factor)
@@ -90,7 +92,9 @@ def _point_of(entity: Any) -> DxfStroke | None:
 
 
 def _annotation_of(entity: Any) -> DxfStroke | None:
-    """Return the lines of an annotation; None for other entities, and if no line can be read."""
+    """Return the lines of an annotation. Return None for other entities, and if no line of the annotation can be
+    read.
+    """
     kind = entity.dxftype()
     if kind not in _ANNOTATIONS:
         return None

@@ -1,7 +1,7 @@
 """Built-in parts: ``example:plate-70``, ``example:ten-points``, and random maps ``random:N[:SEED]``.
 
-Sizes and numbers of holes are those of test parts in the literature on drilling order; the patterns (bolt circles,
-grids, rows) are our own. `examples/make_plates.py` writes the same definitions as DXF.
+The sizes and the numbers of holes are those of test parts in the literature on drilling order. The patterns (bolt
+circles, grids, rows) are our own. `examples/make_plates.py` writes the same definitions as DXF.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ Inches = tuple[float, float]
 
 @dataclass(frozen=True)
 class PlateHole:
-    """A hole of a plate: centre and diameter, inches."""
+    """A hole of a plate: its centre and diameter, in inches."""
 
     x: float
     y: float
@@ -44,7 +44,7 @@ class PlateHole:
 
 @dataclass(frozen=True)
 class Plate:
-    """A rectangular plate with its lower left corner at the origin, inches; holes in drawing order."""
+    """A rectangular plate with its lower left corner at the origin, in inches; its holes are in drawing order."""
 
     name: str
     width: float
@@ -247,8 +247,8 @@ EXAMPLE_NAMES = ("ten-points", *PLATE_NAMES)
 
 
 def plate(name: str) -> Plate:
-    """Return one of `PLATE_NAMES`; its holes are shuffled with its name as seed, to mimic the order of a drawing by
-    hand.
+    """Return a plate named in `PLATE_NAMES`. Its holes are shuffled, with its name as seed, to imitate the order of a
+    drawing made by hand.
     """
     width, height, pattern = _PLATES[name]
     groups = pattern()
@@ -292,7 +292,9 @@ def read_example(source: Source, options: ReadOptions) -> Part:
 
 
 def _random_map(source: Source) -> Part:
-    """Return n uniform points in a square of side √n·10 mm: neighbours are about 5 mm apart for every n."""
+    """Return n uniformly distributed points in a square of side √n·10 mm, so that neighbours are about 5 mm apart for
+    every n.
+    """
     fields = source.path.removeprefix(RANDOM).split(":")
     try:
         n, seed = int(fields[0]), int(fields[1]) if len(fields) > 1 else DEFAULT_SEED

@@ -1,7 +1,7 @@
-"""Excellon drill files, read with gerbonara: holes by tool, and slots (routed or G85) as straight slots.
+"""Read Excellon drill files with gerbonara: holes by tool, and slots (routed or drilled with G85) as straight slots.
 
 gerbonara supports the dialects of KiCad, Altium, Eagle, Allegro and others. Unsupported commands (G85 slots, one-digit
-G codes, a machine's own feeds and speeds) are translated line by line, so that messages keep the line numbers.
+G codes, feeds and speeds of a machine) are translated line by line, so that messages keep the line numbers.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ _TOOL_ZERO = 1_000_000
 
 @dataclass
 class _TranslatedCommands:
-    """The commands translated for gerbonara, with their line numbers."""
+    """The commands of a drill file, translated for gerbonara, with their line numbers."""
 
     lines: list[str] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)
@@ -81,7 +81,7 @@ class _TranslatedCommands:
 
 
 class EmptyDrillFile(ReadError):
-    """A complete drill file without tools and holes, as KiCad writes for a board without unplated holes."""
+    """A drill file is complete but has no tools and holes, as KiCad writes it for a board without unplated holes."""
 
 
 def read_excellon(source: Source, options: ReadOptions) -> Part:
@@ -132,7 +132,7 @@ def _format_assumed(part: Part, metric: bool | None) -> Issue:
 
 
 def _too_narrow(holes: list[Hole]) -> Issue | None:
-    """Return a warning if all holes fit inside the widest: the coordinate format must be wrong."""
+    """Return a warning if all holes fit inside the largest hole, which means that the coordinate format is wrong."""
     positions = {(hole.x, hole.y) for hole in holes}
     if len(positions) < 2:
         return None
@@ -254,7 +254,7 @@ def _command(source: Source, prepared: _TranslatedCommands, line: str, number: i
 
 
 def _tool(prepared: _TranslatedCommands, match: re.Match[str], number: int, in_header: bool) -> None:
-    """Add a tool without its feeds and speeds, which apply to the original machine only."""
+    """Add a tool without its feeds and speeds, which apply only to the machine of the file."""
     index, diameter = int(match.group(1)), _TOOL_DIAMETER.search(match.group(2))
     name = f"T{index or _TOOL_ZERO}"
     if not diameter and name not in prepared.tools:
@@ -300,7 +300,7 @@ def _parse(source: Source, prepared: _TranslatedCommands, issues: list[Issue]) -
 
 
 def _locate_error(message: str, prepared: _TranslatedCommands) -> tuple[int | None, str, str]:
-    """Return (line of the file, command, reason)."""
+    """Return the position of a gerbonara error: the line of the file, the command, and the reason."""
     match = _GERBONARA_PLACE.match(message)
     if match is None:
         return None, "", message

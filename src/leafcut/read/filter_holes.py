@@ -1,4 +1,4 @@
-"""Filter the holes of a drawing: by layer and diameter, and without duplicates."""
+"""Filter the holes of a drawing by layer and diameter, and remove duplicates."""
 
 from __future__ import annotations
 
@@ -33,9 +33,11 @@ GAP_LENGTH, GAP_SMALLEST, GAP_LARGEST = 0.01, 2e-4, 0.01
 
 
 def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:
-    """Return the holes without those on layers of frames, texts and dimensions, unless `options.layers` is set.
+    """Return the holes of the part, without those on layers of frames, texts and dimensions, unless `options.layers` is
+    set.
 
-    The holes left out (L204) may be balloons or centring marks; their count reveals a misnamed layer.
+    The holes that are left out (L204) may be balloons or centre marks. Their number reveals a layer with a misleading
+    name.
     """
     skipped_layers = set() if options.layers else {layer for layer in {hole.layer for hole in holes} if is_aside(layer)}
     skipped = [hole for hole in holes if hole.layer in skipped_layers]
@@ -59,7 +61,9 @@ def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole],
 
 
 def chosen_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:
-    """Return the holes on the chosen layers or without a layer, and a note on those left out (L204)."""
+    """Return the holes on the chosen layers and the holes without a layer, and a note on the holes that are left out
+    (L204).
+    """
     chosen = layer_filter(options.layers)
     kept = [h for h in holes if not h.layer or chosen(h.layer)]
     if n_left_out := len(holes) - len(kept):
@@ -76,7 +80,7 @@ def select_holes(
     * Holes outside the chosen diameters are left out (L205).
     * Of coincident holes with equal diameters, the first is kept (L301).
     * Of concentric circles, the one selected by `options.concentric` is kept (L302).
-    * A bare point in the centre of a circle is its centre mark.
+    * A bare point in the centre of a circle is a centre mark and not a hole.
 
     `point_tolerance` is the distance within which bare points are duplicates, mm; None for `MERGE_TOLERANCE`.
     """
@@ -192,7 +196,7 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
 
 
 def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolerance: float) -> list[int]:
-    """Return the anchor of each circle like `anchor_points`, but with the tolerance of concentric circles."""
+    """Return the anchor of each circle as `anchor_points` does, but with the tolerance of concentric circles."""
     anchor_of = anchor_points(centres, tolerance)
     table = np.column_stack([centres[:, :2], radii])
     pairs = []
@@ -206,10 +210,10 @@ def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolera
 
 
 def circles_around(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: float) -> list[int]:
-    """Return the circles that are outlines: around an off-centre hole, or around separate off-centre contours.
+    """Return the circles that are outlines, because they enclose an off-centre hole, or separate off-centre contours.
 
-    Concentric circles are steps of one hole. A concentric contour, or a single contour, may be drawn inside a hole: the
-    square of a screw head, a letter.
+    Concentric circles are steps of one hole. A concentric contour, or a single contour, may be drawn inside a hole,
+    such as the square of a screw head, or a letter.
     """
     table = np.array([(hole.x, hole.y, 0.5 * hole.diameter) for hole in holes]).reshape(-1, 3)
     radius = table[:, 2]
@@ -237,15 +241,17 @@ def circles_around(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: 
 
 
 def _concentric_within(radius: float, inner: Any, tolerance: float) -> Any:
-    """Return the largest distance of the centres, mm; the item of radius `inner` must contain the circle's centre."""
+    """Return the maximum distance between the centres of concentric items, mm. The item of radius `inner` must contain
+    the centre of the circle.
+    """
     return np.maximum(tolerance, np.minimum(_CONCENTRIC * radius, inner))
 
 
 def _neighbours(
     table: NDArray[np.float64], reach: NDArray[np.float64]
 ) -> Iterator[tuple[int, NDArray[np.intp], NDArray[np.float64]]]:
-    """Yield each circle (`table`: x, y, radius), the smaller ones within `reach` in X, and the distances of their
-    centres.
+    """Yield each circle (`table`: x, y, radius), the smaller circles within `reach` in X, and the distances between
+    their centres.
     """
     x, y, radius = table.T
     order = np.argsort(x, kind="stable")
@@ -258,10 +264,11 @@ def _neighbours(
 
 
 def anchor_points(points: NDArray[np.float64], tolerance: float) -> list[int]:
-    """Return the first anchor within `tolerance` of each row; a row without an earlier anchor is an anchor.
+    """Return the first anchor within `tolerance` of each point. A point without an earlier anchor nearby is itself an
+    anchor.
 
-    Rows are processed in order, so anchors are more than `tolerance` apart. The grid only finds candidates; cell
-    borders do not matter. O(n), because a cell holds few anchors.
+    Points are processed in order, so anchors are more than `tolerance` apart. A grid is only used to find candidates,
+    so the borders of its cells do not matter. O(n), because a cell holds few anchors.
 
     `points` is float64[n, 3], finite. The distance is Euclidean in the first two columns; the third may differ by
     `tolerance`.
@@ -300,7 +307,9 @@ def _neighbour_cells(cell: tuple[float, float, float], tolerance: float) -> list
 
 
 def _has_neighbours(points: NDArray[np.float64], tolerance: float) -> NDArray[np.bool_]:
-    """Return bool[n]: the rows that share their cell, or an adjacent one, with another row; all others are anchors."""
+    """Return a mask of the points, bool[n], that share their cell or an adjacent cell with another point. All other
+    points are anchors.
+    """
     if len(points) < 2:
         return np.zeros(len(points), dtype=np.bool_)
     size = max(tolerance, 1e-3)
@@ -318,7 +327,7 @@ def _has_neighbours(points: NDArray[np.float64], tolerance: float) -> NDArray[np
 
 
 class ArcPiece(NamedTuple):
-    """An arc in mm and radians, counter-clockwise from `start` over `sweep`; `entity` is the number of its entity."""
+    """An arc in mm and rad, counter-clockwise from `start` over `sweep`; `entity` is the number of its entity."""
 
     x: float
     y: float
@@ -330,7 +339,9 @@ class ArcPiece(NamedTuple):
 
 
 def close_circles(pieces: Sequence[ArcPiece]) -> tuple[list[ArcPiece], set[int]]:
-    """Return the first piece of each closed circle, in the given order, and the entities used. O(n log n)."""
+    """Return the first piece of each closed circle, in the given order, and the entities that form the circles. O(n log
+    n).
+    """
     table = np.array([(p.x, p.y, p.radius) for p in pieces]).reshape(-1, 3)
     groups: dict[int, list[ArcPiece]] = {}
     for piece, anchor in zip(pieces, anchor_points(table, SAME_CIRCLE), strict=True):

@@ -1,4 +1,4 @@
-"""The `Format` type, the input of a reader (`Source`), and functions shared by all readers."""
+"""The `Format` type, the input of a reader (`Source`), and functions that all readers share."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ FREE_POINTS, POINTS_PER_BYTE = 500_000, 4
 
 
 class Match(IntEnum):
-    """Confidence of a format, from the first bytes, in recognising a file."""
+    """Confidence that a file has a format, judged by the first bytes of the file."""
 
     NO = 0
     MAYBE = 1
@@ -57,7 +57,8 @@ class Match(IntEnum):
 class Source:
     """Input of a reader: the path as the user wrote it, and the bytes of the file.
 
-    Readers report to `on_progress`, which may cancel them; `cache` keeps expensive results for the next reader.
+    Readers report their progress to `on_progress`, which may cancel them. `cache` keeps expensive results for the next
+    reader.
     """
 
     path: str
@@ -79,7 +80,7 @@ class Source:
         return Path(self.path).stem
 
     def text(self) -> str:
-        """Return the file as text: UTF-8, UTF-16 with a byte order mark, else Latin-1.
+        """Return the file as text. The encoding is UTF-8, UTF-16 with a byte order mark, or else Latin-1.
 
         Raises
         ------
@@ -97,7 +98,7 @@ class Source:
 def parsing_xml(path: str, advice: str) -> Iterator[None]:
     """Convert the exceptions of XML parsers to a `ReadError` with the line number.
 
-    `advice` is the remedy for a file that declares entities, which no supported format needs.
+    `advice` is the remedy in the message for a file that declares entities, which no supported format needs.
     """
     from xml.etree.ElementTree import ParseError
     from xml.sax import SAXParseException
@@ -130,24 +131,26 @@ def parsing_xml(path: str, advice: str) -> Iterator[None]:
 
 
 class ReadBudget:
-    """Limit of the work done for a file, by its size: a few lines can ask for hours of work."""
+    """Limit of the work that is done for a file, depending on its size, because a few lines can ask for hours of
+    work.
+    """
 
     def __init__(self, path: str, limit: int, reason: str) -> None:
         self.path, self.left, self.reason = path, limit, reason
 
     def __call__(self, amount: int) -> None:
-        """Raise `ReadError` if the budget is exceeded."""
+        """Subtract an amount of work from the budget. Raise `ReadError` if the budget is exceeded."""
         self.check(amount)
         self.left -= amount
 
     def check(self, amount: int) -> None:
-        """Raise `ReadError` if an amount exceeds the rest of the budget."""
+        """Raise `ReadError` if an amount exceeds the remaining budget."""
         if amount > self.left:
             raise ReadError(self.path, self.reason)
 
 
 def copy_budget(source: Source, noun: str, free: int = FREE_COPIES) -> ReadBudget:
-    """Return the budget for the elements that the blocks or uses of a drawing expand to."""
+    """Return the budget for the number of elements to which the blocks or uses of a drawing expand."""
     limit = free + COPIES_PER_BYTE * len(source.data)
     reason = Message(
         "the {} of this drawing, which has {}, expand to more than {:,} elements", noun, size_text(source), limit
@@ -156,7 +159,7 @@ def copy_budget(source: Source, noun: str, free: int = FREE_COPIES) -> ReadBudge
 
 
 def point_budget(source: Source) -> ReadBudget:
-    """Return the budget for the points along the curves of a drawing."""
+    """Return the budget for the number of points along the curves of a drawing."""
     limit = FREE_POINTS + POINTS_PER_BYTE * len(source.data)
     reason = Message("the curves of this drawing, which has {}, need more than {:,} points", size_text(source), limit)
     return ReadBudget(source.path, limit, Message("{}; check its units", reason))
@@ -178,7 +181,7 @@ class Format:
     Attributes
     ----------
     extensions
-        Lower case, with the dot.
+        File name extensions in lower case, with the dot.
     read
         ``(Source, ReadOptions) -> Part``; raises `ReadError`.
     prefix
@@ -211,7 +214,7 @@ class Format:
 
 
 def load(path: str | Path) -> Source:
-    """Read a regular file.
+    """Read a regular file as the input of a reader.
 
     Raises
     ------
@@ -279,23 +282,23 @@ def has_half_letter(value: Any) -> bool:
 
 
 def places_text(points: list[tuple[float, float]], number: int) -> Message:
-    """Return the first of `number` points as text, for `Issue.place`."""
+    """Return the first positions of `points` as text, for `Issue.place`; `number` is their total number."""
     first = ", ".join(f"({x:g}, {y:g})" for x, y in points[:3])
     return Message("at {}", first) + (" …" if number > 3 else "")
 
 
 def factor_of(options: ReadOptions, own_units: str | None) -> float:
-    """Return the millimetres in the user's unit, else in the unit of the file, else 1."""
+    """Return the length of the drawing unit, mm: the user's unit, or else the unit of the file, or else 1."""
     return MM_PER_UNIT[options.units or own_units or "mm"]
 
 
 def to_mm(value: float, factor: float) -> float:
-    """Convert a length to mm, rounded to remove digits that come from the conversion."""
+    """Convert a length to mm, rounded to remove digits that result from the conversion."""
     return value if factor == 1.0 else round(value * factor, 6)
 
 
 def units_unknown(noun: str, part: Part, severity: Severity) -> Issue:
-    """Return the issue L102 with the size of the part in mm, which reveals a wrong guess."""
+    """Return the issue L102, which states the size of the part in mm, so that a wrong unit is noticed."""
     left, low, right, high = part.extents
     widths = [w for w in part.diameters if w > 0]
     holes = Message("holes of Ø {:g} to {:g} mm", min(widths), max(widths)) if widths else Message("the points")
@@ -314,7 +317,7 @@ def units_unknown(noun: str, part: Part, severity: Severity) -> Issue:
 
 
 def refuse_tiny(path: str, part: Part, options: ReadOptions) -> None:
-    """Raise `ReadError` if a drawing is too small for its unit, unless the user gives the unit or selects layers."""
+    """Raise `ReadError` if a drawing is too small for its unit, unless the user states the unit or selects layers."""
     if options.units or options.layers:
         return
     left, low, right, high = part.extents

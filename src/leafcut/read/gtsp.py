@@ -1,4 +1,4 @@
-"""Generalised travelling salesman problems: ``.gtsp`` of GTSPLIB, and ``.pcglns`` with precedence.
+"""Read generalised travelling salesman problems: ``.gtsp`` files of GTSPLIB, and ``.pcglns`` files with precedence.
 
 These formats extend TSPLIB:
 
@@ -33,7 +33,7 @@ KINDS = ("GTSP", "AGTSP", "PCGTSP", "PCGLNS")
 def read_gtsp(source: Source, options: ReadOptions) -> Part:
     """Return the nodes as holes of diameter 0, with the distance function and their `Grouping`.
 
-    Nodes given only by distances are placed on a circle, for display.
+    Nodes that are given only by their distances are placed on a circle for display.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def read_gtsp(source: Source, options: ReadOptions) -> Part:
 
 
 def _check_costs(path: str, section: DataSection, matrix: NDArray[np.float64]) -> None:
-    """Refuse negative costs, except -1 for a forbidden edge."""
+    """Raise an error for negative costs, except -1, which marks a forbidden edge."""
     wrong = np.argwhere((matrix < 0) & (matrix != -1))
     if len(wrong):
         i, j = wrong[0].tolist()
@@ -135,7 +135,7 @@ def _number_of(path: str, line: int, number: dict[int, int], name: int) -> int:
 
 
 def _runs(path: str, section: DataSection) -> list[tuple[int, list[int]]]:
-    """Return the lists terminated by -1, each with its line number."""
+    """Return the lists of a section, each of which ends with -1, and the line number of each list."""
     values = tsplib.numbers(path, section)
     if not len(values):
         return []

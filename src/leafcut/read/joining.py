@@ -1,4 +1,6 @@
-"""Join the drill files of a circuit board: KiCad and others write plated and unplated holes to separate files."""
+"""Join the drill files of a circuit board. KiCad and other programs write plated and unplated holes to separate
+files.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,7 @@ def read_drill_files(
     Raises
     ------
     ReadError
-        A file cannot be read, all are empty, or `join_drill_files` raises it.
+        A file cannot be read, all files are empty, or `join_drill_files` raises the error.
     """
     parts, empty = [], []
     for source in sources:
@@ -45,8 +47,8 @@ def read_drill_files(
 def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
     """Return one part with the holes and slots of several drill files, in their order.
 
-    A hole in two files is drilled once. Plated and unplated holes of equal diameter are not distinguished; to keep
-    them apart, make one program per file.
+    A hole in two files is drilled once. Plated and unplated holes of equal diameter are not distinguished; to keep them
+    apart, create one program per file.
 
     Raises
     ------
@@ -76,7 +78,9 @@ def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
 
 
 def _reference(parts: Sequence[Part]) -> Part | None:
-    """Return a part with all holes and slots, as the reference for the origin; None if every hole is selected."""
+    """Return a part with all holes and slots, which is the reference for the origin, or None if every hole is
+    selected.
+    """
     if all(part.reference is None for part in parts):
         return None
     complete = [part.reference or part for part in parts]
@@ -93,7 +97,9 @@ def _counts(part: Part) -> str:
 
 
 def _far_apart(parts: Sequence[Part]) -> str:
-    """Return the names of two parts whose distance exceeds the sum of their sizes; empty if there are none."""
+    """Return the names of two parts that are farther apart than the sum of their sizes, or "" if there are no such
+    parts.
+    """
     boxes = [part.extents for part in parts]
     for k, (a, box_a) in enumerate(zip(parts, boxes, strict=True)):
         for b, box_b in zip(parts[k + 1 :], boxes[k + 1 :], strict=True):

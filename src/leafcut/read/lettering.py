@@ -50,12 +50,13 @@ _SUBSTITUTES = {
 
 
 def letters(text: str) -> tuple[LetterLines, float]:
-    """Return a line of text as strokes float64[n, 2] from the left end of its base line, and its width; cap height 1.
+    """Return a line of text as strokes, float64[n, 2], and the width of the line. Coordinates are relative to the left
+    end of the base line; the cap height is 1.
 
     Raises
     ------
     ValueError
-        The font has no strokes for a letter; names it.
+        The font has no strokes for a letter; the message names the letter.
     """
     strokes: LetterLines = []
     x = 0.0

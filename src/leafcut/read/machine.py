@@ -1,6 +1,6 @@
-"""Machine profiles: TOML → `Machine`.
+"""Read machine profiles: convert TOML to a `Machine`.
 
-Shipped profiles, and those of installed packages (`leafcut.machines`), are loaded by name; others by path.
+Shipped profiles, and those of installed packages (`leafcut.machines`), are loaded by name, other profiles by path.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def _folder() -> Any:
 
 
 def _path_of(name: str, entry: Any) -> Path:
-    """Check that the profile of an entry point loads."""
+    """Return the path of the profile of an entry point, after checking that the profile can be loaded."""
     path = file_of(name, entry)
     load_machine(str(path))
     return path
@@ -64,7 +64,7 @@ MACHINES = PluginKind(
 
 
 def machine_names() -> list[str]:
-    """Return the names of all machines, shipped ones first, without broken plug-ins."""
+    """Return the names of all machines, shipped machines first; broken plug-ins are left out."""
     return [*shipped_machines(), *(plugin.name for plugin in MACHINES.plugins() if plugin.adds is not None)]
 
 
@@ -84,7 +84,7 @@ def load_machine(name_or_path: str, work_offset: Sequence[float] | None = None) 
     Raises
     ------
     OptionError
-        The machine (the nearest name is suggested) or the file does not exist, or a plug-in cannot be read.
+        The machine or the file does not exist (the message suggests the nearest name), or a plug-in cannot be read.
     DataError
         The file cannot be read; or a key of the profile is unknown, missing, of the wrong kind or out of range.
     """
@@ -93,8 +93,8 @@ def load_machine(name_or_path: str, work_offset: Sequence[float] | None = None) 
 
 
 def machine_template(name_or_path: str) -> str:
-    """Return the profile of a machine as TOML to edit, with comments that explain every key. Raises like
-    `load_machine`.
+    """Return the profile of a machine as TOML to be edited, with comments that explain every key. The errors are those
+    of `load_machine`.
     """
     data, place = _profile(name_or_path)
     machine = _machine_of(data, place)
@@ -102,7 +102,7 @@ def machine_template(name_or_path: str) -> str:
 
 
 def machine_of_profile(text: str, place: str) -> Machine:
-    """Return the machine of a profile given as text; `place` is the prefix of messages.
+    """Return the machine that the text of a profile describes; messages start with `place`.
 
     Raises
     ------
@@ -201,7 +201,7 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
 def _controller(top: TomlTable, place: str) -> tuple[str, str]:
     """Return the dialect of a machine (a name or a path), and the shipped dialect that it extends, or "".
 
-    A dialect file must be in the folder of the profile or below it, so that no profile can read files elsewhere.
+    A dialect file must be in the folder of the profile or in a subfolder, so that no profile can read files elsewhere.
     """
     name = top.text("controller")
     if name.lower().endswith(".toml"):

@@ -1,4 +1,4 @@
-"""The keys of a machine profile, with meanings and defaults.
+"""The keys of a machine profile, with their meanings and defaults.
 
 This table is used to validate and complete profiles, and to write templates and the reference page
 (`tools/make_reference.py`).
@@ -27,13 +27,14 @@ class ProfileKey:
     Attributes
     ----------
     default
-        Value if the key is missing, as written in a profile; None if there is no such value.
+        Value that applies if the key is missing, as written in a profile; None if the key has no default.
     why
-        Source of the default; without a default, the effect of a missing key.
+        Source of the default; for a key without a default, the effect of a missing key.
     reported
-        A run that uses the default reports it (L408), because times or refusals depend on it.
+        Whether a run that uses the default reports this (L408), because times or refusals depend on it.
     unit, size
-        For a quantity: its internal unit, a key of `units.FACTORS`, and the number of values: one, or one per axis.
+        For a quantity: its internal unit (a key of `units.FACTORS`), and the number of values, which is one, or one per
+        axis.
     """
 
     name: str
@@ -50,7 +51,7 @@ class ProfileKey:
 
     @property
     def kind(self) -> str:
-        """Kind of the value: flag, choice, quantity, axes (a quantity per axis), number, whole, wholes, or text."""
+        """The kind of value: flag, choice, quantity, axes (a quantity per axis), number, whole, wholes, or text."""
         if isinstance(self.default, bool):
             return "flag"
         if self.choices:
@@ -62,17 +63,17 @@ class ProfileKey:
 
     @property
     def table(self) -> str:
-        """The name of its table; empty for the top level."""
+        """The name of the table that contains the key; empty for the top level."""
         return self.name.rpartition(".")[0]
 
     @property
     def key(self) -> str:
-        """Its name within the table."""
+        """The name of the key within its table."""
         return self.name.rpartition(".")[2]
 
     @property
     def shown_default(self) -> str:
-        """The default and its source, as text."""
+        """The default of the key and its source, as text."""
         value = "" if self.default is None else toml_value(self.default)
         return f"{value} ({self.why})" if value and self.why else value or self.why
 
@@ -347,7 +348,7 @@ SOURCE_KEYS: tuple[str, ...] = tuple(key.name for key in PROFILE_KEYS if key.nam
 
 
 def with_defaults(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return a profile with defaults, and those defaults that a run must report: key → value and source.
+    """Return a profile with defaults, and the value and source of each default that a run must report, by key.
 
     A missing table [probe] stays missing.
     """
@@ -367,7 +368,7 @@ def with_defaults(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, st
 def profile_template(data: Mapping[str, Any], name: str) -> str:
     """Return a profile as TOML with an explanation of every key.
 
-    Missing keys are comments with their default or an example. Loading the text gives the same machine.
+    Missing keys are comments with their default or an example. The text describes the same machine as the profile.
     """
     lines = [
         f"# Machine profile {name}: save it as my.toml, change it, and run with --machine my.toml.",

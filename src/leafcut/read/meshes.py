@@ -1,6 +1,7 @@
 """Meshes of solids: STL (text or binary) and STEP.
 
-trimesh and numpy-stl would save no code, given the checks that untrusted files need, and take a second to import.
+trimesh and numpy-stl are not used: untrusted files would need the same checks, and the packages take a second to
+import.
 """
 
 from __future__ import annotations
@@ -39,7 +40,8 @@ def load_mesh(
 ) -> Mesh:
     """Return the mesh of a file.
 
-    `unit` is that of an STL file, one of `UNITS`; `which` is the number of a solid of a STEP file, or all of them.
+    `unit` is the unit of an STL file, one of `UNITS`. `which` selects a solid of a STEP file by its number, or all
+    solids.
 
     Raises
     ------

@@ -27,7 +27,9 @@ _NUMBERED = re.compile(r"(.+):([+-]?[0-9]{1,9})", re.DOTALL)
 
 @dataclass(frozen=True)
 class WantedDrawing:
-    """A drawing, the quantity of its parts, and their rotations as text; if empty, the options give the rotations."""
+    """A drawing, the quantity of its parts, and their rotations as text. If the text is empty, the options determine
+    the rotations.
+    """
 
     file: str
     quantity: int = 1
@@ -47,7 +49,7 @@ def read_wanted(arguments: Sequence[str | WantedDrawing]) -> list[WantedDrawing]
     Raises
     ------
     ReadError
-        A list cannot be read, or a line of it is invalid (names the line).
+        A list cannot be read, or one of its lines is invalid; the message names the line.
     OptionError
         There are no arguments, or a quantity is below 1 or has no drawing.
     """
@@ -64,7 +66,7 @@ def read_wanted(arguments: Sequence[str | WantedDrawing]) -> list[WantedDrawing]
 
 
 def file_and_quantity(argument: str) -> tuple[str, int]:
-    """Split an argument such as ``bracket.dxf:10`` into file and quantity."""
+    """Split an argument such as ``bracket.dxf:10`` into the file and the quantity."""
     match = _NUMBERED.fullmatch(argument)
     return (match[1], int(match[2])) if match else (argument, 1)
 

@@ -43,16 +43,18 @@ class Drawing:
 
 @dataclass(frozen=True)
 class OrderFile:
-    """Contents of an order file: the holes of each operation, both counted from 0, and the file's drawing, if given."""
+    """Contents of an order file: the holes of each operation, and the identity of the drawing if the file states it.
+    Operations and holes are numbered from 0.
+    """
 
     operations: dict[int, tuple[int, ...]]
     drawing: Drawing | None
 
 
 def drawing_of(positions: PlacesInOrder) -> Drawing:
-    """Return the identity of a drawing; `positions` of its holes in file order, mm.
+    """Return the identity of a drawing, given the positions of its holes in file order, mm.
 
-    Translating the whole drawing does not change it.
+    The identity does not change if the whole drawing is moved.
     """
     xy = [(float(x), float(y)) for x, y in positions]
     x0, y0 = (min(values) for values in zip(*xy, strict=True)) if xy else (0.0, 0.0)
@@ -61,7 +63,9 @@ def drawing_of(positions: PlacesInOrder) -> Drawing:
 
 
 def order_text(operations: dict[int, tuple[int, ...]], drawing: Drawing | None = None) -> str:
-    """Return the text of an order file; `operations` maps operation → holes, both counted from 0."""
+    """Return the text of an order file; `operations` contains the holes of each operation; operations and holes are
+    counted from 0.
+    """
     rows = [
         f'  {{"operation": {number + 1}, "holes": {json.dumps([hole + 1 for hole in holes])}}}'
         for number, holes in sorted(operations.items())
@@ -76,7 +80,7 @@ def load_order(path: Path) -> OrderFile:
     Raises
     ------
     ReadError
-        The file is not an order file; names the operation and the error.
+        The file is not an order file; the message names the operation and the error.
     DataError
         This version of leafcut does not support the schema of the file.
     """
@@ -112,7 +116,7 @@ def _drawing(place: str, data: Any) -> Drawing | None:
 
 
 def _number(place: str, value: Any, label: str) -> int:
-    """Convert a number counted from 1 to one counted from 0."""
+    """Convert a number that is counted from 1 to a number that is counted from 0."""
     if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value < 2**31:
         raise ReadError(
             place, Message("{}: {} is not a whole number of 1 or more", label, printable(json.dumps(value)))

@@ -1,7 +1,8 @@
-"""Pictures (PNG, JPEG, BMP) of pockets: dark areas are milled, bright areas remain; the user gives the pixel size.
+"""Read pictures (PNG, JPEG, BMP) of pockets. Dark areas are milled, bright areas remain, and the user states the size
+of a pixel.
 
-The origin is the lower left corner of the picture; y points up. Intermediate brightness places the wall between two
-pixels.
+The origin is the lower left corner of the picture; y points up. At an intermediate brightness, the wall lies between
+two pixels.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ _READ = ("PNG", "JPEG", "BMP")
 
 
 def read_picture(source: Source, options: ReadOptions) -> Part:
-    """Raise `ReadError`: holes to drill are not read from pictures."""
+    """Raise `ReadError`, because holes to drill are not read from pictures."""
     raise ReadError(source.path, "pictures are read for pockets only; use --process pocket")
 
 
@@ -59,8 +60,7 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
     Raises
     ------
     ReadError
-        The file is not a supported picture, or it is truncated, animated or too large; it has no contrast, or too many
-        spots.
+        The file is not a supported picture, is truncated, animated or too large, or has no contrast or too many spots.
     OptionError
         `pixel_size` is missing.
     """
@@ -105,7 +105,9 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
 def _pockets(
     part: Part, outlines: list[Polyline], frame: tuple[float, int], joining: SheetOptions, source: Source
 ) -> Part:
-    """Return the part with the outlines as pockets, mm; `frame` is the pixel size and the number of rows."""
+    """Return the part with the outlines as pockets, in mm. `frame` contains the size of a pixel and the number of
+    rows.
+    """
     from leafcut.read.pocket_outlines import as_pockets  # start-up
 
     size, rows = frame
@@ -179,7 +181,7 @@ def _pixel_size_hint(image: Any) -> Message:
 
 
 def _brightness(source: Source, image: Any, invert: bool) -> Grey:
-    """Return float32[rows, columns], 0 … 1: dark pixels are milled."""
+    """Return the brightness of each pixel, float32[rows, columns], from 0 to 1; dark pixels are milled."""
     from PIL import Image, ImageOps
 
     try:
@@ -207,7 +209,9 @@ def _brightness(source: Source, image: Any, invert: bool) -> Grey:
 
 
 def _threshold_level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
-    """Return the brightness at which outlines are traced: the user's threshold, else midway between dark and bright."""
+    """Return the brightness at which outlines are traced: the user's threshold, or else the middle between dark and
+    bright.
+    """
     low, high = float(grey.min()), float(grey.max())
     if options.threshold is not None:
         level = options.threshold if not options.invert else 1.0 - options.threshold
@@ -236,11 +240,12 @@ def _threshold_level(source: Source, grey: Grey, options: PocketDrawingOptions) 
 
 
 def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
-    """Level the brightness of a photo whose light falls off.
+    """Level the brightness of a photo that is unevenly lit.
 
-    The light is a quadratic surface, fitted so that bright areas become equally bright everywhere, and dark areas
-    equally dark. The brightness is divided by it, and the classes are determined again. A fit to the bright class alone
-    would be extrapolated into the dark areas. An evenly lit picture is returned unchanged.
+    The light is modelled as a quadratic surface, which is fitted so that bright areas become equally bright everywhere,
+    and dark areas equally dark. The brightness is divided by this surface, and the pixels are divided into dark and
+    bright again. A fit to the bright pixels alone would be extrapolated into the dark areas. An evenly lit picture is
+    returned unchanged.
     """
     light = 1.0 - grey if invert else grey
     if float(np.ptp(light)) < LEAST_CONTRAST:
@@ -269,13 +274,13 @@ def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
 
 
 def _polynomial_terms(shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Return 1, x, y, x², xy, y² of every pixel, float64[n, 6], x and y from −1 to 1."""
+    """Return the terms 1, x, y, x², xy, y² of every pixel, float64[n, 6], where x and y range from −1 to 1."""
     y, x = (a.ravel() for a in np.meshgrid(*(np.linspace(-1.0, 1.0, n) for n in shape), indexing="ij"))
     return _terms_at(x, y)
 
 
 def _terms_at(x: NDArray[np.float64], y: NDArray[np.float64] | float) -> NDArray[np.float64]:
-    """Return 1, x, y, x², xy, y² of points, float64[n, 6]."""
+    """Return the terms 1, x, y, x², xy, y² of points, float64[n, 6]."""
     y = np.broadcast_to(y, x.shape)
     return np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
 
@@ -296,7 +301,8 @@ def otsu(grey: Grey) -> float:
     """Return the brightness that best separates dark from bright pixels.
 
     Source: Otsu, "A threshold selection method from gray-level histograms", IEEE Trans. SMC 9 (1979), equation 18: the
-    largest variance between the two classes. Of several equal maxima, across an empty range, the middle is used.
+    largest variance between the two classes. If several brightness values share the maximum, because no pixel lies
+    between them, the middle is used.
     """
     counts, edges = np.histogram(grey, bins=256, range=(float(grey.min()), max(float(grey.max()), 1e-6)))
     share = counts / counts.sum()
@@ -320,7 +326,7 @@ def _count_transitions(dark: NDArray[np.bool_]) -> int:
 def _without_dirt(
     source: Source, lines: list[Points], narrow: float, frame: tuple[float, int], issues: list[Issue]
 ) -> list[Points]:
-    """Drop the outlines of spots up to `narrow` pixels wide, and report them as dirt (L214)."""
+    """Drop the outlines of spots that are at most `narrow` pixels wide, and report them as dirt (L214)."""
     import shapely  # start-up
 
     size, rows = frame
@@ -352,7 +358,7 @@ def _without_dirt(
 
 
 def _check_edges(lines: list[Points], shape: tuple[int, ...], issues: list[Issue]) -> None:
-    """Report (L425) picture edges that become walls of the milled region."""
+    """Report that edges of the picture become walls of the milled region (L425)."""
     points = np.concatenate(lines)
     (left, upper), (right, lower) = points.min(axis=0), points.max(axis=0)
     rows, columns = shape

@@ -4,8 +4,8 @@
       {"contours": [2], "start": [41.2, 80.5], "direction": "counter-clockwise",
        "lead_in": {"style": "arc", "length": 6, "angle": 90}, "lead_out": {"style": "none"}, "fixed": ["start"]}]}
 
-Contours are numbered from 1 in file order; lengths in mm, angles in degrees. Cuts are listed in cutting order. A cut
-with ``"bridge": true`` starts without a pierce: the torch stays lit from the previous cut.
+Contours are numbered from 1 in file order. Lengths are in mm, and angles in degrees. Cuts are listed in cutting order.
+A cut with ``"bridge": true`` starts without a pierce: the torch stays lit from the previous cut.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def load_plan(path: Path) -> PlanFile:
     Raises
     ------
     ReadError
-        The file is not a plan file; names the cut and the error.
+        The file is not a plan file; the message names the cut and the error.
     DataError
         This version of leafcut does not support the schema of the file.
     """

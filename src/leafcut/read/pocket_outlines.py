@@ -1,4 +1,4 @@
-"""From the outlines of a drawing to pockets: joined, cleaned, and each island assigned to its pocket.
+"""Convert the outlines of a drawing to pockets: join and clean the outlines, and assign each island to its pocket.
 
 Layers determine pockets and islands, by name or by options. Otherwise nested outlines are ambiguous: the outermost is a
 pocket with islands, or the edge of a plate with pockets. The user chooses (`--outline`), because the wrong choice would
@@ -34,7 +34,7 @@ from leafcut.read.format import places_text
 
 @dataclass(frozen=True)
 class PocketOutline:
-    """A closed contour, the number of its first stroke in the drawing, and its kind by layer."""
+    """A closed contour, the number of its first stroke in the drawing, and its kind according to its layer."""
 
     contour: Contour
     order: int
@@ -44,7 +44,7 @@ class PocketOutline:
         return self.named(self.kind)
 
     def named(self, kind: str) -> Message:
-        """Return the name with another kind: ``pocket``, ``island`` or ""."""
+        """Return the name of the outline with the given kind: ``pocket``, ``island`` or ""."""
         x, y = self.contour.path.start
         if kind == "pocket":
             message = Message("the pocket that starts at ({:.6g}, {:.6g})", x, y)
@@ -62,8 +62,9 @@ def pockets_of_drawing(part: Part, options: PocketDrawingOptions, joining: Sheet
     Raises
     ------
     ReadError
-        An outline is open or crosses itself, two touch or overlap, or an island lies in no pocket; gives the position.
-        Outlines are nested and the kind of the outermost is unknown; gives both readings and their sizes.
+        An outline is open or crosses itself, two outlines touch or overlap, or an island lies in no pocket; the message
+        states the position. Or outlines are nested and the kind of the outermost outline is unknown; the message states
+        both interpretations with their sizes.
     """
     issues = list(part.issues)
     kinds, named = _kinds(part.contours, options, issues, path)
@@ -99,7 +100,7 @@ def as_pockets(
     `kinds` are `POCKET`, `ISLAND`, `EITHER`, or None to leave a contour out; `outermost` is the kind of the outermost
     outlines: `POCKET`, `EDGE`, or `EITHER` to refuse nested outlines.
 
-    Raises like `pockets_of_drawing`.
+    The errors are those of `pockets_of_drawing`.
     """
     issues = list(part.issues)
     try:
@@ -135,7 +136,9 @@ def as_pockets(
 def _kinds(
     contours: Sequence[Contour], options: PocketDrawingOptions, issues: list[Issue], path: str
 ) -> tuple[list[str | None], bool]:
-    """Return the kind of every contour and whether layers decide it; report (L421) kinds taken from layer names."""
+    """Return the kind of every contour, and whether layers determine the kinds. Report kinds that come from layer names
+    (L421).
+    """
     names = sorted({c.layer for c in contours})
     pocket_names = _matching_names(names, options.pocket_layers, POCKET_NAMES)
     island_names = _matching_names(names, options.island_layers, ISLAND_NAMES) - pocket_names
@@ -182,7 +185,7 @@ def _matching_names(names: Sequence[str], given: tuple[str, ...], usual: tuple[s
 def _outlines(
     contours: Sequence[Contour], kinds: Sequence[str | None], joining: SheetOptions, issues: list[Issue]
 ) -> list[PocketOutline]:
-    """Return the closed outlines in file order; only strokes of one kind are joined with each other."""
+    """Return the closed outlines in file order. Only strokes of the same kind are joined."""
     strokes: dict[str, list[tuple[int, Contour]]] = {}
     zero_length = []
     for k, (contour, kind) in enumerate(zip(contours, kinds, strict=True)):
@@ -223,7 +226,7 @@ def _outlines(
 def _join_strokes(
     strokes: Sequence[tuple[int, Contour]], kind: str, joining: SheetOptions, issues: list[Issue]
 ) -> list[PocketOutline]:
-    """Join strokes to outlines; each outline takes the layer and handle of its first stroke."""
+    """Join strokes to outlines. Each outline has the layer and the handle of its first stroke."""
     tidied = tidy_outlines([contour.path for _, contour in strokes], joining.join_tolerance)
     gaps = [gap for joined_path in tidied.paths for gap in joined_path.gaps]
     if gaps:
@@ -251,7 +254,7 @@ def _join_strokes(
 
 
 def _check_simple(outlines: Sequence[PocketOutline], shapes: NDArray[Any], picture: bool) -> None:
-    """Refuse outlines that cross or touch themselves, or enclose no area."""
+    """Raise an error for outlines that cross or touch themselves, or enclose no area."""
     # The hull, because the areas of the two halves of a figure 8 cancel.
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= COINCIDENT * shapely.length(shapes)
     for outline in (o for o, is_thin in zip(outlines, thin, strict=True) if is_thin):
@@ -275,7 +278,7 @@ def _check_simple(outlines: Sequence[PocketOutline], shapes: NDArray[Any], pictu
 def _without_duplicates(
     outlines: Sequence[PocketOutline], contacts: Sequence[Conflict], issues: list[Issue]
 ) -> list[int]:
-    """Return the indices of the outlines without duplicates (L312); raise if outlines overlap."""
+    """Return the indices of the outlines that are not duplicates (L312). Raise an error if outlines overlap."""
     duplicates = {c.second for c in contacts if c.kind == "same"}
     for c in contacts:
         first, second = outlines[c.first], outlines[c.second]
@@ -296,7 +299,9 @@ def _without_duplicates(
 
 
 def _check_reading(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], outermost: str) -> None:
-    """Refuse a drawing whose outermost outlines can be edges or pockets, or whose edges contain no pocket."""
+    """Raise an error if the outermost outlines of a drawing may be edges or pockets, or if an edge contains no
+    pocket.
+    """
     nested = bool(depth.any())
     if outermost == EDGE and not nested:
         raise LeafcutError("--outline edge: no outline read as a pocket lies inside another; use --outline pocket")
@@ -322,14 +327,16 @@ def _check_reading(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], 
 
 
 def _describe_sizes(outlines: Sequence[PocketOutline], noun: str) -> str:
-    """Return ``1 plate (120 × 80 mm)`` or ``5 pockets (at most 30 × 20 mm)``, the size of the largest."""
+    """Return the number of outlines and the size of the largest as text, such as ``1 plate (120 × 80 mm)`` or ``5
+    pockets (at most 30 × 20 mm)``.
+    """
     x0, y0, x1, y1 = max((o.contour.path for o in outlines), key=lambda path: path.area).extents
     size = f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
     return f"{count_of(len(outlines), noun)} ({size if len(outlines) == 1 else Message('at most {}', size)})"
 
 
 def _check_kinds(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], parent: NDArray[np.int64]) -> None:
-    """Refuse layers that contradict the nesting: an island in no pocket, or a pocket directly in a pocket."""
+    """Raise an error if layers contradict the nesting: an island in no pocket, or a pocket directly in a pocket."""
     for outline, level, enclosing in zip(outlines, depth.tolist(), parent.tolist(), strict=True):
         if outline.kind == ISLAND and enclosing < 0:
             raise LeafcutError("{} lies in no pocket", outline)
@@ -348,9 +355,10 @@ def _check_apart(
     issues: list[Issue],
     picture: bool,
 ) -> None:
-    """Refuse islands that touch a wall or another island; report (L423) pockets that touch each other or an edge.
+    """Raise an error for islands that touch a wall or another island. Report pockets that touch each other or an edge
+    (L423).
 
-    `level` is -1 for the edge of a plate; otherwise even for pockets, odd for islands.
+    `level` is -1 for the edge of a plate, even for pockets, and odd for islands.
     """
     touching, at_edge = [], []
     for c in contacts:
@@ -393,7 +401,7 @@ def _location(conflict: Conflict) -> Message:
 def _pockets(
     outlines: Sequence[PocketOutline], level: NDArray[np.int64], parent: NDArray[np.int64], name: str
 ) -> tuple[Pocket, ...]:
-    """Return the pockets; a single pocket takes the name of the drawing, and several pockets are numbered."""
+    """Return the pockets. A single pocket has the name of the drawing; several pockets are numbered."""
     islands: dict[int, list[int]] = {}
     for k in np.flatnonzero((level > 0) & (level % 2 == 1)).tolist():
         islands.setdefault(int(parent[k]), []).append(k)

@@ -50,7 +50,7 @@ _CODE = rb"\b[GgMm]\s*0*\d{1,3}(?!\d)"
 
 
 def sniff_dxf(head: bytes) -> Match:
-    """Recognise DXF by the sentinel of binary files, or by group code 0 with SECTION."""
+    """Recognise DXF by the sentinel of binary files, or by group code 0 with SECTION in text files."""
     if head.startswith(BINARY_DXF):
         return Match.YES
     text = head[:4096].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
@@ -86,14 +86,16 @@ def sniff_picture(head: bytes) -> Match:
 
 
 def picture_kind(head: bytes) -> str:
-    """Return the kind of a picture by its first bytes; empty for other files."""
+    """Return the kind of a picture, recognised by its first bytes, or "" for other files."""
     kind = next((kind for magic, kind in _PICTURES if head.startswith(magic)), "")
     checks = {"BMP": head[6:10] == bytes(4), "WebP": head[8:12] == b"WEBP"}
     return kind if checks.get(kind, True) else ""
 
 
 def sniff_excellon(head: bytes) -> Match:
-    """Recognise Excellon by its header, or by tools and coordinates: boards come as ``.tap`` or ``.nc`` as well."""
+    """Recognise Excellon by its header, or by tools and coordinates, because drill files also have the extension
+    ``.tap`` or ``.nc``.
+    """
     lines = head.replace(b"\r", b"\n")
     tools = _has_line(_DRILL_TOOL, lines)
     if _has_line(rb"^M48\s*$", lines) and (tools or _has_line(_DRILL_HEADER, lines)):
@@ -119,7 +121,7 @@ def sniff_xml(head: bytes) -> Match:
 
 
 def sniff_csv(head: bytes) -> Match:
-    """Recognise a table if most lines start with two numbers; never certain."""
+    """Recognise a table if most lines start with two numbers. The match is never certain."""
     from leafcut.read.table_rows import is_number, separator_of, split_row
 
     if b"\0" in head:
@@ -143,13 +145,13 @@ def sniff_tsplib(head: bytes) -> Match:
 
 
 def sniff_gtsp(head: bytes) -> Match:
-    """Recognise GTSPLIB by its key for sets."""
+    """Recognise GTSPLIB by the key for the number of sets."""
     text = head[:4096].decode("latin-1").upper()
     return Match.YES if re.search(r"^[^\S\n]*GTSP_SETS\b", text, re.MULTILINE) else Match.NO
 
 
 def sniff_gcode(head: bytes) -> Match:
-    """Recognise a program by its blocks; never certain."""
+    """Recognise a G-code program by its blocks. The match is never certain."""
     if b"\0" in head:
         return Match.NO
     lines = [line[:300] for line in head.splitlines()[:_LINES] if line.strip()]

@@ -1,6 +1,6 @@
-"""The reference outline of a part for `--origin`: the same for all commands, layers and hole selections.
+"""The reference outline of a part for `--origin`. It is the same for all commands, layers and hole selections.
 
-It is derived from the complete drawing without texts, dimensions and drawing frames.
+The outline is derived from the complete drawing without texts, dimensions and drawing frames.
 """
 
 from __future__ import annotations
@@ -21,18 +21,20 @@ JOINED = 0.05
 
 
 def read_whole_drawing(format_: Format, loaded: Source, options: ReadOptions) -> Part:
-    """Return the complete drawing, ignoring the layer and hole selections of `options`. Raises like `read_whole`."""
+    """Return the complete drawing, whatever layers and holes `options` selects. The errors are those of
+    `read_whole`.
+    """
     everything = replace(options, layers=(), min_diameter=None, max_diameter=None, concentric="all")
     reader = format_.whole or format_.contours or format_.read
     return run(replace(format_, read=reader), loaded, everything)
 
 
 def reference_geometry(format_: Format, loaded: Source, options: ReadOptions) -> Part | None:
-    """Return the closed outlines of a drawing, or its whole geometry if no outline is closed; None if everything is
-    machined.
+    """Return the closed outlines of a drawing, or its complete geometry if no outline is closed. Return None if
+    everything in the drawing is machined.
 
-    Everything in drill files, point maps and pictures is machined; of their holes, only the centres count. Raises like
-    `read_whole_drawing`.
+    Everything in drill files, point maps and pictures is machined; only the centres of their holes count. The errors
+    are those of `read_whole_drawing`.
     """
     if format_.whole is None and format_.contours is None:
         filtered = options.layers or options.min_diameter is not None or options.max_diameter is not None
@@ -41,10 +43,11 @@ def reference_geometry(format_: Format, loaded: Source, options: ReadOptions) ->
 
 
 def outline_of(whole: Part) -> Part:
-    """Return the closed outlines, circles and points of a drawing, or else its complete geometry.
+    """Return the closed outlines, circles and points of a drawing, or its complete geometry if the outline is not
+    closed.
 
-    The outermost closed outline determines the bounding box. An open path around all of them is an outline with a gap,
-    so the complete geometry is used.
+    The outermost closed outline determines the bounding box. An open path around all closed outlines is an outline with
+    a gap, so the complete geometry is used.
     """
     from leafcut.geometry.tidying import tidy_outlines  # start-up: it needs shapely
 

@@ -174,7 +174,7 @@ def _unusable_format(plugin: Plugin[Format]) -> Format:
 def read_source(source: Input, on_progress: Heartbeat = ignore_heartbeat) -> tuple[Format, Source]:
     """Return the format of an input, and its bytes.
 
-    A `Source` is not read again, and keeps its own `on_progress` unless another is given.
+    An input that is already a `Source` is not read again. It keeps its own `on_progress` unless another is given.
 
     Raises
     ------
@@ -203,7 +203,9 @@ def read_once(source: Input) -> Source:
 
 
 def format_name(path: str | Path) -> str:
-    """Return the name of the format of a file, from its first bytes; empty if unreadable or unknown."""
+    """Return the name of the format of a file, recognised by its first bytes, or "" if the file is unreadable or its
+    format unknown.
+    """
     try:
         with Path(path).open("rb") as stream:
             return choose(formats(), Source(str(path), stream.read(SNIFF_BYTES))).name
@@ -212,7 +214,9 @@ def format_name(path: str | Path) -> str:
 
 
 def choose(known: tuple[Format, ...], source: Source) -> Format:
-    """Return the format of a file: certain by content, else by extension, else likely by content."""
+    """Return the format of a file. A certain match by content comes first, then the extension, then a likely match by
+    content.
+    """
     extension = Path(source.path).suffix.lower()
     head = source.data[:SNIFF_BYTES]
     by_extension = [(_sniff(format_, head), format_) for format_ in known if extension in format_.extensions]
@@ -246,7 +250,7 @@ def run(format_: Format, source: Source, options: ReadOptions) -> Part:
     Raises
     ------
     ReadError
-        The file cannot be read; also for every exception of a third-party parser.
+        The file cannot be read, or a third-party parser raises any exception.
     OptionError
         A solid is chosen, turned or lifted, but the format has no solids.
     """

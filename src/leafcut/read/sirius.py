@@ -1,4 +1,5 @@
-"""Sheets of the Sirius CAM in JSON (``*.dbs.json``): parts as paths of (x, y, bulge); one of them is the sheet.
+"""Read sheets of the Sirius CAM system in JSON (``*.dbs.json``). Parts are paths of (x, y, bulge), and one path is the
+outline of the sheet.
 
 Bulges are defined as in DXF (LWPOLYLINE, group code 42). Units are mm.
 """
@@ -33,19 +34,19 @@ CLOSED = 1e-6
 
 
 def read_sirius(source: Source, options: ReadOptions) -> Part:
-    """Raise `ReadError`: holes to drill are not read from a sheet."""
+    """Raise `ReadError`, because holes to drill are not read from sheets of Sirius."""
     raise ReadError(source.path, "a sheet of a CAM system is read for cutting only; for drilling use DXF or Excellon")
 
 
 def read_sirius_contours(source: Source, options: ReadOptions) -> Part:
     """Return the parts of a sheet as contours, including the outline of the sheet, in mm.
 
-    The first entry is the sheet if its name starts with LIST, or if it encloses all others.
+    The first path is the outline of the sheet if its name starts with LIST, or if it encloses all other paths.
 
     Raises
     ------
     ReadError
-        The file is not such JSON, or contains no paths.
+        The file does not have this JSON format, or contains no paths.
     """
     entries = _entries(source)
     factor = MM_PER_UNIT[options.units or "mm"]

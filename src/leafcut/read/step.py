@@ -1,4 +1,6 @@
-"""STEP: holes, pockets, outlines and triangles of a solid, read with OpenCASCADE (extra `step`) in a subprocess."""
+"""Read STEP files: the holes, pockets, outlines and triangles of a solid, with OpenCASCADE (extra `step`) in a
+subprocess.
+"""
 
 from __future__ import annotations
 
@@ -50,7 +52,7 @@ class Pose(NamedTuple):
 
     @classmethod
     def of(cls, options: ReadOptions) -> Pose:
-        """Return the pose of a part for machining: upright, with its top at Z0, unless options differ."""
+        """Return the orientation of a part for machining: upright, with its top at Z0, unless the options differ."""
         return cls(options.up or "z", options.z_zero or "top")
 
 
@@ -58,14 +60,16 @@ AS_DRAWN = Pose()
 
 
 class ChosenSolid(NamedTuple):
-    """The solid of a file that is the stock of a program, and its pose: unchanged, unless options differ."""
+    """The solid of a file that is the stock of a program, and its orientation, which is unchanged unless the options
+    differ.
+    """
 
     which: WhichSolid = None
     pose: Pose = AS_DRAWN
 
     @classmethod
     def of(cls, options: ReadOptions) -> ChosenSolid:
-        """Return the solid chosen by options."""
+        """Return the solid that the options choose."""
         return cls(options.solid, Pose(options.up or AS_DRAWN.up, options.z_zero or AS_DRAWN.level))
 
 
@@ -77,7 +81,7 @@ def read_step(source: Source, options: ReadOptions) -> Part:
     ReadError
         The file is damaged, has no solid, or has several and `options.solid` chooses none.
     OptionError
-        OpenCASCADE is not installed, or a unit is given, although the file states its own.
+        OpenCASCADE is not installed, or the options state a unit although the file states its own.
     """
     _check_units(options)
     data = _read_solid(source, options, "holes")
@@ -110,9 +114,9 @@ def read_pockets_of_step(
     Raises
     ------
     ReadError
-        As in `read_step`; or the solid has no such pocket.
+        As in `read_step`, or the solid has no such pocket.
     OptionError
-        As in `read_step`; or layers are given, which solids do not have.
+        As in `read_step`, or the options choose layers, which solids do not have.
     """
     _check_units(options)
     if options.layers or drawing.pocket_layers or drawing.island_layers:
@@ -151,7 +155,7 @@ def _pockets(data: dict[str, Any], name: str) -> tuple[Pocket, ...]:
 
 
 def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
-    """Return the outlines of a flat sheet in top view: its edge and all its through openings.
+    """Return the outlines of a flat sheet in top view: its edge and all its through-openings.
 
     An issue states that its pockets and other features are not cut. For a process that clears pockets, the part also
     has these, and its `besides` are the issues about the other features.
@@ -159,7 +163,7 @@ def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
     Raises
     ------
     ReadError, OptionError
-        As in `read_step`; or the solid is not a flat sheet.
+        As in `read_step`, or the solid is not a flat sheet.
     """
     _check_units(options)
     if options.layers:
@@ -191,7 +195,7 @@ def _with_zero(part: Part, data: dict[str, Any], options: ReadOptions) -> Part:
 
 
 def _is_quarter(angle: float) -> bool:
-    """Return whether `angle`, rad, is a multiple of 90°; such a rotation keeps a bounding box exact."""
+    """Return whether an angle, rad, is a multiple of 90°. A rotation by such an angle keeps a bounding box exact."""
     return abs(math.remainder(angle, 0.5 * math.pi)) < 1e-9
 
 
@@ -344,7 +348,8 @@ def _centre(outline: Polyline) -> tuple[float, float]:
 
 
 def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
-    """Return the work on a solid that drills cannot do (pockets, openings, …), as missing work (L219).
+    """Return issues about missing work (L219): the features of a solid that drills cannot make, such as pockets and
+    openings.
 
     The errors are those of `read_step`.
     """
@@ -364,7 +369,9 @@ def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
 def _run_step_reader(
     path: str, data: bytes, features: str, which: WhichSolid, pose: Pose, boxed: bool = False
 ) -> tuple[dict[str, Any], NDArray[np.float64]]:
-    """Run the subprocess; return the features of a solid, and its triangles. `boxed` adds the exact bounding box."""
+    """Run the subprocess that reads a solid. Return the features of the solid, and its triangles. `boxed` adds the
+    exact bounding box.
+    """
     if importlib.util.find_spec("OCP") is None:
         raise OptionError("reading STEP needs OpenCASCADE: pip install 'leafcut[step]'")
     if len(data) > LARGEST:

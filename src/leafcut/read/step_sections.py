@@ -1,7 +1,7 @@
 """Pockets and outlines of a solid from its sections by level planes; part of the subprocess `step_solid`.
 
 Just above the level floor of a closed pocket, the section shows the pocket as a hole in the material, with its islands,
-as exact lines and arcs. The faces and triangles show the rest: whether walls are vertical, and overhangs.
+as exact lines and arcs. The faces and triangles show whether walls are vertical, and whether there are overhangs.
 """
 
 from __future__ import annotations
@@ -44,14 +44,14 @@ SAME_EDGE = 0.02
 
 
 class SectionRing(NamedTuple):
-    """A closed curve of a section; `leans` if any of its faces is not vertical."""
+    """A closed curve of a section. `leans` is true if any of its faces is not vertical."""
 
     path: Polyline
     leans: bool
 
     @property
     def diameter(self) -> float:
-        """Diameter of a circle, mm; 0 for other shapes."""
+        """Diameter of the ring, mm, if it is a circle; 0 for other shapes."""
         bulges = self.path.bulges
         if not len(bulges) or not (bulges != 0.0).all() or np.ptp(np.sign(bulges)):
             return 0.0
@@ -63,7 +63,7 @@ class SectionRing(NamedTuple):
 
 @dataclass(frozen=True)
 class LevelSection:
-    """The rings of a section, the nesting depth of each, and the index of its parent or −1."""
+    """The rings of a section, the nesting depth of each ring, and the index of its parent or −1."""
 
     rings: list[SectionRing]
     shapes: NDArray[Any]
@@ -80,18 +80,18 @@ class LevelSection:
         return np.flatnonzero(self.parent == ring).tolist()
 
     def region(self, ring: int) -> Any:
-        """Return the area of a ring without the rings directly inside it."""
+        """Return the area inside a ring, without the rings directly inside it."""
         inner = [self.shapes[k].exterior for k in self.rings_within(ring)]
         return shapely.Polygon(self.shapes[ring].exterior, inner)
 
     @property
     def material(self) -> Any:
-        """The cross-section of the material."""
+        """The cross-section of the material at the height of the section."""
         return shapely.union_all([self.region(k) for k in np.flatnonzero(self.depth % 2 == 0).tolist()])
 
 
 class LevelFace(NamedTuple):
-    """A point on a level face that faces up, mm."""
+    """A point on a horizontal face that faces up, mm."""
 
     x: float
     y: float
@@ -101,9 +101,9 @@ class LevelFace(NamedTuple):
 def pockets_of(
     shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any], seen: Callable[[float, float, float], bool]
 ) -> dict[str, Any]:
-    """Return the closed pockets with level floors and vertical walls, and the number of others by reason.
+    """Return the closed pockets with level floors and vertical walls, and the numbers of other pockets by reason.
 
-    `seen` is the test for visibility of a point from above.
+    `seen` returns whether a point is visible from above.
     """
     highest = float(triangles[:, :, 2].max())
     floors = [face for face in _level_faces(faces) if face.z < highest - OVER]
@@ -140,9 +140,9 @@ def pockets_of(
 
 
 def _openings(triangles: NDArray[np.float64]) -> list[dict[str, Any]]:
-    """Return the outlines of the through openings in top view, and the diameter of round ones, else 0.
+    """Return the outlines of the through-openings in top view, and the diameter of each if it is round, otherwise 0.
 
-    The shadow of the solid has each opening as a hole, at whatever height it ends.
+    In the shadow of the solid, each opening is a hole, whatever the height at which it ends.
     """
     film, openings = 0.5 * NARROWEST, []
     rings = shapely.MultiPolygon(
@@ -209,7 +209,7 @@ def _region_of(pocket: dict[str, Any]) -> Any:
 
 
 def section_at(shape: Any, z: float) -> LevelSection:
-    """Return the section of a solid by a level plane."""
+    """Return the section of a solid by a horizontal plane."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Section
     from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
     from OCP.TopAbs import TopAbs_EDGE
@@ -242,7 +242,7 @@ def section_at(shape: Any, z: float) -> LevelSection:
 
 
 def is_overhung(triangles: NDArray[np.float64], region: Any, z: float) -> bool:
-    """Return whether a surface above a height overhangs a region, except along the edge of the region."""
+    """Return whether a surface above a height overhangs a region, not counting the edge of the region."""
     inner = region.buffer(-HANGS)
     if inner.is_empty:
         inner = region.representative_point()
@@ -300,7 +300,7 @@ def _middle(face: Any) -> tuple[float, float, float]:
 
 
 def _count_sloping(faces: Sequence[Any], seen: Callable[[float, float, float], bool]) -> int:
-    """Count the visible faces that face up and are neither level nor vertical nor cones of holes."""
+    """Count the visible faces that face up and are not level, vertical, or cones of holes."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.GeomAbs import GeomAbs_Cone
 
@@ -320,7 +320,7 @@ def _count_sloping(faces: Sequence[Any], seen: Callable[[float, float, float], b
 
 
 def _is_vertical(face: Any) -> bool:
-    """Return whether a face is vertical, by its normals on a grid."""
+    """Return whether a face is vertical, judged by its normals on a grid of points."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepLProp import BRepLProp_SLProps
     from OCP.BRepTools import BRepTools
@@ -342,7 +342,7 @@ def _is_vertical(face: Any) -> bool:
 
 
 def _curve(edge: Any) -> NDArray[np.float64] | None:
-    """Return x, y and bulge of the vertices, float64[n, 3]; None if the length of the edge is 0."""
+    """Return the vertices of an edge as x, y and bulge, float64[n, 3], or None if the length of the edge is 0."""
     from OCP.BRepAdaptor import BRepAdaptor_Curve
     from OCP.GCPnts import GCPnts_QuasiUniformDeflection
     from OCP.GeomAbs import GeomAbs_Circle, GeomAbs_Line

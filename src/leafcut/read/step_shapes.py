@@ -1,4 +1,4 @@
-"""Functions on OpenCASCADE shapes shared by `step_solid` and its modules."""
+"""Functions on OpenCASCADE shapes that `step_solid` and its modules share."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PARALLEL = 1e-6
 
 
 def parts_of(shape: Any, kind: Any) -> Iterator[Any]:
-    """Yield the subshapes of one kind: faces, edges, …"""
+    """Yield the subshapes of one kind, such as faces or edges."""
     from OCP.TopExp import TopExp_Explorer
 
     explorer = TopExp_Explorer(shape, kind)
@@ -61,7 +61,7 @@ def triangles_of(face: Any) -> NDArray[np.float64]:
 
 
 def clip_above(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
-    """Clip a flat convex polygon to the part above a height; the corners stay in order."""
+    """Clip a flat convex polygon to the part above a height. The order of the corners is kept."""
     clipped = []
     for start, stop in pairwise((*corners, corners[0])):
         if start[2] > height:

@@ -3,9 +3,9 @@
     python -m leafcut.read.step_solid FILE OUT.npz MOST_TRIANGLES holes|pockets|outlines|mesh only|all|NUMBER \
         x|y|z|-x|-y|-z top|bottom|drawn box|''
 
-A damaged file can crash OpenCASCADE or fill the memory; only this process ends. Its only output is OUT.npz, in which
-`told` is JSON: a problem, or the holes, pockets or outlines of the solid after rotation and lifting; the height that
-became Z0, the convex hull in top view, and its bounding box.
+A damaged file can crash OpenCASCADE or fill the memory; then only this process ends. Its only output is OUT.npz, in
+which `told` is JSON: a problem, or the holes, pockets or outlines of the solid after rotation and lifting; the height
+that became Z0, the convex hull in top view, and its bounding box.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ WHOLE = 1
 
 
 class RoundWall(NamedTuple):
-    """A round wall about a vertical axis: its heights, and its radius at the lower and the upper end, mm."""
+    """A round wall around a vertical axis: its lower and upper height, and its radius at each of them, mm."""
 
     x: float
     y: float
@@ -53,27 +53,27 @@ class RoundWall(NamedTuple):
 
     @property
     def straight(self) -> bool:
-        """Whether it is a cylinder."""
+        """Whether the wall is a cylinder."""
         return abs(self.low_radius - self.high_radius) < SAME
 
     @property
     def taper(self) -> float:
-        """Increase of the radius with height."""
+        """Increase of the radius per mm of height."""
         return 0.0 if self.straight else (self.high_radius - self.low_radius) / (self.high - self.low)
 
 
 @dataclass(frozen=True)
 class SolidHole:
-    """A hole open at the top.
+    """A hole in a solid that is open at the top.
 
     Attributes
     ----------
     x, y, top, diameter
         Axis and diameter of the narrowest cylinder, and the height at which the hole starts, mm.
     depth
-        From the top to the lower end of that cylinder, mm.
+        Distance from the top of the hole to the lower end of that cylinder, mm.
     pointed
-        For a blind hole: whether it ends in a cone, like the point of a drill; otherwise its floor is flat.
+        For a blind hole: whether the hole ends in a cone, like the point of a drill; otherwise its floor is flat.
     """
 
     x: float
@@ -87,7 +87,9 @@ class SolidHole:
 
 
 def labels(values: list[float]) -> list[int]:
-    """Label values: equal labels mean values within `SAME`, or connected by a chain of such differences."""
+    """Return a label for each value. Values have equal labels if they differ by at most `SAME`, or are connected by a
+    chain of such differences.
+    """
     order = np.argsort(values, kind="stable")
     steps = np.diff(np.asarray(values, dtype=np.float64)[order]) > SAME
     number = np.zeros(len(values), dtype=np.int64)
@@ -96,7 +98,7 @@ def labels(values: list[float]) -> list[int]:
 
 
 def join_walls(walls: list[RoundWall]) -> list[RoundWall]:
-    """Join the pieces of each wall, and return the walls that cover a full turn; others are not holes.
+    """Join the pieces of each wall, and return the walls that cover a full turn. Other walls do not belong to holes.
 
     The pieces of a wall lie on one cylinder or cone and overlap or touch in height; on a sloping surface they end at
     different heights.
@@ -131,9 +133,9 @@ def _merge(pieces: list[RoundWall]) -> RoundWall:
 
 
 def hole_columns(walls: list[RoundWall], apart: Callable[[RoundWall, RoundWall], bool]) -> Iterator[list[RoundWall]]:
-    """Yield the walls of each hole from above: walls of one axis without material between them.
+    """Yield the walls of each hole, from top to bottom: the walls around the same axis without material between them.
 
-    A gap between walls means that another feature opens into the hole, such as a cross hole or a groove.
+    A gap between walls means that another feature, such as a cross hole or a groove, opens into the hole.
     """
     by_axis: dict[tuple[int, int], list[RoundWall]] = {}
     for x, y, wall in zip(labels([w.x for w in walls]), labels([w.y for w in walls]), walls, strict=True):
@@ -149,7 +151,9 @@ def hole_columns(walls: list[RoundWall], apart: Callable[[RoundWall, RoundWall],
 
 
 def hole_of(column: list[RoundWall]) -> SolidHole | None:
-    """Return the hole of a column, assumed open at the bottom; None if it has no cylinder."""
+    """Return the hole that a column of walls forms, assumed to be open at the bottom; None if the column contains no
+    cylinder.
+    """
     straight = [wall for wall in column if wall.straight]
     if not straight:
         return None
@@ -164,7 +168,9 @@ def hole_of(column: list[RoundWall]) -> SolidHole | None:
 
 
 def _step_of(wall: RoundWall, column: list[RoundWall], top: float) -> HoleStep:
-    """Return a wide part of a hole. It is `open` if a tool can reach it from above, with clearance below its point."""
+    """Return a wide part of a hole, such as a counterbore. It is `open` if a tool can reach it from above, with
+    clearance below the point of the tool.
+    """
     index = column.index(wall)
     above = all(w.low_radius > wall.high_radius - SAME and w.taper >= 0.0 for w in column[:index])
     below = column[index + 1 :]
@@ -183,7 +189,9 @@ def _step_of(wall: RoundWall, column: list[RoundWall], top: float) -> HoleStep:
 
 
 class Surface(NamedTuple):
-    """The triangles of a solid, float64[n, 3, 3], and the bounding box of each, float64[n, 3], mm."""
+    """The triangles of a solid, float64[n, 3, 3], and the lower and the upper corner of the bounding box of each,
+    float64[n, 3], mm.
+    """
 
     triangles: NDArray[np.float64]
     lower: NDArray[np.float64]
@@ -191,12 +199,14 @@ class Surface(NamedTuple):
 
     @classmethod
     def of(cls, triangles: NDArray[np.float64]) -> Surface:
-        """Compute the bounding boxes of triangles."""
+        """Return a surface with the bounding boxes of its triangles."""
         return cls(triangles, triangles.min(axis=1), triangles.max(axis=1))
 
 
 def meets_disc(surface: Surface, x: float, y: float, radius: float, low: float, high: float) -> bool:
-    """Return whether a surface enters the cylinder of a radius about a vertical axis between two heights, exclusive."""
+    """Return whether a surface enters a vertical cylinder of the given axis and radius between two heights,
+    exclusive.
+    """
     triangles, lower, upper = surface
     close = (upper[:, 2] > low) & (lower[:, 2] < high)
     close &= (
@@ -213,7 +223,7 @@ def meets_disc(surface: Surface, x: float, y: float, radius: float, low: float, 
 
 
 def main(arguments: list[str]) -> int:
-    """Read a file and write the result, within the memory limit `MEMORY`."""
+    """Read a STEP file and write the result, within the memory limit `MEMORY`."""
     _limit_memory()
     file, out, max_triangles, features, which, up, level, boxed = arguments
     result, triangles = _read_solid(file, int(max_triangles), features, which, up, level, bool(boxed))
@@ -315,7 +325,7 @@ def _box_of(shape: Any) -> list[list[float]]:
 
 
 def _box(shape: Any) -> tuple[float, float, float, float, float, float]:
-    """Return the lower and the upper corner, mm."""
+    """Return the lowest and the highest corner of the bounding box of a shape, mm."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
 
@@ -350,7 +360,7 @@ def _triangles(faces: Sequence[Any]) -> NDArray[np.float64]:
 
 
 def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole], dict[str, int], dict[str, int]]:
-    """Return the holes open at the top, and counts of the others: by reason, and by direction."""
+    """Return the holes that are open at the top, and the numbers of other holes by reason and by direction."""
     walls, aside, free = _walls(shape)
     surface = Surface.of(triangles)
 
@@ -393,8 +403,8 @@ def _is_covered(surface: Surface, hole: SolidHole, step: HoleStep) -> bool:
 
 
 def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
-    """Return the concave round walls about vertical axes, the full cylinders counted by other direction, and the number
-    of free-form faces, in which holes are not found.
+    """Return the concave round walls around vertical axes, the numbers of full cylinders in other directions, and the
+    number of free-form faces, in which holes are not found.
     """
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepTools import BRepTools
@@ -446,7 +456,7 @@ def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
 
 
 def _covered_degrees(axes: Any, start_angle: float, stop_angle: float) -> frozenset[int]:
-    """Return the whole degrees covered by a piece of a round wall, in top view."""
+    """Return the whole degrees, in top view, that a piece of a round wall covers."""
     angle = np.linspace(start_angle, stop_angle, max(int(math.degrees(stop_angle - start_angle) * 4.0), 2))
     along, across = axes.XDirection(), axes.YDirection()
     x = along.X() * np.cos(angle) + across.X() * np.sin(angle)
@@ -455,7 +465,7 @@ def _covered_degrees(axes: Any, start_angle: float, stop_angle: float) -> frozen
 
 
 def _direction(axis: Any) -> tuple[float, float, float]:
-    """Return a direction with a canonical sign."""
+    """Return the direction of an axis with a canonical sign."""
     x, y, z = axis.X(), axis.Y(), axis.Z()
     sign = next((math.copysign(1.0, value) for value in (x, y, z) if abs(value) > PARALLEL), 1.0)
     return sign * x + 0.0, sign * y + 0.0, sign * z + 0.0

@@ -1,7 +1,7 @@
-"""Strip-packing instances of the nesting literature (ESICUP, in the JSON format of sparrow and spyrrow).
+"""Read strip-packing instances of the nesting literature (ESICUP, in the JSON format of sparrow and spyrrow).
 
 An item has an ``id``, a ``demand``, ``allowed_orientations`` in degrees (missing or null: any), and a ``shape``: a
-``simple_polygon`` of points. The height of the strip is ignored; --sheet gives the sheet.
+``simple_polygon`` of points. The height of the strip is ignored; the option --sheet sets the sheet.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ MAX_ITEMS, MAX_POINTS = 2_000, 100_000
 
 
 def is_strip_instance(file: str) -> bool:
-    """Return whether a file is an instance by its name, not a Sirius sheet."""
+    """Return whether the name of a file marks it as a strip-packing instance, and not as a Sirius sheet."""
     name = file.lower()
     return name.endswith(".json") and not name.endswith(".dbs.json")
 
@@ -29,15 +29,15 @@ def is_strip_instance(file: str) -> bool:
 def read_strip_instance(
     source: Source, quantity: int, angles: tuple[float, ...] | None, turned: bool, unit: float = 1.0
 ) -> list[NestPart]:
-    """Return the items of an instance as parts, `quantity` times their demand.
+    """Return the items of an instance as parts. The quantity of each part is `quantity` times the demand of the item.
 
     With `turned`, the rotations of the parts are `angles` (rad, None for any), otherwise those of the file. `unit` is
-    mm per unit of the file, which states none.
+    the length of the unit of the file, mm, because the file does not state it.
 
     Raises
     ------
     ReadError
-        The file is not an instance, or an item is incomplete; names the item.
+        The file is not an instance, or an item is incomplete; the message names the item.
     """
     file, text = source.path, source.text()
     with parser_errors(file, Message("this is not valid JSON")):

@@ -1,4 +1,4 @@
-"""SVG drawings for sheet cutting: paths and basic shapes, transforms, units, uses; no text, no pictures.
+"""Read SVG drawings for sheet cutting: paths, basic shapes, transforms, units and uses, but no texts or pictures.
 
 The files are untrusted: entities and external references are refused (defusedxml), and no other file is opened. The y
 axis of SVG points down; the part is flipped to look as on the screen.
@@ -61,7 +61,7 @@ SILENT = ("style", "title", "desc", "metadata", "namedview", "script")
 
 
 def read_svg(source: Source, options: ReadOptions) -> Part:
-    """Raise `ReadError`: holes to drill are not read from SVG."""
+    """Raise `ReadError`, because holes to drill are not read from SVG drawings."""
     raise ReadError(
         source.path,
         "an SVG drawing is read for cutting from sheet and for pockets only; for drilling use DXF or Excellon",
@@ -71,12 +71,12 @@ def read_svg(source: Source, options: ReadOptions) -> Part:
 def read_svg_contours(source: Source, options: ReadOptions) -> Part:
     """Return the paths and shapes of an SVG drawing as contours, one per subpath, in mm.
 
-    The layer of a contour is the name of its Inkscape layer, else its class, else its stroke colour.
+    The layer of a contour is the name of its Inkscape layer, or else its class, or else its stroke colour.
 
     Raises
     ------
     ReadError
-        The file is not well-formed, declares entities, or draws nothing to cut.
+        The file is not well-formed, declares entities, or contains nothing to cut.
     """
     root = _root(source)
     issues: list[Issue] = []
@@ -112,7 +112,7 @@ def read_svg_pockets(
 ) -> Part:
     """Return the outlines of an SVG drawing as pockets with islands, in mm.
 
-    Raises like `read_svg_contours` and `pockets_of_drawing`.
+    The errors are those of `read_svg_contours` and `pockets_of_drawing`.
     """
     from leafcut.read.pocket_outlines import pockets_of_drawing  # start-up
 
@@ -120,7 +120,7 @@ def read_svg_pockets(
 
 
 class _Page(NamedTuple):
-    """The transform from user units to mm, y up, and the reference size of percentages."""
+    """The transform from user units to mm, with y pointing up, and the size to which percentages refer."""
 
     matrix: Affine
     frame: ViewSize
@@ -144,7 +144,7 @@ def _tag(element: Any) -> str:
 
 
 def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
-    """Return the page, and whether the file states its physical size."""
+    """Return the page of a drawing, and whether the file states its physical size."""
     try:
         box = view_box(root.get("viewBox", ""))
         sizes = [parts_of_length(root.get(name, "100%")) for name in ("width", "height")]
@@ -165,7 +165,7 @@ def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
 
 
 class _Attributes(NamedTuple):
-    """The attributes of an element, independent of where it is drawn."""
+    """The attributes of an element that do not depend on where it is drawn."""
 
     shown: bool
     #: Empty if the element does not state it.
@@ -190,7 +190,7 @@ class _Context(NamedTuple):
 
 @dataclass
 class _Walk:
-    """Visits every drawn element, including each `use`, and counts omissions."""
+    """Visits every drawn element, including each `use`, and counts what is left out."""
 
     path: str
     page: _Page
@@ -211,7 +211,7 @@ class _Walk:
     _cache: dict[tuple[str, int], Any] = field(default_factory=dict)
 
     def look_up(self, root: Any) -> None:
-        """Index the ids and the style rules; raise if the nesting exceeds `MAX_DEPTH`."""
+        """Index the ids and the style rules. Raise an error if the nesting exceeds `MAX_DEPTH`."""
         waiting = [(root, 0)]
         while waiting:
             element, depth = waiting.pop()
@@ -262,7 +262,9 @@ class _Walk:
         return {**properties, **declarations(element.get("style", ""))}
 
     def _cached(self, what: str, element: Any, make: Callable[[Any], Any], trail: tuple[str, ...]) -> Any:
-        """Cache elements drawn by a `use`; otherwise a few thousand copies of a long path would be read for hours."""
+        """Cache elements that a `use` draws. Without the cache, a few thousand copies of a long path would take
+        hours.
+        """
         if not trail:
             return make(element)
         key = what, id(element)
@@ -306,7 +308,7 @@ class _Walk:
         )
 
     def _viewport(self, element: Any, context: _Context) -> _Context:
-        """Return the position inside a nested drawing or a symbol, with its own corner and view box."""
+        """Return the context inside a nested drawing or a symbol, which has its own corner and view box."""
         frame = self.page.frame
         x, y = length(element.get("x", "0"), frame.width), length(element.get("y", "0"), frame.height)
         w = length(element.get("width", "100%"), frame.width)

@@ -1,4 +1,4 @@
-"""SVG shapes as lines, arcs and Bézier curves, placed in mm."""
+"""Convert SVG shapes to lines, arcs and Bézier curves, and place them in mm."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _FULL = 2.0 * math.pi
 
 
 class EllipseArc(NamedTuple):
-    """centre + u·cos(t) + v·sin(t) for t from `start` over `sweep`."""
+    """The curve centre + u·cos(t) + v·sin(t), for t from `start` over `sweep`."""
 
     center: Point
     u: Point
@@ -38,14 +38,14 @@ class SvgSubpath(NamedTuple):
 
 
 class ViewSize(NamedTuple):
-    """Reference size of percentages: width and height of the view, user units."""
+    """The size to which percentages refer: the width and height of the view, in user units."""
 
     width: float
     height: float
 
 
 def outlines_of(tag: str, attributes: Mapping[str, str], frame: ViewSize) -> list[SvgSubpath]:
-    """Return the subpaths of a shape; raise ValueError if it is invalid."""
+    """Return the subpaths of a shape. Raise ValueError if the shape is invalid."""
     return list(SHAPES[tag](attributes, frame))
 
 
@@ -188,7 +188,9 @@ SHAPES: dict[str, Callable[[Mapping[str, str], ViewSize], Iterator[SvgSubpath]]]
 def placed_outline(
     outline: SvgSubpath, matrix: Affine, tolerance: float, spend: Spend = allow_any_number
 ) -> Polyline | None:
-    """Return an outline in mm with curves as arcs within `tolerance` mm; None if it has no length."""
+    """Return an outline in mm, with curves approximated by arcs to within `tolerance` mm; None if its length is
+    zero.
+    """
     first = outline.pieces[0]
     if len(outline.pieces) == 1 and isinstance(first, EllipseArc):
         return _bend_path(first, matrix, tolerance, spend)

@@ -25,7 +25,7 @@ _LONGEST = 200
 
 
 class Affine(NamedTuple):
-    """x' = a·x + c·y + e, y' = b·x + d·y + f, as in SVG's matrix(a b c d e f)."""
+    """The transform x' = a·x + c·y + e, y' = b·x + d·y + f, as in SVG's matrix(a b c d e f)."""
 
     a: float = 1.0
     b: float = 0.0
@@ -35,7 +35,7 @@ class Affine(NamedTuple):
     f: float = 0.0
 
     def of(self, inner: Affine) -> Affine:
-        """Return the transform that applies `inner` first."""
+        """Return the transform that applies `inner` first, then this transform."""
         x, y = self.place(inner.e, inner.f)
         return Affine(*self.turn(inner.a, inner.b), *self.turn(inner.c, inner.d), x, y)
 
@@ -49,7 +49,7 @@ class Affine(NamedTuple):
 
 
 def numbers(text: str) -> list[float]:
-    """Parse a list of numbers separated by commas or spaces; raise ValueError for anything else."""
+    """Parse a list of numbers that are separated by commas or spaces. Raise ValueError for anything else."""
     values, position, text = [], 0, text.strip()
     while position < len(text):
         match = _NEXT_NUMBER.match(text, position)
@@ -63,7 +63,7 @@ def numbers(text: str) -> list[float]:
 
 
 def length(text: str, reference: float) -> float:
-    """Return a length in user units; `reference` is the reference of percentages."""
+    """Return a length in user units; `reference` is the length to which percentages refer."""
     value, unit = parts_of_length(text)
     if unit == "%":
         return 0.01 * value * reference
@@ -71,7 +71,9 @@ def length(text: str, reference: float) -> float:
 
 
 def parts_of_length(text: str) -> tuple[float, str]:
-    """Split a length into number and unit; raise ValueError for units that need a font, and for invalid text."""
+    """Split a length into its number and its unit. Raise ValueError for invalid text, and for units that need a
+    font.
+    """
     match = _LENGTH.fullmatch(text.strip()) if len(text) <= _LONGEST else None
     unit = match.group(2).lower() if match else "?"
     if match is None or (unit not in PX_PER_UNIT and unit != "%") or not math.isfinite(float(match.group(1))):
@@ -80,7 +82,7 @@ def parts_of_length(text: str) -> tuple[float, str]:
 
 
 def parse_transform(text: str) -> Affine:
-    """Parse a transform attribute; raise ValueError if it is invalid."""
+    """Parse a transform attribute. Raise ValueError if the attribute is invalid."""
     result, position, text = Affine(), 0, text.strip()
     while position < len(text):
         match = _FUNCTION.match(text, position)
@@ -110,7 +112,7 @@ def _function(name: str, v: list[float]) -> Affine:
 
 
 def view_box(text: str) -> list[float]:
-    """Parse a view box; raise ValueError if it is invalid."""
+    """Parse a view box. Raise ValueError if it is invalid."""
     if len(text) > _LONGEST:
         raise ValueError(Message("view box '{}'", f"{text[:20]} …"))
     return numbers(text)
@@ -135,13 +137,15 @@ def viewport_transform(box: list[float], width: float, height: float, aspect: st
 
 
 def declarations(style: str) -> dict[str, str]:
-    """Return the properties of a style attribute or rule, with names in lower case."""
+    """Return the properties in a style attribute or a style rule, with names in lower case."""
     pairs = (item.partition(":") for item in style.split(";"))
     return {name.strip().lower(): value.replace("!important", "").strip() for name, _, value in pairs if name.strip()}
 
 
 def class_rules(sheet: str) -> dict[str, dict[str, str]]:
-    """Return the rules of a style sheet for single classes (``.cut { stroke: red }``); imports are not loaded."""
+    """Return those rules of a style sheet that apply to a single class (``.cut { stroke: red }``). Imports are not
+    loaded.
+    """
     first, *others = sheet.split("/*")
     plain = first + "".join(text.partition("*/")[2] for text in others)
     rules: dict[str, dict[str, str]] = {}

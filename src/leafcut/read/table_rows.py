@@ -1,4 +1,4 @@
-"""Rows of text tables: separator, fields and numbers."""
+"""Split the rows of text tables: detect the separator, and parse fields and numbers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from leafcut.message import Message
 
 
 def separator_of(lines: list[str]) -> str | None:
-    """Return the field separator: the first of ``;``, tab and ``,`` in at least half of the lines; None for blanks."""
+    """Return the field separator: the first of ``;``, tab and ``,`` that occurs in at least half of the lines. Return
+    None if fields are separated by blanks.
+    """
     for sign in (";", "\t", ","):
         if lines and 2 * sum(sign in line for line in lines) >= len(lines):
             return sign
@@ -30,7 +32,8 @@ def split_row(line: str, separator: str | None) -> list[str]:
 
 
 def cell_number(text: str, separator: str | None) -> float:
-    """Parse the number in a field; with semicolons or tabs as separators, a comma is a decimal comma.
+    """Parse the number in a field. If fields are separated by semicolons or tabs, a comma in the number is a decimal
+    comma.
 
     Raises
     ------

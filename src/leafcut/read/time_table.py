@@ -19,12 +19,12 @@ _CLOCK = re.compile(r"\s*(?:(\d{1,3}):)?(\d{1,4}):(\d{1,2}(?:\.\d{1,6})?)\s*\Z")
 
 
 def parse_clock(text: str) -> float:
-    """Parse a stop-watch time (``12:34``, ``1:02:03``) or a quantity (``754 s``), in seconds.
+    """Parse a stop-watch time (``12:34``, ``1:02:03``) or a quantity (``754 s``), and return seconds.
 
     Raises
     ------
     OptionError
-        The text is neither, or not above 0.
+        The text is neither of these, or the time is not above 0.
     """
     match = _CLOCK.match(text)
     if match:
@@ -42,12 +42,13 @@ def parse_clock(text: str) -> float:
 def read_times(path: str | Path) -> list[tuple[str, float]]:
     """Return the program of each row, as a path relative to the folder of the table, and its time in seconds.
 
-    The separator is a semicolon if the first line contains one, else a comma. A first row without a time is a header.
+    The separator is a semicolon if the first line contains a semicolon, otherwise a comma. If the first row contains no
+    time, it is a header.
 
     Raises
     ------
     ReadError
-        The table cannot be read, is too large, has no rows, or a row has no program or no time.
+        The table cannot be read, is too large or has no rows, or a row has no program or no time.
     """
     file = Path(path)
     try:

@@ -1,4 +1,4 @@
-"""Convert tool libraries of other programs to rows with the keys of leafcut's own libraries.
+"""Convert tool libraries of other programs to rows that have the keys of leafcut's own libraries.
 
 * LinuxCNC table (``tool.tbl``; user manual, "Tool Table Format"): in the units of the machine. It has no tool kinds,
   but its comments may name them.
@@ -57,10 +57,11 @@ _MILLS, _CONES = tuple(kind.value for kind in MILLS), tuple(kind.value for kind 
 
 
 def rows_of(path: Path, units: str, material: str = "") -> tuple[list[ToolRow], bool] | None:
-    """Return the tools of another program's library, and whether it lacks feeds; None for other files.
+    """Return the tools in the library of another program, and whether the library lacks feeds. Return None for other
+    files.
 
-    `units` is the unit of lengths without one, ``mm`` or ``in``; "" if unknown. `material` selects a preset of each
-    tool.
+    `units` is the unit of lengths that are stated without a unit: ``mm``, ``in``, or "" if unknown. `material` selects
+    a preset of each tool.
 
     Raises
     ------
@@ -81,7 +82,7 @@ def rows_of(path: Path, units: str, material: str = "") -> tuple[list[ToolRow], 
 
 
 def _for_material(values: dict[str, Any] | str | list[Preset], material: str) -> dict[str, Any] | str:
-    """Return a tool with the preset for a material, or the reason why it has none.
+    """Return the values of a tool with its preset for a material, or the reason why it has no such preset.
 
     A preset fits if its words contain all words of the material, or vice versa. A tool with a single preset needs no
     material, unless the preset is named after a material.
@@ -179,7 +180,7 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
 
 
 def _fusion_presets(tool: dict[str, Any]) -> Iterator[Preset]:
-    """Yield the presets of a tool; libraries of 2016 to 2018 have one preset, ``*``."""
+    """Yield the presets of a tool. Libraries from 2016 to 2018 have a single preset, ``*``."""
     start = _subtable(tool, "start-values")
     presets = start.get("presets")
     for preset in presets if isinstance(presets, list) else [start.get("*")]:
@@ -215,7 +216,7 @@ def _fusion_row(tool: dict[str, Any], kind: str, unit: str, number: object, pres
 
 
 def _fusion_body(tool: dict[str, Any], geometry: dict[str, Any], unit: str) -> dict[str, str | None]:
-    """Return the body above the flutes, as far as known.
+    """Return the shape of a tool above its flutes, as far as it is known.
 
     A shaft starts above the shoulder, a holder at the stickout (LB). A holder has its own unit.
     """
@@ -238,7 +239,7 @@ def _fusion_body(tool: dict[str, Any], geometry: dict[str, Any], unit: str) -> d
 
 
 def _segments(body: dict[str, Any], unit: str) -> list[str]:
-    """Return the segments; none if any segment is invalid."""
+    """Return the segments of a tool body as texts, or no segments if any of them is invalid."""
     segments = body.get("segments")
     texts = []
     for segment in segments if isinstance(segments, list) else []:
@@ -252,7 +253,7 @@ def _segments(body: dict[str, Any], unit: str) -> list[str]:
 
 
 def _positive_length(value: object) -> float:
-    """Return 0 if the value is not a positive number."""
+    """Return the value as a number, or 0 if it is not a positive number."""
     plain = isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < math.inf
     return float(value) if plain and isinstance(value, int | float) else 0.0
 
@@ -315,7 +316,7 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
 
 
 def _above_0(text: object) -> bool:
-    """Return whether a length is above 0: FreeCAD writes the tip of a sharp V-bit as ``0.00 mm``."""
+    """Return whether a length is above 0. FreeCAD writes the tip of a sharp V-bit as ``0.00 mm``."""
     return bool(re.search(r"[1-9]", str(text or "")))
 
 
@@ -346,7 +347,7 @@ def _subtable(table: dict[str, Any], key: str) -> dict[str, Any]:
 
 
 def _with_unit(value: Any, unit: str) -> str | None:
-    """Return None for 0 and for values that are not numbers."""
+    """Return a value with its unit as text, or None for 0 and for values that are not numbers."""
     plain = isinstance(value, int | float) and not isinstance(value, bool)
     return f"{value!r} {unit}" if plain and value else None
 

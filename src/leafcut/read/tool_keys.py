@@ -1,4 +1,4 @@
-"""The keys of a tool library, with meanings and defaults."""
+"""The keys of a tool library, with their meanings and defaults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recognise the kinds of tools named by other programs."""
+"""Recognise the kinds of tools that other programs name."""
 
 from __future__ import annotations
 
@@ -62,8 +62,8 @@ def kind_in(comment: str) -> str | None:
 
 
 def tap_in(comment: str) -> str | None:
-    """Return the pitch of the right-hand tap that a comment names, as text: "" if the pitch is missing, None for other
-    tools.
+    """Return the pitch of the right-hand tap that a comment names, as text. Return "" if the pitch is missing, and None
+    for other tools.
     """
     if _TAP.search(comment) is None or _NO_TAP.search(comment):
         return None
@@ -75,7 +75,7 @@ def tap_in(comment: str) -> str | None:
 
 
 def cone_in(comment: str) -> tuple[str, str] | None:
-    """Return the kind of the conical tool that a comment names, and its full angle as text; "" if the angle is missing.
+    """Return the kind of conical tool that a comment names, and its full angle as text, or "" if the angle is missing.
 
     A small angle of a chamfer mill is usually the half angle, so it counts only if the comment contains "included".
     """

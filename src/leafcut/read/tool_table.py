@@ -54,7 +54,7 @@ _PLAIN = re.compile(r"[-+]?[0-9.,]+(e[-+]?[0-9]+)?", re.IGNORECASE)
 
 
 def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
-    """Yield each tool of a table: its name, and its values, its presets, or the reason why it is left out.
+    """Yield the name of each tool in a table, with its values, its presets, or the reason why the tool is left out.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
 
 
 def _column(cell: str) -> tuple[str, str]:
-    """Return the key of a column ("" if unknown), and the unit in its header."""
+    """Return the key of a column, or "" if it is unknown, and the unit in the header of the column."""
     head, unit = cell.strip(), ""
     match = _HEAD.match(head)
     if match:
@@ -149,7 +149,9 @@ def _tool(cells: Mapping[str, tuple[str, str]], number: str, units: str) -> dict
 
 
 def _set_quantity(row: dict[str, Any], cells: Mapping[str, tuple[str, str]], key: str, unit: str) -> None:
-    """Store a quantity; the header or `unit` gives the unit of a bare number, and 0 means that the value is missing."""
+    """Store a quantity of a tool. The header or `unit` states the unit of a bare number. The value 0 means that the
+    quantity is missing.
+    """
     cell, head = cells.get(key, ("", ""))
     if _PLAIN.fullmatch(cell):
         if not re.search(r"[1-9]", cell):
@@ -170,7 +172,7 @@ def _kind(word: str, name: str) -> str | None:
 
 
 def _without_foreign_keys(row: dict[str, Any], kind: ToolKind) -> dict[str, Any]:
-    """Remove the keys that other programs write for every tool, but this kind does not have."""
+    """Remove the keys that other programs write for every tool although this kind of tool does not have them."""
     mill = kind in MILLS
     unused = {"plunge_feed", "teeth"} if not mill else {"cycle", "peck", "dwell", "pitch"}
     if kind is not ToolKind.TAP:

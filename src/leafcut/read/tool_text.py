@@ -16,7 +16,7 @@ from leafcut.read.tools import foreign_rows
 
 
 def imported_tools(file: str, units: str = "", material: str = "") -> tuple[str, ToolLibrary]:
-    """Return another program's library as TOML, and its tools.
+    """Return the tool library of another program as TOML, and its tools.
 
     `units` (``mm`` or ``in``) applies to lengths without a unit; `material` selects a preset of each tool.
 

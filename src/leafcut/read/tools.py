@@ -1,4 +1,4 @@
-"""Tool libraries: TOML → `ToolLibrary`."""
+"""Read tool libraries: convert TOML to a `ToolLibrary`."""
 
 from __future__ import annotations
 
@@ -43,8 +43,9 @@ _TAP_FEED = 0.005
 def load_tools(path: str | Path, units: str = "mm", material: str = "") -> ToolLibrary:
     """Return the tool library of a TOML file, with one ``[[tool]]`` per tool and one ``[[hole]]`` per recipe.
 
-    A tap gets the cycle G84, and the feed pitch × speed if it has none. `leafcut.read.tool_formats` reads libraries of
-    other programs: `units` applies to lengths without a unit, and `material` selects a preset of each tool.
+    A tap gets the cycle G84. A tap without a feed gets the feed pitch × speed. `leafcut.read.tool_formats` reads
+    libraries of other programs: `units` applies to lengths without a unit, and `material` selects a preset of each
+    tool.
 
     Raises
     ------
@@ -79,12 +80,12 @@ def load_tools(path: str | Path, units: str = "mm", material: str = "") -> ToolL
 
 
 def foreign_rows(path: Path, units: str, material: str) -> tuple[list[dict[str, Any]], ToolLibrary]:
-    """Return the usable tools of another program's library, as values of ``[[tool]]`` and as a library.
+    """Return the usable tools in the library of another program, as values of ``[[tool]]`` and as a library.
 
     Raises
     ------
     DataError
-        The file cannot be read, is not such a library, or contains no usable tool.
+        The file cannot be read, is not a tool library, or contains no usable tool.
     """
     foreign = rows_of(path, units, material)
     if foreign is None:
@@ -93,7 +94,7 @@ def foreign_rows(path: Path, units: str, material: str) -> tuple[list[dict[str, 
 
 
 def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> tuple[list[dict[str, Any]], ToolLibrary]:
-    """Return the rows of the usable tools, and the library, which lists the unusable tools with reasons."""
+    """Return the rows of the usable tools, and the library. The library lists the unusable tools with the reasons."""
     tools: dict[int, Tool] = {}
     kept: list[dict[str, Any]] = []
     left_out: list[Message] = []
@@ -161,7 +162,7 @@ def _tool(table: TomlTable) -> Tool:
 
 
 def _segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
-    """Parse segments such as ``20-28 x 5, 28 x 40``."""
+    """Parse the segments of a tool body, such as ``20-28 x 5, 28 x 40``."""
     pieces = [piece.strip() for piece in table.text(key, "").split(",")] if key in table else []
     if len(pieces) > _MOST_SEGMENTS:
         raise table.problem(key, "has {} sections; the limit is {}", len(pieces), _MOST_SEGMENTS)
@@ -228,7 +229,7 @@ def _check_mill(tool: Tool, table: TomlTable) -> None:
 
 
 def _check_cycle(tool: Tool, table: TomlTable) -> None:
-    """Refuse a cycle that would break the tool."""
+    """Raise an error for a cycle that would break the tool."""
     if tool.cycle in ("G83", "G73") and tool.peck is None:
         raise table.problem("cycle", "is {}, which needs 'peck', the peck depth", tool.cycle)
     if tool.cycle == "G82" and tool.dwell is None:
@@ -242,7 +243,7 @@ def _check_cycle(tool: Tool, table: TomlTable) -> None:
 
 
 def _tapping(tool: Tool, table: TomlTable) -> Tool:
-    """Return the tap with cycle G84 and the feed pitch × speed."""
+    """Return a tap with the cycle G84 and the feed pitch × speed."""
     if tool.pitch is None:
         raise DataError("{}: a tap needs 'pitch', mm per revolution, such as '1 mm' for M6", table.place).at(
             *table.section, "pitch"

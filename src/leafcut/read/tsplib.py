@@ -47,7 +47,7 @@ _KEY = re.compile(r"\s*([A-Za-z][A-Za-z_0-9]*)\s*(?::\s*(.*))?\Z")
 def read_tsp(source: Source, options: ReadOptions) -> Part:
     """Return the nodes of a TSPLIB problem as holes of diameter 0, with its distance function.
 
-    Nodes given only by distances (EXPLICIT) are placed on a circle, for display.
+    Nodes that are given only by their distances (EXPLICIT) are placed on a circle for display.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def split_file(source: Source) -> tuple[SpecificationKeys, Sections]:
 
 
 def check_kind(path: str, keys: SpecificationKeys, weight: str, kinds: Sequence[str]) -> None:
-    """Refuse a kind of problem or a distance function that is not supported."""
+    """Raise an error for a kind of problem or a distance function that is not supported."""
     kind, line = keys.get("TYPE", (kinds[0], 0))
     if (kind.upper().split() or [""])[0] not in kinds:
         expected = Message("TSP (symmetric)") if kinds == ("TSP",) else ", ".join(kinds)
@@ -134,7 +134,7 @@ def node_count(path: str, keys: SpecificationKeys) -> int:
 
 
 def numbers(path: str, section: DataSection) -> NDArray[np.float64]:
-    """Return all numbers of a section, float64; raise at the first line that contains anything else."""
+    """Return all numbers of a section, float64. Raise an error at the first line that contains anything else."""
     first, lines = section
     try:
         values = np.array(list(map(float, " ".join(lines).split())), dtype=np.float64)
@@ -154,7 +154,9 @@ def numbers(path: str, section: DataSection) -> NDArray[np.float64]:
 
 
 def node_positions(path: str, sections: Sections, n: int, explicit: bool, issues: list[Issue]) -> NDArray[np.float64]:
-    """Return the positions of the nodes, float64[n, 2]; on a circle if an `explicit` problem has none."""
+    """Return the positions of the nodes, float64[n, 2]. If the distances are `explicit` and there are no positions,
+    place the nodes on a circle.
+    """
     if "NODE_COORD_SECTION" in sections:
         return _coordinates(path, sections["NODE_COORD_SECTION"], n, issues)
     if not explicit:
@@ -165,7 +167,7 @@ def node_positions(path: str, sections: Sections, n: int, explicit: bool, issues
 
 
 def _coordinates(path: str, section: DataSection, n: int, issues: list[Issue]) -> NDArray[np.float64]:
-    """Return float64[n, 2] in the order of the node numbers."""
+    """Return the coordinates of the nodes, float64[n, 2], in the order of the node numbers."""
     values = numbers(path, section)
     last = section[0] + len(section[1]) - 1
     if len(values) != 3 * n:
@@ -228,7 +230,7 @@ def _nodes_on_circle(n: int) -> NDArray[np.float64]:
 
 
 def _optimum(source: Source, name: str, n: int) -> float | None:
-    """Return the length in `OPTIMA_FILE` beside the instance, or None."""
+    """Return the length of the optimal tour from the `OPTIMA_FILE` next to the instance, or None."""
     names = {name.casefold().removesuffix(".tsp"), source.name.casefold()}
     with contextlib.suppress(LeafcutError, csv.Error, ValueError, TypeError):
         text = load(Path(source.path).with_name(OPTIMA_FILE)).text()
@@ -242,7 +244,7 @@ def _optimum(source: Source, name: str, n: int) -> float | None:
 def tour_text(name: str, order: Sequence[int] | NDArray[np.integer], every: bool = True) -> str:
     """Return a tour (node numbers from 0 in visiting order) as the text of a TSPLIB ``.tour`` file.
 
-    `every`: the tour must visit every node; a tour through sets of nodes does not.
+    `every`: whether the tour must visit every node, which a tour through sets of nodes does not.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Well-known text (OGC 06-103r4, section 7): polygons and collections of them become pockets with islands."""
+"""Read well-known text (OGC 06-103r4, section 7). Polygons and collections of polygons become pockets with islands."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
     Raises
     ------
     ReadError
-        The text is too large, nested too deep, or damaged (names the line), or it contains no polygon; a polygon
-        crosses itself, touches or overlaps another, or has corners that are not finite.
+        The text is too large, nested too deeply, or damaged (the message names the line), or contains no polygon. Or a
+        polygon crosses itself, touches or overlaps another polygon, or has corners that are not finite.
     """
     from leafcut.read.pocket_outlines import as_pockets  # start-up
 
@@ -121,7 +121,7 @@ def _parse_geometry(path: str, line: int, text: str) -> Any:
 
 
 class _Ring(NamedTuple):
-    """A wall or an island: corners in mm, closed by repeating the first."""
+    """A wall or an island of a pocket. Its corners are in mm, and the last corner repeats the first."""
 
     points: Points
     kind: str

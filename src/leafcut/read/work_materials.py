@@ -1,6 +1,6 @@
-"""Work materials: TOML → `WorkMaterial`.
+"""Read work materials: convert TOML to a `WorkMaterial`.
 
-Shipped materials are loaded by name or synonym, others by path.
+Shipped materials are loaded by name or synonym, other materials by path.
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ def material_names() -> list[str]:
 
 
 def load_material(name_or_path: str) -> WorkMaterial:
-    """Return a material by name, synonym, or path of its ``.toml`` file.
+    """Return a material by its name, a synonym, or the path of its ``.toml`` file.
 
     Raises
     ------
     OptionError
-        The material (the nearest name is suggested) or the file does not exist.
+        The material or the file does not exist (the message suggests the nearest name).
     DataError
         The file cannot be read; or a key is unknown, missing, of the wrong kind or out of range.
     """
@@ -73,7 +73,9 @@ def material_list() -> list[tuple[str, str]]:
 
 
 def material_text(name_or_path: str) -> str:
-    """Return the file of a material to edit, with the source of every value. Raises like `load_material`."""
+    """Return the file of a material for editing, with the source of every value. The errors are those of
+    `load_material`.
+    """
     material = load_material(name_or_path)
     if name_or_path.lower().endswith(".toml"):
         return toml_text(Path(name_or_path))

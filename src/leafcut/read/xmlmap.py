@@ -1,7 +1,8 @@
-"""XML point maps: ``<map units="mm"><city name="A" x="1" y="2"/></map>``, with attributes or child elements.
+"""Read XML point maps: ``<map units="mm"><city name="A" x="1" y="2"/></map>``, with attributes or child elements.
 
-The root has any name. Points are city, point, hole or node, or in Spanish ciudad, punto, agujero or nodo; ``diameter``
-(or ``d``) is optional. Entities are refused (defusedxml): a map can neither grow in memory nor read other files.
+The root element may have any name. Points are elements named city, point, hole or node, or in Spanish ciudad, punto,
+agujero or nodo; ``diameter`` (or ``d``) is optional. Entities are refused (defusedxml), so a map can neither grow in
+memory nor read other files.
 """
 
 from __future__ import annotations
@@ -198,5 +199,5 @@ def _parse(source: Source) -> _Map:
 
 
 def _local_name(name: str) -> str:
-    """Return a name without its namespace, in lower case."""
+    """Return the name of an element without its namespace, in lower case."""
     return name.rpartition(":")[2].lower()

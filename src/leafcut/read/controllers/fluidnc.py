@@ -1,4 +1,4 @@
-"""FluidNC: its ``config.yaml``.
+"""Import the settings of FluidNC from its ``config.yaml``.
 
 Source: the wiki of FluidNC, "Config file" (axes, homing, spindles, kinematics); bdring/FluidNC, Machine/Axis.h
 (defaults of missing keys) and Machine/Axes.cpp `limitsMinPosition` (position of the travel). FluidNC does not support
@@ -48,7 +48,7 @@ def read(text: str, file: str) -> Values:
     Raises
     ------
     ReadError
-        The text is not YAML, or has anchors; the axes x and y are missing; a value is not a number, or implausible.
+        The text is not YAML or has anchors, the axis x or y is missing, or a value is implausible or not a number.
     """
     tree = _parse_yaml(text, file)
     values = Values(file, "FluidNC")
@@ -93,10 +93,10 @@ def read(text: str, file: str) -> Values:
 class FluidConfiguration:
     """The settings of a board with FluidNC.
 
-    `low` and `high` are travel limits in machine coordinates, mm; -inf and inf for an axis without ``max_travel_mm``.
-    Rates, accelerations and steps are in mm/s, mm/s² and steps/mm, the deviation of corners and the tolerance of arcs
-    in mm. `fastest` is the maximum spindle speed or laser power; inf without a ``speed_map``. Homing and soft limits
-    count if all three axes have them.
+    `low` and `high` are travel limits in machine coordinates, mm; they are infinite for an axis without
+    ``max_travel_mm``. Rates, accelerations and steps are in mm/s, mm/s² and steps/mm, the deviation of corners and the
+    tolerance of arcs in mm. `fastest` is the maximum spindle speed or laser power; it is infinite without a
+    ``speed_map``. Homing and soft limits count only if all three axes have them.
     """
 
     low: XYZ
@@ -113,12 +113,12 @@ class FluidConfiguration:
 
 
 def configuration_of(text: str, file: str) -> FluidConfiguration:
-    """Return the settings of a board from its complete configuration (its answer to ``$CD``).
+    """Return the settings of a board, given its complete configuration (the reply to ``$CD``).
 
     Raises
     ------
     ReadError
-        The text is not YAML; a value is not a number, or implausible.
+        The text is not YAML, or a value is implausible or not a number.
     """
     tree = _parse_yaml(text, file)
     values = Values(file, "FluidNC")
@@ -160,7 +160,9 @@ def _is_on(tree: _Tree, key: str, *, otherwise: bool) -> bool:
 
 
 def _axis_travel(values: Values, axis: str, part: _Tree) -> tuple[float, float, float, int]:
-    """Return the travel limits of an axis, its home position, and the line number of its travel, or 0."""
+    """Return the travel limits of an axis, its home position, and the line number of its travel (0 if it is not
+    stated).
+    """
     entry = part.get("max_travel_mm")
     if not isinstance(entry, _Scalar):
         return -math.inf, math.inf, 0.0, 0
@@ -226,7 +228,7 @@ def _store_process(values: Values, tree: _Tree) -> None:
 
 
 def _store_speeds(values: Values, entry: _Scalar) -> None:
-    """Store the lowest and highest speed of a map such as ``0=0% 6000=25% 24000=100%``."""
+    """Store the lowest and the highest speed of a speed map such as ``0=0% 6000=25% 24000=100%``."""
     speeds = []
     for pair in entry.text.split():
         speed, equals, power = pair.partition("=")
@@ -266,7 +268,7 @@ def _subtree(tree: Mapping[str, Any], key: str) -> _Tree:
 
 
 def _parse_yaml(text: str, file: str) -> _Tree:
-    """Return the mappings and scalars of a YAML text; lists and tags are skipped."""
+    """Return the mappings and scalars of a YAML text. Lists and tags are skipped."""
     import yaml
 
     if len(text.encode()) > MOST_BYTES:

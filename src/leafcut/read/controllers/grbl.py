@@ -1,4 +1,4 @@
-"""GRBL and grblHAL: the answer to ``$$``, as saved from a terminal.
+"""Import the settings of GRBL and grblHAL: the reply to ``$$``, as saved from a terminal.
 
 Source: GRBL 1.1 wiki, "Grbl v1.1 Configuration" (meaning of each number; always in mm, mm/min and mm/s², independent of
 ``$13``); gnea/grbl 1.1, system.c `system_check_travel_limits` (the travel counts down from 0); grblHAL/core, settings.h
@@ -72,14 +72,16 @@ def read(text: str, file: str) -> Values:
 
 
 def is_answer(text: str) -> bool:
-    """Return whether a text contains GRBL settings, as the controller's answer to $$ or as saved by a sender."""
+    """Return whether a text contains GRBL settings, as a reply of the controller to $$ or as a file saved by a G-code
+    sender.
+    """
     return sum(1 for _ in SETTING.finditer(text)) >= _SOME or (
         text.lstrip("\ufeff \t\r\n").startswith("{") and sum(1 for _ in _KEPT.finditer(text)) >= _SOME
     )
 
 
 def _settings(text: str) -> dict[int, _Setting]:
-    """Return the settings by number, each with its line; the last duplicate counts."""
+    """Return the settings by number, each with its line. If a number occurs twice, its last value counts."""
     settings = {}
     if text.lstrip("\ufeff \t\r\n").startswith("{"):
         line, position = 1, 0

@@ -1,7 +1,7 @@
 """Import a settings file of a controller: recognise its kind, read its values, and write a machine profile.
 
-A connected controller is asked for the same text (`leafcut.sender.firmware.query_settings`), which
-`machine_from_settings` accepts.
+A connected controller sends the same text when it is asked for its settings (`leafcut.sender.firmware.query_settings`);
+`machine_from_settings` accepts this text.
 """
 
 from __future__ import annotations
@@ -28,7 +28,9 @@ MOST_BYTES = 4 * 1024 * 1024
 
 @dataclass(frozen=True)
 class SettingsKind:
-    """A kind of file: its name, its description, and its reader (text, file, units → values)."""
+    """A kind of settings file: its name, its description, and its reader. The reader converts a text (with its file
+    name and units) to values.
+    """
 
     name: str
     help: str
@@ -68,7 +70,7 @@ _MARLIN_WORDS, _RRF_WORDS = {"M205", "M206", "M301"}, {"M453", "M550", "M566", "
 
 @dataclass(frozen=True)
 class ImportedMachine:
-    """A machine according to the settings of its controller."""
+    """A machine as described by the settings of its controller."""
 
     kind: str
     title: str
@@ -100,7 +102,7 @@ def read_settings(path: str | Path) -> str:
 
 
 def settings_text(data: bytes, path: str) -> str:
-    """Decode settings that were already read; `path` names them in messages.
+    """Decode the bytes of a settings file that has already been read; messages name its `path`.
 
     Raises
     ------
@@ -121,7 +123,7 @@ def settings_text(data: bytes, path: str) -> str:
 
 
 def settings_kind(text: str, file: str) -> str:
-    """Return which kind of settings a text holds, by its contents.
+    """Return the kind of settings in a text, recognised by its contents.
 
     Raises
     ------
@@ -169,14 +171,14 @@ def _describe_unknown(text: str) -> str:
 
 
 def machine_from_settings(text: str, file: str, kind: str | None = None, units: str | None = None) -> ImportedMachine:
-    """Return the machine described by a text of settings.
+    """Return the machine that the text of a settings file describes.
 
     Parameters
     ----------
     file
-        Its name, for messages, the profile, and the name of a nameless machine.
+        Name of the settings file. It is used in messages, in the profile, and as the name of a machine without a name.
     kind
-        One of `KINDS`; None to recognise it by the contents.
+        One of `KINDS`, or None to recognise the kind by the contents.
 
     Raises
     ------
@@ -210,7 +212,9 @@ def _machine_of_values(kind: str, values: Values, origin: str) -> ImportedMachin
 
 
 def profile_text(values: tuple[Value, ...], title: str) -> str:
-    """Return a profile as TOML, with the origin of each value as a comment, and its source in ``[sources]``."""
+    """Return a machine profile as TOML. Comments state the origin of each value, and the table ``[sources]`` its
+    source.
+    """
     lines = [
         f"# {title}",
         "# taken: from the file; derived: from these values, or from the behaviour of the controller;",
@@ -236,7 +240,7 @@ def _comment(text: str) -> str:
 
 
 def values_of(data: Mapping[str, Any]) -> tuple[Value, ...]:
-    """Return the values of a loaded profile, each with its source."""
+    """Return the values of a loaded machine profile, each with its source."""
     sources = data.get("sources", {})
     values = []
     for key in PROFILE_KEYS:
@@ -259,7 +263,7 @@ def values_of(data: Mapping[str, Any]) -> tuple[Value, ...]:
 def changed_profile(name_or_path: str, changes: Mapping[str, tuple[Any, str]], place: str) -> str:
     """Return the profile of a machine as TOML with changed values and their sources.
 
-    `place` is the file to be written, for messages.
+    `place` is the file to be written; messages name it.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""INI files of controllers: case-sensitive sections and keys, each value with its line number."""
+"""Read INI files of controllers. Sections and keys are case-sensitive, and each value has its line number."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MOST_FILES = 200
 
 @dataclass(frozen=True)
 class Entry:
-    """A value, and its position as text: ``line 12``, or ``limits.inc, line 3``."""
+    """A value of an INI file, and its position as text: ``line 12``, or ``limits.inc, line 3``."""
 
     text: str
     place: str
@@ -24,12 +24,14 @@ class Entry:
 
 @dataclass
 class Ini:
-    """Sections by name, each with its keys; the first of duplicate keys counts, as in LinuxCNC."""
+    """The sections of an INI file by name, each with its keys. If a key occurs twice, its first value counts, as in
+    LinuxCNC.
+    """
 
     sections: dict[str, dict[str, Entry]] = field(default_factory=dict)
 
     def get(self, key: str, *sections: str) -> Entry | None:
-        """Return the value of a key in the first of the given sections that contains it."""
+        """Return the value of a key from the first of the given sections that contains the key."""
         return next((self.sections[name][key] for name in sections if key in self.sections.get(name, {})), None)
 
 
@@ -94,5 +96,5 @@ class _Reading:
 
 
 def _is_name(name: str) -> bool:
-    """Return whether a name is a relative path, without a home or a drive."""
+    """Return whether a name is a relative path that does not start with a home directory or a drive."""
     return bool(name) and "\0" not in name and not name.startswith(("/", "~", "\\")) and ":" not in name

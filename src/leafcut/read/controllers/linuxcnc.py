@@ -1,4 +1,4 @@
-"""LinuxCNC: the ``.ini`` of a machine, and its includes.
+"""Import the settings of LinuxCNC from the INI file of a machine and the files that it includes.
 
 Source: LinuxCNC 2.9, "INI Configuration" (sections EMC, DISPLAY, RS274NGC, KINS, TRAJ, AXIS_letter, JOINT_num,
 SPINDLE_num, EMCIO; ``#INCLUDE``). Configurations before 2.8 have axis limits in ``[AXIS_0]`` and following sections.
@@ -29,13 +29,13 @@ _NAMES = (
 
 
 def read(text: str, file: str, units: str | None = None) -> Values:
-    """Import the INI file of a machine; `units` (mm or in) apply if it does not state them.
+    """Import the INI file of a machine; `units` (mm or in) applies if the file does not state its units.
 
     Raises
     ------
     ReadError
-        Axis x, y or z, the units, or a velocity or acceleration is missing; a value is not a number, or implausible; an
-        included file cannot be read, or lies outside the folder.
+        An axis, the units, a velocity or an acceleration is missing; a value is implausible or not a number; or an
+        included file cannot be read or lies outside the folder.
     """
     ini = read_ini(text, file, include=True)
     values = Values(file, "LinuxCNC")
@@ -101,7 +101,7 @@ class _Reader:
     trivial: bool
 
     def motion(self) -> None:
-        """Store velocities and accelerations, limited by the path limits."""
+        """Store the velocities and accelerations of the axes, limited by those of the path."""
         limits = []
         for key, name, unit in (("MAX_VELOCITY", "VELOCITY", "s"), ("MAX_ACCELERATION", "ACCELERATION", "s2")):
             axis_values = [self._required(key, axis) for axis in "xyz"]
@@ -156,7 +156,7 @@ class _Reader:
         self.values.store_home(Axes(tuple(homes), self.units, source, assumed=not sources))
 
     def work(self) -> None:
-        """Store the process: a plasma torch if an entry or a section names one, else a spindle."""
+        """Store the process: a plasma torch if an entry or a section names one, otherwise a spindle."""
         names = [entry for entry in (self.ini.get(*place) for place in _NAMES) if entry is not None]
         qtplasmac = next((entry for entry in names[:2] if _QTPLASMAC.search(entry.text)), None)
         if "QTPLASMAC" in self.ini.sections or "PLASMAC" in self.ini.sections or qtplasmac is not None:

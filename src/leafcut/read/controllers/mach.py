@@ -1,4 +1,4 @@
-"""Mach3 (``Mach3Mill.xml``) and Mach4 (``Machine.ini``): the profile of a machine.
+"""Import the machine profile of Mach3 (``Mach3Mill.xml``) or Mach4 (``Machine.ini``).
 
 Sources for Mach3: published profiles and LinuxCNC's import (stepconf/import_mach.py) agree that ``VelN`` and ``AccN``
 are in native units per second, ``MNMin`` and ``MNMax`` are the soft limits of axis N, and ``Units`` is 0 for mm and 1
@@ -39,7 +39,7 @@ def read_mach3(text: str, file: str, units: str | None = None) -> Values:
     Raises
     ------
     ReadError
-        The text is not XML, has entities, or lacks the tuning of a motor; a value is not a number, or implausible.
+        The text is not XML, has entities, or lacks the tuning of a motor; or a value is implausible or not a number.
     """
     tags = _preferences(text, file)
     values = Values(file, "Mach3")
@@ -116,7 +116,7 @@ def read_mach4(text: str, file: str, units: str | None = None) -> Values:
     Raises
     ------
     ReadError
-        The motor of an axis or its tuning is missing; a value is not a number, or implausible.
+        The motor of an axis or its tuning is missing, or a value is implausible or not a number.
     """
     ini = read_ini(text, file)
     values = Values(file, "Mach4")
@@ -186,7 +186,9 @@ def _motor(ini: Ini, values: Values, axis: int) -> str:
 def _motor_values(
     ini: Ini, values: Values, motors: list[str], key: str, unit: str
 ) -> tuple[tuple[float, ...], str, str]:
-    """Return a value per motor, converted from counts to `unit`; then the unit, and the positions as text."""
+    """Return the value of each motor, converted from counts to `unit`; also return the unit, and the positions of the
+    values as text.
+    """
     numbers, sources = [], []
     for motor in motors:
         entry, counts = ini.get(key, motor), ini.get("CountsPerUnit", motor)
@@ -218,7 +220,7 @@ def _resolve_unit(values: Values, stated: str | None, statement: str, given: str
 
 
 def _preferences(text: str, file: str) -> dict[str, str]:
-    """Return the texts of the tags in ``<Preferences>`` by name; the last duplicate counts."""
+    """Return the texts of the tags in ``<Preferences>`` by name. If a tag occurs twice, its last text counts."""
     from defusedxml.common import DefusedXmlException
     from defusedxml.ElementTree import ParseError, fromstring
 

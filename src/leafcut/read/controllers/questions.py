@@ -1,7 +1,7 @@
 """Create a machine profile from a few questions, for controllers that do not export settings (Haas, Centroid).
 
-Each question suggests the value of a known machine with that controller; unanswered questions become estimates. When
-completing an imported profile, only missing or estimated values are asked.
+Each question suggests the value of a known machine with that controller; unanswered questions become estimates. When an
+imported profile is completed, questions are asked only about missing or estimated values.
 """
 
 from __future__ import annotations
@@ -47,11 +47,11 @@ class Question:
     Attributes
     ----------
     keys
-        The profile keys that it sets.
+        The profile keys that the answer sets.
     unit
-        Unit of the answer: a key of `units.FACTORS`, else "".
+        Unit of the answer: a key of `units.FACTORS`, or "" for an answer without a unit.
     required
-        Must be given in non-interactive runs, because there is no plausible default.
+        Whether a run without dialogue needs the answer, because there is no plausible default.
     """
 
     name: str
@@ -86,7 +86,7 @@ _BY_NAME = {question.name: question for question in QUESTIONS}
 
 
 def read_answers(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
-    """Read a TOML file of answers. Return them, and their positions: name → file and line.
+    """Read a TOML file with answers. Return the answers, and the file and line of each answer by its name.
 
     Raises
     ------
@@ -110,23 +110,23 @@ def ask_machine(
     base: str | None = None,
     places: Mapping[str, str] | None = None,
 ) -> ImportedMachine:
-    """Return the machine described by answers.
+    """Return the machine that the answers describe.
 
     Parameters
     ----------
     given
-        Answers by the names of `QUESTIONS`; strings or bools.
+        Answers by the names in `QUESTIONS`, as strings or bools.
     ask
-        Asks the user for missing answers; None to use the suggestions.
+        Function that asks the user for a missing answer; None to use the suggestions.
     base
-        A profile to complete, by name or path; only its estimates are asked.
+        Name or path of a profile to complete; only its missing or estimated values are asked for.
 
     Raises
     ------
     OptionError
         An answer is unknown, wrong or missing, or the base cannot be read.
     DataError
-        An answer in a file is wrong; names the line.
+        An answer in a file is wrong; the message names the line.
     """
     places = places or {}
     for name in given:
@@ -161,7 +161,9 @@ class _Answers:
         self.similar_machine = ""
 
     def is_answered(self, question: Question) -> bool:
-        """Return whether a question has an answer: given, or in the base, even as an estimate."""
+        """Return whether a question has an answer, either a given answer or a value of the base profile, which may be
+        an estimate.
+        """
         return question.name in self.given or self._has_value(question)
 
     def _is_stated(self, question: Question) -> bool:
@@ -220,7 +222,9 @@ class _Answers:
         return _as_answer(value), f"as {self.similar_machine}" + (f": {source}" if source else "")
 
     def _load_suggestions(self) -> None:
-        """Load the suggestions from a machine with the same controller, else from a default without motion values."""
+        """Load the suggestions from a machine with the same controller, or else from a default machine without motion
+        values.
+        """
         controller = self.values.entries["controller"].value
         self.similar_machine = _SIMILAR_MACHINES.get(controller, _DEFAULT_MACHINE)
         self.suggestions = {
@@ -250,7 +254,9 @@ class _Answers:
                 self.values.entries.pop(key, None)
 
     def _travel(self, entries: dict[str, Any]) -> dict[str, Any]:
-        """Return travel limits for lengths, counting up or down from 0 like the machine of the suggestions."""
+        """Return the travel limits for the given lengths. They count up or down from 0, as on the machine of the
+        suggestions.
+        """
         lengths = entries.get("travel.max")
         if lengths is None:
             return {}
@@ -323,7 +329,7 @@ def _take_axes(question: Question, typed: str) -> dict[str, Any]:
 
 
 def _take_lengths(question: Question, typed: str) -> dict[str, Any]:
-    """Parse the lengths of x, y and z, mm."""
+    """Parse the lengths of the axes x, y and z, in mm."""
     if typed.strip().lower() == UNKNOWN:
         return {}
     parts = [part.strip() for part in typed.split(",")]

@@ -1,4 +1,5 @@
-"""Marlin (the answer to ``M503``) and RepRapFirmware of Duet boards (``config.g``): the same words in other units.
+"""Import the settings of Marlin (the reply to ``M503``) and of RepRapFirmware on Duet boards (``config.g``), which use
+the same words with different units.
 
 Source: Marlin's G-code reference (M201, M203, M204, M205, M211, M503) and Configuration.h (junction deviation
 equivalent to a jerk: 0.4 jerk² / acceleration); Duet3D's G-code dictionary (M201, M203, M208, M550, M566, M669, M950).
@@ -60,12 +61,12 @@ class _Settings:
 
 
 def read_marlin(text: str, file: str) -> Values:
-    """Import Marlin's answer to M503.
+    """Import the reply of Marlin to M503.
 
     Raises
     ------
     ReadError
-        M203 or M201 is missing, or lacks an axis; a value is not a number, or implausible.
+        M203 or M201 is missing or lacks an axis, or a value is implausible or not a number.
     """
     settings = _settings(_lines(text))
     values = Values(file, "Marlin")
@@ -122,8 +123,8 @@ def read_rrf(text: str, file: str) -> Values:
     Raises
     ------
     ReadError
-        M203 or M201 is missing, or lacks an axis; a value is an expression, not a number, or implausible; too
-        many files are run.
+        M203 or M201 is missing or lacks an axis; a value is an expression, implausible, or not a number; or too many
+        files are run.
     """
     values = Values(file, "RepRapFirmware")
     lines = _MacroRunner(Path(file), values).lines(text)
@@ -168,7 +169,9 @@ def _store_rrf_spindle(values: Values, lines: list[_Line]) -> None:
 
 
 def _store_rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str, list[float]]:
-    """Store the travel of M208 (``X0:200``, or maximum with S0, minimum with S1); return the limits per axis."""
+    """Store the travel of M208: ``X0:200``, or the maximum with S0 and the minimum with S1. Return the limits of each
+    axis.
+    """
     ends: dict[str, list[float]] = {axis: [-math.inf, math.inf] for axis in "XYZ"}
     entries = [(line, axis) for line in lines if line.word == "M208" for axis in "XYZ" if axis in line.letters]
     plain = [(line, axis) for line, axis in entries if "{" not in line.letters[axis]]
@@ -196,7 +199,9 @@ def _store_rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str
 
 
 def _store_rrf_home(values: Values, lines: list[_Line], ends: dict[str, list[float]], unit: str) -> None:
-    """Store the home position of M574: 1 is the lower end, 2 the upper end (limits of M208); a probe (S2) has none."""
+    """Store the home position of M574: 1 means the lower end of the axis and 2 the upper end (the limits of M208). An
+    axis that homes with a probe (S2) has no home position.
+    """
     homes, positions = dict.fromkeys("XYZ", 0.0), []
     for line in lines:
         if line.word != "M574" or line.letters.get("S", "").strip() == "2":
@@ -223,7 +228,7 @@ def _store_steps(values: Values, settings: _Settings, unit: str) -> None:
 
 
 def _store_jerk_corners(values: Values, jerk: float, place: _Source, unit: str, label: str) -> None:
-    """Store the junction deviation that takes a corner of 90° at the speed allowed by a jerk."""
+    """Store the junction deviation that allows the same speed at a 90° corner as the jerk."""
     acceleration = values.entries["rapid.acceleration"].value
     text = acceleration if isinstance(acceleration, str) else acceleration[0]
     axis_acceleration = number(values, text, "rapid.acceleration")
@@ -285,12 +290,12 @@ def _location(positions: Iterable[_Source]) -> str:
 
 
 def word_of(line: str) -> re.Match[str] | None:
-    """Match the word at the start of a settings line; None for other lines."""
+    """Match the word at the start of a settings line. Return None for other lines."""
     return LINE.match(line[:LONGEST_LINE].partition(";")[0].strip())
 
 
 def has_travel(text: str) -> bool:
-    """Return whether a text has an M208 of RepRapFirmware, which has an axis letter; Marlin's M208 has none."""
+    """Return whether a text contains an M208 of RepRapFirmware, which has an axis letter. M208 of Marlin has none."""
     return any(line.word == "M208" and not {"X", "Y", "Z"}.isdisjoint(line.letters) for line in _lines(text))
 
 
@@ -320,7 +325,9 @@ def _settings(lines: list[_Line]) -> _Settings:
 
 @dataclass
 class _MacroRunner:
-    """The lines of a config.g in execution order, with the files run by M98 inserted; conditions are not evaluated."""
+    """The lines of a config.g in the order of execution, including those of files that M98 runs. Conditions are not
+    evaluated.
+    """
 
     root: Path
     values: Values
@@ -363,7 +370,7 @@ class _MacroRunner:
         return lines
 
     def _lines_of_macro(self, name: str, depth: int) -> list[_Line]:
-        """Return the lines of a file run by M98, which must be in the folder of the config.g (``/sys``)."""
+        """Return the lines of a file that M98 runs. The file must be in the folder of the config.g (``/sys``)."""
         inner = re.sub(r"^(0:)?/sys/", "", name)
         if not self.root.is_file():  # standard input has no folder
             self.missing.append(name)

@@ -1,4 +1,4 @@
-"""The values of controller settings, each with its source."""
+"""Values from the settings of a controller, each with its source."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
 class ValueOrigin(StrEnum):
-    """Origin of a value."""
+    """Origin of a value: read from the settings, derived, or assumed."""
 
     TAKEN = "taken"
     DERIVED = "derived"
@@ -38,10 +38,10 @@ class ValueOrigin(StrEnum):
 
 @dataclass(frozen=True)
 class Value:
-    """A value of a profile.
+    """A value of a machine profile.
 
-    `key` is ``key`` or ``table.key``; `value` is as written in a profile: text with a unit, a list of three, a bool, or
-    a number.
+    `key` is ``key`` or ``table.key``. `value` has the form that a profile uses: text with a unit, a list of three, a
+    bool, or a number.
     """
 
     key: str
@@ -51,7 +51,7 @@ class Value:
 
     @property
     def words(self) -> str:
-        """Its source as written in `[sources]` of a profile."""
+        """The source of the value, as written in the table `[sources]` of a profile."""
         return f"estimate: {self.source}" if self.how is ValueOrigin.ASSUMED else self.source
 
 
@@ -59,7 +59,8 @@ class Value:
 class Values:
     """The values of a settings file.
 
-    `title` is their kind: ``GRBL 1.1``. `notes` are settings that a profile cannot hold, and hints for the user.
+    `title` is the kind of the file, such as ``GRBL 1.1``. `notes` are settings that a profile cannot contain, and hints
+    for the user.
     """
 
     file: str
@@ -68,15 +69,15 @@ class Values:
     notes: list[str] = field(default_factory=list)
 
     def take(self, key: str, value: Any, source: str) -> None:
-        """Store a value given in the file."""
+        """Store a value that the settings file states."""
         self.entries[key] = Value(key, value, ValueOrigin.TAKEN, source)
 
     def derive(self, key: str, value: Any, source: str) -> None:
-        """Store a value that follows from the file or the controller."""
+        """Store a value that follows from the settings file or from the kind of controller."""
         self.entries[key] = Value(key, value, ValueOrigin.DERIVED, source)
 
     def assume(self, key: str, value: Any, source: str) -> None:
-        """Store an estimate for a value that is missing from the file."""
+        """Store an estimate for a value that is missing in the settings file."""
         self.entries[key] = Value(key, value, ValueOrigin.ASSUMED, source)
 
     def note(self, text: str) -> None:
@@ -84,11 +85,11 @@ class Values:
         self.notes.append(text)
 
     def refusal(self, reason: str, line: int | None = None) -> ReadError:
-        """Return the error for a file that cannot be used."""
+        """Return the error for a settings file that cannot be used."""
         return ReadError(self.file, reason, line)
 
     def store_controller(self, name: str, source: str, otherwise: str) -> None:
-        """Store the dialect of the controller, or `otherwise` if leafcut does not support it."""
+        """Store the dialect of a controller, or `otherwise` if leafcut does not support the controller."""
         if name in dialects():
             self.derive("controller", name, source)
         else:
@@ -97,7 +98,9 @@ class Values:
             )
 
     def store_motion(self, velocity: Axes, acceleration: Axes) -> None:
-        """Store rapids and accelerations; the highest feed is the slower rapid of x and y."""
+        """Store rapid velocities and accelerations. The maximum feed is the lower of the rapid velocities of x and
+        y.
+        """
         for key, axes, limit in (("velocity", velocity, FASTEST), ("acceleration", acceleration, HARDEST)):
             axes.check(self, f"rapid.{key}", limit, above_0=True)
         self._axes("rapid.velocity", velocity)
@@ -106,7 +109,7 @@ class Values:
         self.derive("max_feed", with_unit(slower, velocity.unit), "the slower rapid of x and y: axes also limit feeds")
 
     def store_travel(self, lowest: Axes, highest: Axes) -> None:
-        """Store the travel; an infinite limit is unknown."""
+        """Store the travel limits; an infinite limit is stored as unknown."""
         for low, high, name in zip(lowest.numbers, highest.numbers, "xyz", strict=True):
             if not high > low:
                 raise self.refusal(
@@ -142,7 +145,7 @@ class Values:
         self.assume("tool_change.time", *HAND_CHANGE)
 
     def store_process(self, head: Head, source: str) -> None:
-        """Store the process."""
+        """Store the process of the machine."""
         self.derive("process", head.value, source)
 
     def store_spindle_range(self, highest: float, lowest: float, source: str) -> None:
@@ -160,7 +163,7 @@ class Values:
 
 @dataclass(frozen=True)
 class Axes:
-    """A value per axis, with their unit and source."""
+    """One value per axis, with their common unit and source."""
 
     numbers: tuple[float, ...]
     unit: str
@@ -169,12 +172,12 @@ class Axes:
     assumed: bool = False
 
     def check(self, values: Values, key: str, limit: float, above_0: bool = False) -> None:
-        """Check that the values are plausible.
+        """Check that the values of the axes are plausible.
 
         Raises
         ------
         ReadError
-            A value is too large, or not above 0 although required.
+            A value is too large, or is not above 0 although `above_0` requires it.
         """
         kind = {"rapid.velocity": "mm/s", "rapid.acceleration": "mm/s²"}.get(key, "mm")
         factor = FACTORS[kind][self.unit]
@@ -206,18 +209,18 @@ def number(values: Values, text: str, label: str, line: int | None = None) -> fl
 
 
 def with_unit(value: float, unit: str) -> str:
-    """Return a number with its unit as in a profile; "unknown" if it is infinite."""
+    """Return a number with its unit as written in a machine profile, or "unknown" if the number is infinite."""
     return f"{value:.10g} {unit}" if math.isfinite(value) else "unknown"
 
 
 def axis_texts(numbers: Sequence[float], unit: str) -> Any:
-    """Return a value per axis, or a single value if all are equal."""
+    """Return one value per axis as written in a machine profile, or a single value if all are equal."""
     written = [with_unit(value, unit) for value in numbers]
     return written[0] if len(set(written)) == 1 else written
 
 
 def in_lines(lines: Iterable[int]) -> str:
-    """Return ``line 3`` or ``lines 3, 5 and 7``."""
+    """Return line numbers as text: ``line 3`` or ``lines 3, 5 and 7``."""
     sorted_lines = sorted(set(lines))
     if len(sorted_lines) == 1:
         return Message("line {}", sorted_lines[0])
