@@ -1,4 +1,4 @@
-"""`Work` and `Process`: the kinds of work with their options. A process also generates programs."""
+"""`Work` is a kind of work with its options. `Process` is a kind of work that also generates programs."""
 
 from __future__ import annotations
 
@@ -111,15 +111,17 @@ class Work(Protocol):
     uses
         Shared options that the work uses, with their conditions (`use`).
     otherwise
-        Unused option → advice that replaces "leave it out".
+        For an option that the work does not use: advice that replaces "leave it out".
     helps
-        Option with a special meaning for this work → help text, and default in words ("" for the usual default).
+        For an option with a special meaning in this work: its help text, and its default in words ("" for the usual
+        default).
     command, help
         Name of the command, and one line of help. The command of a process is also a value of ``--process``.
     form
-        Groups of the form, the most important first: (key of the title, names of options). The first two are open.
+        Groups of options in the form, the most important first: (key of the title, names of options). The first two
+        groups are open.
     heads
-        Machine heads that can do the work; empty for any head.
+        Machine heads that can do the work; empty if any head can.
     pictured
         Style of thumbnails: ``holes`` as dots, ``lines``, or filled ``areas``.
     """
@@ -142,24 +144,24 @@ class Work(Protocol):
         return "auto"
 
     def used(self) -> Mapping[str, Conditions]:
-        """Return all used options, its own and shared ones, with their conditions."""
+        """Return all options that the work uses, its own and shared options, with their conditions."""
         own_options = {name: spec.needs for group in self.options for name, spec in group.specs().items()}
         return own_options | dict(self.uses)
 
     def usual(self, settings: Settings) -> Settings:
-        """Return the settings with the defaults of this work, such as its usual machine."""
+        """Return the settings completed with the defaults of this work, such as its usual machine."""
         return settings
 
     def machine_for(self, format_name: str) -> str:
-        """Return the usual machine for files of a format; "" for the default machine."""
+        """Return the usual machine for files of a format, or "" for the default machine."""
         return ""
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Return the suitability of a drawing for this work; None if drawings are not rated."""
+        """Return how well a drawing suits this work, or None if drawings are not rated."""
         return None
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the placed part of an input, for a preview; by default its holes."""
+        """Return the placed part of an input for a preview. By default, these are its holes."""
         from leafcut.read import read
 
         return read(source, settings.read)
@@ -177,15 +179,15 @@ class Process(Work, Protocol):
     formats
         For a plug-in: the file formats for which it is offered.
     by_itself
-        Whether the process is chosen for a file that suits no other process.
+        Whether the process is chosen automatically for a file that suits no other process.
     joins
-        File format of which several files become one program; "" for none.
+        File format of which several files may be joined to one program; "" for none.
     instead
-        Wrong value of ``--process`` → advice.
+        Advice for wrong values of ``--process``.
     takes
         Description of the input.
     layer_names
-        Patterns of layer names that name its work.
+        Patterns of layer names that indicate work of this process.
     tabulates
         Whether a report may be a table of the parts (CSV).
     with_nearest
@@ -204,7 +206,7 @@ class Process(Work, Protocol):
 
     @property
     def asked_as(self) -> tuple[str, ...]:
-        """Values of ``--process`` that select the process."""
+        """The values of ``--process`` that select the process."""
         return (self.command,)
 
     @property
@@ -220,13 +222,13 @@ class Process(Work, Protocol):
         Raises
         ------
         ReadError, OptionError, PlanError
-            One line that names the error, its position and the remedy.
+            The message is one line that names the error, its position and the remedy.
         """
         ...
 
     @property
     def passes(self) -> Sequence[Pass]:
-        """Improvements of a searched order that depend on neighbouring tasks."""
+        """Improvements of the order found by the search, for costs that depend on neighbouring tasks."""
         return ()
 
     def given(self, plan: Plan) -> Candidate:
@@ -234,7 +236,7 @@ class Process(Work, Protocol):
         return self.generate(plan, plan.given)
 
     def nearest(self, plan: Plan) -> Candidate | None:
-        """Return the motion in the nearest-neighbour order; None if the process makes no such comparison."""
+        """Return the motion in the nearest-neighbour order, or None if the process makes no such comparison."""
         from leafcut.processes.ordering import nearest_order
 
         return self.generate(plan, nearest_order(plan.job, plan.stages)) if self.with_nearest else None
@@ -250,7 +252,7 @@ class Process(Work, Protocol):
         ...
 
     def fastest(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
-        """Return the candidate with the lowest cost by the objective and the detailed machine model.
+        """Return the candidate with the lowest cost according to the objective and the detailed machine model.
 
         An order set by the user does not change, and neither does the result of the algorithms nn and none.
         """
@@ -270,14 +272,14 @@ class Process(Work, Protocol):
         )
 
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
-        """Write the program, read it back and judge it; return the candidate with its program.
+        """Write the program of a candidate, read it back and verify it. Return the candidate with its program.
 
         Raises
         ------
         VerifyError
-            The program is not proved; the message states the first difference or danger, and the number of others.
+            Verification failed; the message states the first difference or danger, and the number of others.
         OrderRefused
-            The program is not proved, but another order may pass the proof.
+            Verification failed, but another order may pass it.
         """
         from leafcut.processes.job import refuse_differences
 
@@ -288,7 +290,7 @@ class Process(Work, Protocol):
         return replace(best, text=text, written=written)
 
     def write(self, plan: Plan, given: Candidate, best: Candidate) -> str:
-        """Return the program text of a candidate; its header compares the time with the order of the input."""
+        """Return the program text of a candidate. Its header compares its time with that of the order of the input."""
         from leafcut.post.writer import write_program
         from leafcut.processes.header import header_lines
 
@@ -303,34 +305,34 @@ class Process(Work, Protocol):
         )
 
     def notes(self, plan: Plan, best: Candidate) -> Sequence[str]:
-        """Return further lines of the header."""
+        """Return additional lines for the header of the program."""
         return ()
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
-        """Read the program back; return its toolpath, and the differences from the request."""
+        """Read the program back. Return its toolpath, and its differences from the request."""
         raise NotImplementedError
 
     def keep_in_place(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
         """Return an order that leaves the refused tasks at their position in the input; `trial` counts from 1.
 
-        By default the refusal is final. Raises VerifyError if there is no such order.
+        By default, there is no such order. Raises VerifyError if there is none.
         """
         raise VerifyError("the program was not written: {}", refused)
 
     def finish(self, plan: Plan, best: Candidate) -> Candidate:
-        """Make final changes to the proved program that do not affect its order."""
+        """Make final changes to the verified program that do not affect its order."""
         return best
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return the work of each tool, with its order."""
+        """Return the work of each tool, in the order of the program."""
         ...
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
-        """Return the issues of the order, in addition to those of the plan."""
+        """Return issues about the order, in addition to those of the plan."""
         return ()
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> Any:
-        """Return the process-specific part of the outcome."""
+        """Return the part of the outcome that is specific to the process."""
         ...
 
     def other_outputs(self, settings: Settings) -> list[Path]:
@@ -338,11 +340,11 @@ class Process(Work, Protocol):
         return []
 
     def files(self, outcome: Outcome[Any], settings: Settings) -> dict[str, str]:
-        """Return the files to write in addition to the program: name → text."""
+        """Return the texts of the files to write in addition to the program, by file name."""
         return {}
 
     def report(self, outcome: Outcome[Any]) -> PathReport[Any]:
-        """Return the facts and pictures of an outcome; the default report shows a path over holes."""
+        """Return the report of an outcome with its facts and pictures. The default report shows a path over holes."""
         from leafcut.report.path_report import PathReport
 
         return PathReport(outcome)

@@ -71,12 +71,12 @@ def prepare_sheet(
     concentric: str = "smallest",
     open_values: str = OPEN_VALUES,
 ) -> Sheet:
-    """Return the sheet of a drawing, with contours joined, cleaned, checked and nested, in O(n log n).
+    """Return the sheet of a drawing, with its contours joined, cleaned, checked and nested; takes O(n log n).
 
     `concentric` selects the circles of a bore to cut (`ReadOptions.concentric`): ``smallest``, ``largest`` or ``all``.
-    `open_values` are the values of --open-paths that the process accepts.
-    Raises PlanError if the sheet has no cuts or marks, if an outline is open (unless `options.open_paths` allows it) or
-    crosses itself, or if parts overlap, fall apart where their outlines touch, or are beyond the edge of the sheet.
+    `open_values` are the values of --open-paths that the process accepts. Raises PlanError if the sheet has no cuts or
+    marks, if an outline is open (unless `options.open_paths` allows it) or crosses itself, or if parts overlap, fall
+    apart where their outlines touch, or extend beyond the edge of the sheet.
     """
     options = options or SheetOptions()
     issues = list(part.issues)
@@ -121,14 +121,16 @@ def prepare_sheet(
 
 
 def engraved_paths(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> list[Contour]:
-    """Return the lines and texts of some contours, joined where they meet; closed paths are counter-clockwise."""
+    """Return the lines and texts of contours for engraving, joined where they meet. Closed paths are
+    counter-clockwise.
+    """
     every = replace(options, cut_layers=(), mark_layers=("*",), sheet_layers=(), ignore_layers=())
     strokes = _strokes_by_kind(contours, kinds_of(contours, every, issues), issues)
     return _join_strokes(strokes.get("mark", []), "mark", every, issues)
 
 
 def open_contours(contours: Sequence[Contour], options: SheetOptions) -> list[Contour]:
-    """Return the joined contours of the cut layers that are not closed."""
+    """Return those joined contours on cut layers that are not closed."""
     ignored: list[Issue] = []
     strokes = _strokes_by_kind(contours, kinds_of(contours, options, ignored), ignored)
     joined = _join_strokes(strokes.get("cut", []), "cut", replace(options, open_paths="drop"), ignored)
@@ -163,7 +165,7 @@ def check_thickness(part: Part, thickness: float | None) -> list[Issue]:
 
 
 def _strokes_by_kind(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> dict[str, list[Contour]]:
-    """Return the strokes of each kind, cleaned and numbered. Strokes without length are reported (L313)."""
+    """Return the strokes of each kind, cleaned and numbered. Strokes of zero length are reported (L313)."""
     found: dict[str, list[Contour]] = {}
     gone = []
     for k, (contour, kind) in enumerate(zip(contours, kinds, strict=True)):
@@ -257,8 +259,8 @@ def _sheet_edge_by_layer_name(maybe: list[Contour], cuts: list[Contour], marks: 
     """Return the edge of the sheet from a layer whose name suggests a sheet; None if the outlines there are parts.
 
     The edge encloses or crosses all other contours; a part that crosses the edge is partly off the sheet. An outline
-    without contours inside is a part. An outline with some contours inside and others outside is ambiguous and raises
-    PlanError, because a wrong guess would cut each part on the wrong side of its line.
+    without contours inside it is a part. An outline with some contours inside and others outside is ambiguous and
+    raises PlanError, because a wrong guess would cut each part on the wrong side of its line.
     """
     closed = [m for m in maybe if m.path.closed]
     others = [*cuts, *marks]
@@ -299,7 +301,7 @@ def _sheet_edge_by_layer_name(maybe: list[Contour], cuts: list[Contour], marks: 
 def _sort_open_paths(
     opened: list[Contour], options: SheetOptions, open_values: str, issues: list[Issue]
 ) -> tuple[list[Contour], list[Contour]]:
-    """Return the open paths to cut and the open paths to mark, according to the option `open_paths`."""
+    """Return the open paths to cut and the open paths to mark, as the option `open_paths` requests."""
     if not opened:
         return [], []
     paths = [m.path for m in opened]
@@ -345,7 +347,7 @@ def _check_simple(closed: list[Contour], shapes: NDArray[Any]) -> None:
 def _without_duplicates(
     closed: list[Contour], shapes: NDArray[Any], issues: list[Issue]
 ) -> tuple[list[int], list[tuple[int, int]]]:
-    """Return the indices of the outlines without duplicates, and the pairs of touching outlines.
+    """Return the indices of the outlines that are not duplicates, and the pairs of touching outlines.
 
     Duplicate, touching and tiny outlines are reported. Raises PlanError if outlines overlap.
     """
@@ -413,8 +415,8 @@ def _check_whole(closed: list[Contour], shapes: NDArray[Any], kept: list[int], t
 def _select_bore_circles(
     closed: list[Contour], shapes: NDArray[Any], concentric: str, issues: list[Issue]
 ) -> list[int]:
-    """Return the indices of the outlines to cut; of each bore, only the smallest or largest circle (`concentric`) is
-    cut.
+    """Return the indices of the outlines to cut. Of the circles of a bore, only the smallest or the largest is cut, as
+    `concentric` requests.
 
     Countersinks, counterbores and threads are drawn as a circle around the hole. If all circles were cut, the hole
     would be too wide. Omitted circles are reported (L302).
@@ -445,7 +447,7 @@ def _select_bore_circles(
 
 
 def _bore_circles(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]]:
-    """Return the circles of each bore, as indices. A bore is a round hole that contains only concentric circles."""
+    """Return the circles of each bore as indices. A bore is a round hole that contains only concentric circles."""
     widths = [round_diameter(m.path) for m in closed]
     if sum(width is not None for width in widths) < 2:
         return []
@@ -476,7 +478,7 @@ def _bore_circles(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]
 
 
 def _nested_contours(closed: list[Contour], shapes: NDArray[Any], loose: list[Contour]) -> tuple[Contour, ...]:
-    """Return all contours in drawing order, with depth, parent and part number."""
+    """Return all contours in drawing order, with their nesting depth, parent and part number."""
     depth, parent = nesting_depths(shapes)
     middles: Any = shapely.points(np.array([m.path.point_at(0.5 * m.path.length) for m in loose]).reshape(-1, 2))
     _, holder = enclosing_polygons(middles, shapes)
@@ -499,7 +501,9 @@ def _nested_contours(closed: list[Contour], shapes: NDArray[Any], loose: list[Co
 
 
 def _part_numbers(closed: list[Contour], depths: list[int], parents: list[int], order: list[int]) -> list[int]:
-    """Return the part number of each closed contour. If the drawing contradicts the nesting, parts are renumbered."""
+    """Return the part number of each closed contour. If the numbers in the drawing contradict the nesting, parts are
+    renumbered.
+    """
     drawn = [m.part for m in closed]
     outlines = [k for k in order if k < len(closed) and depths[k] % 2 == 0]
     numbers = {k: drawn[k] for k in outlines}
@@ -510,7 +514,7 @@ def _part_numbers(closed: list[Contour], depths: list[int], parents: list[int], 
 
 
 def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: Sequence[Polyline]) -> None:
-    """Raise PlanError for contours beyond the edge of the sheet or in a hole of the sheet."""
+    """Raise PlanError for contours that extend beyond the edge of the sheet or into a hole of the sheet."""
     if outline is None:
         return
     edge, *inner = polygons([outline, *holes])
@@ -534,7 +538,7 @@ def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: 
 def _refuse_frames(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> None:
     """Raise PlanError for an outline around parts on a layer whose name suggests a drawing frame.
 
-    If a frame were cut as a part, the parts inside would become holes. Layers that `options` select for cutting are
+    If a frame were cut as a part, the parts inside would become holes. Layers that the options select for cutting are
     accepted. An outline around a single outline may be a part with a window, so it causes only a warning (L422).
     """
     chosen = layer_matcher(options.cut_layers)
@@ -614,10 +618,10 @@ def _places_text(places: Sequence[Any]) -> Message:
 
 
 def without_excluded_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
-    """Remove from a sheet the round holes that the diameter limits exclude; their number is reported (L205).
+    """Return a sheet without the round holes that the diameter limits exclude. Their number is reported (L205).
 
     Slots, windows, outlines of parts and marks of any size remain. Raises PlanError if an excluded hole contains
-    contours, which would then be in the metal of the part.
+    contours, which would then lie in the material of the part.
     """
     low = options.min_diameter if options.min_diameter is not None else 0.0
     high = options.max_diameter if options.max_diameter is not None else math.inf

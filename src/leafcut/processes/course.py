@@ -1,4 +1,4 @@
-"""The course of a job, shared by all processes: plan, order, generate, write, judge."""
+"""The course of a job, which all processes share: plan, order, generate, write and verify."""
 
 from __future__ import annotations
 
@@ -40,8 +40,9 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
 def _search_order(process: Process, plan: Plan) -> Order:
     """Search for an order and apply the passes of the process, within the deadline of the job.
 
-    `find_order` divides its part of the time among the stages. Their lower bounds have a deadline of their own
-    (`Job.bounds`), the passes get the rest, and the proof has no limit. Pockets are also ordered in `Process.given`.
+    `find_order` divides its share of the time among the stages. Their lower bounds have a deadline of their own
+    (`Job.bounds`), the passes get the remaining time, and verification has no time limit. Pockets are also ordered in
+    `Process.given`.
     """
     order = find_order(plan.job, plan.stages, deadline=plan.job.deadline.part(plan.search_share))
     for improve in process.passes:
@@ -52,7 +53,7 @@ def _search_order(process: Process, plan: Plan) -> Order:
 
 def _refuse_early(plan: Plan, given: Candidate) -> None:
     """Raise VerifyError before the search if the work exceeds the travel of the machine, because no order would change
-    that.
+    this.
     """
     from leafcut.proof.envelope import check_envelope
 
@@ -60,10 +61,10 @@ def _refuse_early(plan: Plan, given: Candidate) -> None:
 
 
 def _prove_order(process: Process, plan: Plan, order: Order, given: Candidate, nearest: Candidate | None) -> Candidate:
-    """Write the program of an order, read it back and judge it (`Process.prove`); return it with its text.
+    """Write the program of an order, read it back and verify it (`Process.prove`). Return the candidate with its text.
 
-    If the judge refuses a foreign program, there is another trial, in which the tasks at fault keep their original
-    position. The VerifyError of any other process ends the job.
+    If a program from another CAM system fails the verification, there is another trial, in which the tasks at fault
+    keep their original position. The VerifyError of any other process ends the job.
     """
     trial = 0
     while True:
@@ -113,7 +114,9 @@ def _build_outcome(
 
 
 def _work_offset(process: Process, plan: Plan, best: Candidate) -> str:
-    """Return the work offset of the dialect's first blocks; for a foreign program, the offsets that it selects."""
+    """Return the work offset that the first blocks of the dialect select. For a program from another CAM system, return
+    the work offsets that it selects.
+    """
     if process.reads != "program":
         return next((word for line in plan.dialect.preamble for word in line.split() if word == "G54"), "")
     selected = best.path.ref[best.path.kind == Kind.FRAME].tolist()

@@ -17,8 +17,8 @@ CUTTING_MACHINES = {
 
 
 def for_cutting(settings: Settings) -> Settings:
-    """Return the settings with the default machine of the cutting process; the general default machine cannot cut
-    sheet.
+    """Return the settings with the default machine of the cutting process, because the general default machine cannot
+    cut sheet.
     """
     if "machine" in settings.given or settings.machine.machine != MachineOptions().machine:
         return settings
@@ -31,7 +31,9 @@ def for_cutting(settings: Settings) -> Settings:
 
 
 def _cut_process(settings: Settings) -> str:
-    """Return the cutting process; ``laser_co2`` for a laser if the chart has only CO2 data for the material."""
+    """Return the cutting process. For a laser, this is ``laser_co2`` if the cut chart has only CO2 data for the
+    material.
+    """
     from leafcut.read.cutchart import kinds_for, load_chart
 
     requested = (settings.cut_data.cut_process or "plasma").lower()

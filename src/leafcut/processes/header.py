@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 
 def header_lines(plan: Plan, given: Candidate, best: Candidate, command: str) -> list[str]:
-    """Return the lines of the header of a program from a drawing; `command` writes such a program.
+    """Return the header lines of a program that was generated from a drawing; `command` is the command that writes such
+    programs.
 
     The header has no date or other changing data, so the same seed gives the same file.
     """

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 class Job:
     """Settings, machine and progress of one job.
 
-    Its searches share the `deadline`, and its lower bounds share the deadline `bounds`.
+    The searches of the job share the `deadline`, and the lower bounds share the deadline `bounds`.
     """
 
     settings: Settings
@@ -42,19 +42,19 @@ class Job:
     bounds: Deadline = field(default_factory=Deadline)
 
     def quiet(self) -> Job:
-        """Return the same job without progress messages."""
+        """Return the same job without progress reports."""
         return replace(self, progress=None, observe=None)
 
     def for_dialect(self, dialect: Dialect) -> Job:
-        """Adapt the job to a dialect: without moves in machine coordinates, the tool retracts to the clearance
-        height.
+        """Return the job adapted to a dialect. If the dialect has no moves in machine coordinates, the tool retracts to
+        the clearance height.
         """
         if dialect.has_machine_moves or self.machine.safe_z is None:
             return self
         return replace(self, machine=replace(self.machine, safe_z=None))
 
     def report(self, step: Message, share: float = 0.0, trial: Trial | None = None) -> None:
-        """Report the current step, the share of the work that is done, and the result of a trial."""
+        """Report the current step, the share of the work that has been done, and the result of a trial."""
         if self.progress is not None:
             self.progress(Progress(step, share, trial=trial))
 
@@ -84,7 +84,7 @@ def library_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
 
 
 def dialect_of(job: Job) -> Dialect:
-    """Return the dialect of the program: the one that the user chose, or the one of the machine."""
+    """Return the dialect of the program: the dialect that the user chose, or the dialect of the machine."""
     from leafcut.gcode.dialects import dialect
 
     return dialect(job.settings.post.dialect or job.machine.controller)
@@ -107,14 +107,14 @@ def check_dialect_options(settings: Settings, dialect: Dialect) -> None:
 
 
 def plane_point(point: tuple[float, ...] | None) -> Point | None:
-    """Return a start or end point in the plane. Raises OptionError unless it has two numbers."""
+    """Return a start or end point in the plane. Raises OptionError if it does not have exactly two numbers."""
     if point is not None and len(point) != 2:
         raise OptionError("--start-point and --end-point need two numbers, x,y")
     return None if point is None else (point[0], point[1])
 
 
 def check_tool_changes(machine: Machine, dialect: Dialect) -> None:
-    """Refuse a machine profile with a tool change feature that the controller does not support."""
+    """Raise OptionError if the machine profile has a feature for tool changes that the controller does not support."""
     for supported, reason in (
         (machine.tool_changer, Message("the tools of this machine are changed by hand")),
         (dialect.tool_change == "M6", Message("{} has no M6", dialect.name)),
@@ -149,7 +149,7 @@ _LARGE_UNITS = {"in": Message("inches"), "ft": Message("feet"), "cm": Message("c
 def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Settings) -> None:
     """Raise VerifyError if a part exceeds the travel of the machine.
 
-    The message hints at a wrong unit, because files of ezdxf state metres by default.
+    The message suggests to check the unit, because files written by ezdxf state metres by default.
     """
     try:
         refuse_differences(problems)
@@ -169,7 +169,9 @@ def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) 
 
 
 def assumed_machine(settings: Settings, machine: Machine, issues: Iterable[Issue]) -> list[Issue]:
-    """Return a note that the machine is the default, unless the user named one or a note names it already (L807)."""
+    """Return a note that the default machine is used, unless the user named a machine or another note names it already
+    (L807).
+    """
     if "machine" in settings.given or any(issue.code == "L807" for issue in issues):
         return []
     return [
@@ -180,10 +182,10 @@ def assumed_machine(settings: Settings, machine: Machine, issues: Iterable[Issue
 def machine_issues(
     machine: Machine, box: tuple[float, float, float, float] | None = None, zero_is_set: bool = False
 ) -> list[Issue]:
-    """Return issues about unchecked limits and assumed values of a machine.
+    """Return issues about limits of a machine that are not checked, and about its assumed values.
 
-    A part on the negative side of the zero is a warning, or a note if ``--origin`` set the zero. `box` is the extent of
-    the work, see `placing.negative_axes`.
+    A part on the negative side of the zero causes a warning, or a note if ``--origin`` set the zero. `box` is the
+    extent of the work, as in `placing.negative_axes`.
     """
     issues = []
     if box is not None and (axes := negative_axes(box, machine)):

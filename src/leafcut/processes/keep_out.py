@@ -1,4 +1,4 @@
-"""Keep-out zones for a program of another CAM system: heights, tool radii, and collisions of the original program."""
+"""Keep-out zones for a program from another CAM system: heights, tool radii, and collisions in the original program."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def _has_lifts(path: Toolpath) -> bool:
 
 
 def _lowest_tip(path: Toolpath, tool: int) -> float:
-    """Return the lowest tip position of a tool, mm; −∞ if unknown."""
+    """Return the lowest position of the tip of a tool, mm, or −∞ if it is unknown."""
     of_tool = path.tool == tool
     z = path.end[of_tool & np.isin(path.kind, [int(k) for k in MOTIONS]), 2]
     bottoms = [path.cycles[ref].bottom for ref in path.ref[of_tool & (path.kind == Kind.DRILL)].tolist()]
@@ -126,7 +126,7 @@ def _lowest_tip(path: Toolpath, tool: int) -> float:
 def _tool_radii(program: Program, library: Mapping[int, Tool]) -> tuple[dict[int, float], list[int]]:
     """Return the radius of each tool, mm, and the numbers of the tools with an unknown radius.
 
-    The radius comes from the library, or else from a comment.
+    The radius of a tool comes from the library, or else from a comment.
     """
     radii: dict[int, float] = {}
     unknown: list[int] = []

@@ -1,4 +1,4 @@
-"""Classification of the layers of a drawing: cut, marked, outline of the sheet, or ignored."""
+"""Classify the layers of a drawing: cut, marked, outline of the sheet, or ignored."""
 
 from __future__ import annotations
 
@@ -45,7 +45,8 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
 
 
 def _resolve_texts(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> list[str]:
-    """Return the kinds with a decision for each text: it is marked if it is on a mark layer and its font has strokes.
+    """Return the kinds of contours, with a decision for each text. A text is marked if it is on a mark layer and its
+    font has strokes.
 
     All other texts are ignored.
     """

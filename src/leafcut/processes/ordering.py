@@ -1,8 +1,8 @@
-"""Search for the order of a plan.
+"""Search for the order of the tasks of a plan.
 
 First, quick searches order all stages, each between its neighbours. They fix the first and the last choice of each
-stage. Then a thorough search orders each stage between these ends. The quick searches do a fixed amount of work, so a
-longer time limit never gives a worse order.
+stage. Then a thorough search orders each stage between these ends. The quick searches do a fixed amount of work, so
+that a longer time limit never gives a worse order.
 """
 
 from __future__ import annotations
@@ -51,16 +51,16 @@ def find_order(
     Parameters
     ----------
     options
-        Options of the search; default: the options of the job.
+        Options of the search; by default, the options of the job.
     deadline
-        Deadline of the search; default: the deadline of the job. A nearest-neighbour order has no deadline.
+        Deadline of the search; by default, the deadline of the job. A nearest-neighbour order has no deadline.
 
     Raises
     ------
     SolveError
-        The precedence of the tasks cannot be kept, or the algorithm does not support it.
+        The precedence of the tasks cannot be satisfied, or the algorithm does not support it.
     PlanError
-        The algorithm returns an order that does not do each task once (`check_order`).
+        The algorithm returns an order that does not contain each task exactly once (`check_order`).
     """
     from leafcut.order.solve import solve
 
@@ -114,7 +114,7 @@ def find_order(
 
 
 def check_order(stages: Sequence[Stage], order: Order) -> None:
-    """Raise PlanError for an order that does not do each task once or breaks a precedence."""
+    """Raise PlanError for an order that does not contain each task exactly once, or that violates a precedence."""
     if not all(isinstance(nodes, np.ndarray) for nodes in order.choices):
         return
     for stage, nodes in zip(stages, order.choices, strict=True):
@@ -140,13 +140,13 @@ def nearest_order(job: Job, stages: Sequence[Stage]) -> Order:
 
 
 def _ant_options(options: AcoOptions, stage: Stage) -> AcoOptions:
-    """Return the ant options; the number of ants is the number of parts of the stage, if requested."""
+    """Return the options of the ants. If requested, the number of ants is the number of parts in the stage."""
     return replace(options, n_ants=stage.parts) if stage.parts and options.n_ants == ANTS_AS_PARTS else options
 
 
 def solutions_of_order(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
-    """Return the solutions of an order. If its choices differ from its solutions, costs and bounds are computed
-    again.
+    """Return the solver results for an order. If the chosen options differ from those results, costs and bounds are
+    computed again.
     """
     if all(
         np.array_equal(searched.nodes, nodes) for searched, nodes in zip(order.solutions, order.choices, strict=True)
@@ -180,7 +180,9 @@ def _add_bound(job: Job, problem: RoutingProblem, solution: Solution, share: flo
 
 
 def _order_after_first(job: Job, stages: Sequence[Stage], search: SearchOne, options: SolveOptions) -> list[Solution]:
-    """Order the stages one after another; the choices that the user wants first are at the start of their stage."""
+    """Order the stages one after another. The choices that the user wants to come first are at the start of their
+    stage.
+    """
     from leafcut.order.solve import keep_better
 
     choices, solutions = list[Ints](), list[Solution]()
@@ -210,7 +212,7 @@ def solve_together(
     cancelled: threading.Event,
     bounds: Callable[[RoutingProblem], Deadline] = lambda _: Deadline(),
 ) -> list[Solution]:
-    """Return a solution for every stage; a stage that follows another stage starts at its end.
+    """Return a solution for every stage. A stage that follows another stage starts where that stage ends.
 
     `quick` searches without progress reports. `bounds` returns the deadline for the lower bound of a problem.
     """
@@ -264,7 +266,7 @@ def _total_cost(stages: Sequence[Stage], orders: Sequence[Ints]) -> float:
 
 
 def _quick_orders(stages: Sequence[Stage], quick: SearchOne, options: SolveOptions) -> list[Ints]:
-    """Return a quick order of each stage, searched between the neighbouring stages."""
+    """Return an order of each stage, found by a quick search between the neighbouring stages."""
     quick_options = _quick_search_options(options)
     orders: list[Ints] = []
 
@@ -308,7 +310,7 @@ def _search_between(
     search: SearchOne,
     options: SolveOptions,
 ) -> Solution:
-    """Search the order of a stage; `fixed` states whether the start and the end of the known path must stay."""
+    """Search for the order of a stage. `fixed` states whether the start and the end of the known path must stay."""
     from leafcut.order.instance import path_cost
 
     low, high = int(fixed[0]), len(known_path) - int(fixed[1])

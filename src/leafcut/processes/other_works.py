@@ -1,4 +1,4 @@
-"""Commands that write no program: solve maps, simulate programs, cut stock, compare programs, choose speeds."""
+"""Work of commands that write no program: solve maps, simulate programs, cut stock, compare programs, choose speeds."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _OF_STOCK = (when_given("workpiece"),)
 
 
 class Solving(Work):
-    """A closed tour through the points of a map."""
+    """The search for a closed tour through the points of a map."""
 
     name = command = "solve"
     title = "solving a map"
@@ -41,7 +41,7 @@ class Solving(Work):
 
 
 class Simulating(Work):
-    """The machine time and cost of a program."""
+    """The computation of the machine time and cost of a program."""
 
     name = command = "simulate"
     title = "simulating a program"
@@ -116,7 +116,7 @@ class ChoosingSpeeds(Work):
         self.options = drilling.options  # type: ignore[misc]  # set per object
 
     def used(self) -> Mapping[str, Conditions]:
-        """Return its own options, and the drilling options for a drawing."""
+        """Return the options of this work, and the drilling options that apply to a drawing."""
         # The reader refuses solid options for a drawing.
         drawn, solid = when_input_is("drawing"), when_input_is("step")
         needs = {

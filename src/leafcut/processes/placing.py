@@ -1,7 +1,7 @@
 """Place a drawing on the machine before planning: mirror it, rotate it about its zero, and set the origin.
 
-Because this happens before planning, leads, kerf side, climb milling and arc directions need no correction. No other
-module sets the zero of a program.
+Because a drawing is placed before planning, leads, kerf side, climb milling and arc directions need no correction. No
+other module sets the zero of a program.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _SAME_ANGLE = 1e-9
 
 
 def place_part(part: Part, options: ReadOptions) -> Part:
-    """Mirror, rotate and move a part as the options request, and record its zero."""
+    """Mirror, rotate and move a part as the options request, and record the zero of the program."""
     matrix = _matrix(options)
     x, y = _origin(part, matrix, options)
     # The transpose of the matrix is its inverse: the zero in the original drawing.
@@ -58,7 +58,7 @@ def place_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
 
 
 def upright_mesh(mesh: Mesh, part: Part) -> Mesh:
-    """Rotate and shift a mesh in the same way as the solid of a part; for a part from a drawing, the mesh is
+    """Rotate and shift a mesh in the same way as the solid of a part. The mesh of a part from a drawing is
     unchanged.
     """
     return mesh if part.zero is None or not part.zero.up else turn_mesh_up(mesh, part.zero.up, part.zero.z)
@@ -70,7 +70,7 @@ def turn_mesh_up(mesh: Mesh, up: str, z: float) -> Mesh:
 
 
 def placement_text(file: str, part: Part, options: ReadOptions) -> str:
-    """Return the file name of a part and its placing for the header of the program.
+    """Return the file name of a part and its placement, as text for the header of the program.
 
     Example: ``plate.step, -x up, Z0 at Z12.5 mm, zero at X10 Y20 mm, mirrored x, turned 90 deg``. The -x direction of
     the solid points up, and its Z12.5 becomes Z0. After mirroring and rotation, its X10 Y20 becomes X0 Y0.
@@ -90,10 +90,11 @@ def placement_text(file: str, part: Part, options: ReadOptions) -> str:
 
 
 def negative_axes(box: tuple[float, float, float, float], machine: Machine) -> str:
-    """Return the axes on which the work is negative: "X", "Y" or "X and Y"; "" if the work offset is known.
+    """Return the axes on which the coordinates of the work are negative: "X", "Y", "X and Y", or "". Return "" if the
+    work offset is known.
 
-    `box` has the smallest x and y and the largest x and y of the work, mm. An axis counts if all work is negative. If
-    the travel of the axis starts at machine zero, it counts if any work is negative.
+    `box` has the smallest x and y and the largest x and y of the work, mm. An axis counts if all coordinates are
+    negative. If the travel of the axis starts at machine zero, the axis counts if any coordinate is negative.
     """
     if machine.work_offset is not None:
         return ""
@@ -131,7 +132,9 @@ def _origin(part: Part, matrix: NDArray[np.float64], options: ReadOptions) -> tu
 
 
 def _place_name(part: Part, options: ReadOptions) -> str:
-    """Return a name for the point that becomes zero, such as "lower left corner of the part"; "" for coordinates."""
+    """Return a name for the point that becomes the zero, such as "lower left corner of the part", or "" for a point
+    given by coordinates.
+    """
     if not isinstance(options.origin, str):
         return ""
     name = options.origin if options.origin == "centre" else f"{options.origin.replace('-', ' ')} corner"

@@ -30,14 +30,14 @@ class Plan:
     work
         The tasks in a form that only the process knows.
     spec
-        The request that the judge reads; it does not depend on the plan.
+        The request that verification uses; it does not depend on the plan.
     kind
-        For a foreign program, ``drill``, ``mill``, ``laser`` or ``plasma``; otherwise the outcome has the name of the
-        process.
+        Kind of a program from another CAM system: ``drill``, ``mill``, ``laser`` or ``plasma``. Otherwise, the name of
+        the process is the kind of the outcome.
     box
-        Smallest x and y and largest x and y of the work, mm; None for no check.
+        Smallest x and y and largest x and y of the work, mm; None if they are not checked.
     made_for
-        Solid or surface for which the program is written, and its placing; "" for none.
+        Solid or surface for which the program is written, and its placement; "" for none.
     compared_with
         Name of the order with which the header compares the time.
     start
@@ -45,14 +45,14 @@ class Plan:
     keeps_given
         Whether the order of the input must not change; then there is no search.
     search_share
-        Share of the remaining time for the search; the passes get the rest.
+        Share of the remaining time that the search gets; the passes get the rest.
     may_fall_back
         Whether `Process.fastest` may replace the result of the search by the order of the input or the
         nearest-neighbour order, if that is faster. Passes of a process may do so in any case.
     encoding
         Encoding of the program file.
     limits
-        The machine whose limits are checked, if the machine of the job only determines the times.
+        The machine whose limits are checked, if the machine of the job is used only for the times.
     """
 
     job: Job
@@ -81,7 +81,7 @@ class Plan:
 
 
 class OrderRefused(VerifyError):
-    """The program of an order cannot be written or proved.
+    """The program of an order cannot be written or verified.
 
     `faulty` are the pairs (stage, task) at fault, and `stages` are whole stages at fault, if they are known.
     """

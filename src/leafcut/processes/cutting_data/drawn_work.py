@@ -1,4 +1,4 @@
-"""The work of each tool for a drawing: number of holes, distance at feed, and time of the other moves."""
+"""The work of each tool for a drawing: number of holes, distance at feed, and time of all other moves."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def work_of_drawing(
 ) -> list[tuple[Tool, int, float, float, float]]:
     """Return the work of each tool that drills a drawing, in order.
 
-    Each entry has the tool, its number of holes, its distance at feed, mm, its distance in the material, mm, and the
-    time of its other moves, s. The drawing is planned and ordered as by `leafcut drill`. Only the distance in the
-    material wears a tool; the feed from the R plane to the surface does not.
+    Each entry contains the tool, the number of its holes, its distance at feed, mm, its distance in the material, mm,
+    and the time of its other moves, s. The drawing is planned and ordered as by `leafcut drill`. Only the distance in
+    the material wears a tool; the feed from the R plane to the surface does not.
 
     Raises
     ------

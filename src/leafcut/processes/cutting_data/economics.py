@@ -41,15 +41,15 @@ class ToolWork:
     Attributes
     ----------
     lives
-        Tool life laws, in order of their lower feed limits.
+        Tool life equations, in ascending order of their lower feed limits.
     fed, cut
-        Distance at feed, and the part of it that is in the material, mm.
+        Distance at feed, and the part of this distance that is in the material, mm.
     idle
         Time of the other moves, s.
     hole_depth
-        Depth of the holes of a drill, mm.
+        Depth of the holes that a drill makes, mm.
     width, depth, teeth
-        Width and depth of the cut of a mill, mm, and its number of teeth; a drill counts as one tooth.
+        Width and depth of cut of a mill, mm, and its number of teeth; a drill counts as one tooth.
     """
 
     tool: Tool
@@ -73,7 +73,7 @@ class Prices(NamedTuple):
     rate
         Cost of machine and operator per second.
     tool, change
-        Cost of a worn tool, and time of its replacement, s.
+        Cost of a worn tool, and time to replace it, s.
     longest
         Longest assumed tool life, s.
     """
@@ -104,19 +104,22 @@ class CuttingResults(NamedTuple):
         return CuttingResults(*(column[selection] for column in self))
 
     def points(self) -> tuple[CuttingPoint, ...]:
-        """Return the results as an object for each pair of speed and feed."""
+        """Return a separate object for each pair of speed and feed."""
         return tuple(CuttingPoint(*row) for row in zip(*(column.tolist() for column in self), strict=True))
 
 
 def deep_hole_share(depth: float, diameter: float) -> float:
-    """Return the speed factor of a drill for a hole depth: 1 up to three diameters, falling to 0.6 at eight."""
+    """Return the factor on the speed of a drill for a hole depth: 1 up to three diameters, falling to 0.6 at eight
+    diameters.
+    """
     return float(np.interp(depth / diameter, *_DEEP))
 
 
 def tool_life(work: ToolWork, speed: Floats, chip: Floats) -> Floats:
     """Return the tool life, s, at each speed, mm/s, and chip thickness, mm.
 
-    The law whose feed range contains the chip applies; the first law also covers thinner chips.
+    The tool life equation whose feed range contains the chip thickness applies; the first equation also covers thinner
+    chips.
     """
     depth_factor = deep_hole_share(work.hole_depth, work.tool.diameter) if work.work is CuttingWork.DRILL else 1.0
     seconds = np.empty_like(speed)

@@ -71,8 +71,8 @@ class SpeedGrid(NamedTuple):
 class CuttingLimit:
     """A limit of speeds and feeds, and its effect on the candidates.
 
-    `alone` states whether any candidate is within this limit, regardless of the other limits. `nearest` is the best
-    value of all candidates.
+    `alone` states whether any candidate is within this limit, regardless of the other limits. `nearest` is the value of
+    the candidate that comes closest to the limit.
     """
 
     quantity: str
@@ -85,7 +85,7 @@ class CuttingLimit:
     nearest: float = field(default=math.nan)
 
     def holds(self, results: CuttingResults) -> Mask:
-        """Return a mask of the candidates within the limit, and record the best value."""
+        """Return a mask of the candidates within the limit, and record the value that comes closest to it."""
         values = self.values_of(results)
         within: Mask = values >= self.value if self.at_least else values <= self.value
         best = float(values.max() if self.at_least else values.min())
@@ -104,9 +104,10 @@ def within_limits(limits: list[CuttingLimit], results: CuttingResults) -> Mask:
 
 
 def limit_error(label: str, limits: list[CuttingLimit]) -> PlanError:
-    """Return an error that names the limit which excludes all candidates.
+    """Return an error that names the limit that excludes all candidates.
 
-    Usually a single limit does, because a slower spindle with a thinner chip improves every limited quantity.
+    Usually a single limit excludes them all, because a slower spindle with a thinner chip improves every limited
+    quantity.
     """
     for limit in limits:
         if not limit.alone:

@@ -1,4 +1,6 @@
-"""Choose speeds and feeds for a part: the work of each tool, the speeds of the machine, and a Pareto front."""
+"""Choose speeds and feeds for a part, given the work of each tool and the speeds of the machine, and build the Pareto
+front.
+"""
 
 from __future__ import annotations
 
@@ -60,7 +62,7 @@ _DEPTH = 0.5
 def cutting_data(
     drawing: Input | None, settings: Settings, objective: str, progress: OnProgress | None = None
 ) -> CuttingData:
-    """Return the Pareto-optimal speeds and feeds of the tools of a part, and the choice for an objective.
+    """Return the Pareto-optimal speeds and feeds for the tools of a part, and the choice for an objective.
 
     Raises
     ------
@@ -106,7 +108,7 @@ def _tool_fronts(
     objective: str,
     issues: list[Issue],
 ) -> list[ToolFront]:
-    """Return the Pareto fronts of all tools; an issue reports each tool without a front.
+    """Return the Pareto fronts of all tools. A tool without a front is reported as an issue.
 
     Raises PlanError if no tool has a front.
     """
@@ -135,8 +137,8 @@ def _tool_works(
     issues: list[Issue],
     progress: OnProgress | None,
 ) -> Iterator[tuple[ToolWork, ToolMaterial]]:
-    """Yield the work of each tool, and the material of the tool; an issue reports tools for which no speeds can be
-    chosen.
+    """Yield the work of each tool, and the material of the tool. Tools for which no speeds can be chosen are reported
+    as issues.
     """
     options = settings.of(SpeedOptions)
     if drawing is None:
@@ -160,7 +162,7 @@ def _tool_works(
 
 
 def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: WorkMaterial) -> None:
-    """Raise PlanError for a tool without a tool life law; the message names the tools with a known law."""
+    """Raise PlanError for a tool without a tool life equation; the message names the tools that have one."""
     if material.lives_of(work, kind):
         return
     known = [candidate.value for candidate in ToolMaterial if material.lives_of(work, candidate)]
@@ -173,7 +175,7 @@ def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: Wo
 
 
 def _check_tool(work: ToolWork) -> None:
-    """Raise PlanError for a drill with flutes shorter than its holes, and for a mill with an unknown number of
+    """Raise PlanError for a drill whose flutes are shorter than its holes, and for a mill with an unknown number of
     teeth.
     """
     if not work.teeth:
@@ -187,8 +189,8 @@ def _check_tool(work: ToolWork) -> None:
 
 
 def _tools_from_options(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
-    """Yield each tool with the work of one hole: holes, distance at feed and in the cut, mm, and time of other moves,
-    s.
+    """Yield each tool with the work of one hole: the number of holes, the distances at feed and in the material, mm,
+    and the time of other moves, s.
     """
     job, library = settings.job, library_of(settings, machine)
     if library is not None:
@@ -345,7 +347,7 @@ def non_dominated(values: Floats) -> Mask:
 
 
 def _non_dominated_rows(rows: list[list[float]]) -> list[bool]:
-    """Return for each row whether no earlier row dominates it; the rows are distinct and in lexical order."""
+    """Return, for each row, whether no earlier row dominates it. The rows are distinct and in lexicographic order."""
     seconds: list[float] = []  # ascending
     thirds: list[float] = []  # descending: the smallest third number of all rows whose second is no larger
     kept: list[bool] = []

@@ -1,4 +1,4 @@
-"""Write a tool library with the chosen speeds and feeds: the user's library with changed values, or a new one."""
+"""Write a tool library with the chosen speeds and feeds: the user's library with changed values, or a new library."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 
 def library_text(data: CuttingData, settings: Settings, file: str | Path) -> str:
-    """Return the library as TOML.
+    """Return the tool library with the chosen speeds and feeds as TOML.
 
     The user's own TOML library keeps its comments and order; only feeds, speeds and the schema change. Raises
     OptionError if the file name does not end in .toml.

@@ -1,1 +1,1 @@
-"""Drilling: turn the holes and slots of a drawing into a program for a drill or a mill."""
+"""Drilling: convert the holes and slots of a drawing to a program for a drill or a mill."""

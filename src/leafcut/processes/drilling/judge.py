@@ -1,6 +1,6 @@
 """Check that a program drills each hole of the drawing once, at the right position and depth, with the right tool.
 
-The judge computes tools, depths and positions with its own code, so it does not repeat an error of the planner.
+This module computes tools, depths and positions with its own code, so that it does not repeat an error of the planner.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ _FOREIGN_KINDS = (Kind.ARC_CW, Kind.ARC_CCW, Kind.FRAME, Kind.SHIFT, Kind.FOREIG
 
 
 class _Cut(NamedTuple):
-    """A plunge that a hole needs: position and lowest height of the tip (mm), tool, and index of the hole."""
+    """A plunge that a hole requires: position and lowest height of the tip (mm), tool, and index of the hole."""
 
     x: float
     y: float
@@ -66,7 +66,7 @@ class _Cut(NamedTuple):
 
 
 class _SlotCut(NamedTuple):
-    """A slot that must be cut: both ends, height of the bottom, and maximum depth of one pass (`step`), mm."""
+    """A slot that must be cut: both ends, height of the bottom, and maximum depth of a single pass (`step`), mm."""
 
     ends: tuple[tuple[float, float], tuple[float, float]]
     bottom: float
@@ -75,7 +75,7 @@ class _SlotCut(NamedTuple):
 
 
 class _Plunge(NamedTuple):
-    """A plunge at feed in the program: position and lowest height of the tip (mm), tool, and program line."""
+    """A plunge at feed in the program: position and lowest height of the tip (mm), tool, and line of the program."""
 
     x: float
     y: float
@@ -85,7 +85,7 @@ class _Plunge(NamedTuple):
 
 
 class _Pass(NamedTuple):
-    """A straight horizontal or sloping cut in the program: start and end (mm), tool, and program line."""
+    """A straight horizontal or sloping cut in the program: start and end (mm), tool, and line of the program."""
 
     start: tuple[float, float, float]
     end: tuple[float, float, float]
@@ -109,7 +109,7 @@ class DrillingRequest:
 
     @cached_property
     def zero(self) -> complex:
-        """The program zero in the mirrored and rotated drawing, x + iy, mm."""
+        """The program zero in the mirrored and rotated drawing, as a complex number x + iy, mm."""
         origin = self.reading.origin
         if origin is None or not len(self.drawn_points):
             return 0j
@@ -134,7 +134,7 @@ class DrillingRequest:
         return np.concatenate(points)
 
     def rotated(self, points: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """Mirror and then rotate points of the drawing, x + iy, mm."""
+        """Mirror and then rotate points of the drawing, which are complex numbers x + iy, mm."""
         if self.reading.mirror == "x":
             points = -points.conj()
         elif self.reading.mirror == "y":
@@ -146,14 +146,14 @@ class DrillingRequest:
 
     @cached_property
     def drawn_points(self) -> NDArray[np.complex128]:
-        """Positions of the holes, then of both ends of each slot, mirrored and rotated, complex128[n], mm."""
+        """Positions of the holes, followed by both ends of each slot, mirrored and rotated, complex128[n], mm."""
         points = [complex(hole.x, hole.y) for hole in self.part.holes]
         points += [complex(*end) for slot in self.part.slots for end in (slot.start, slot.end)]
         return self.rotated(np.array(points, dtype=np.complex128))
 
     @cached_property
     def points(self) -> NDArray[np.float64]:
-        """Positions of the holes, then of both ends of each slot, in program coordinates, float64[n, 2], mm."""
+        """Positions of the holes, followed by both ends of each slot, in program coordinates, float64[n, 2], mm."""
         shifted = self.drawn_points - self.zero
         return np.column_stack([shifted.real, shifted.imag])
 
@@ -168,9 +168,9 @@ class DrillingRequest:
 
 
 def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: float) -> list[Difference]:
-    """Return the differences between a program and the request.
+    """Return the differences between a drilling program and the request.
 
-    `rounding` is the rounding of the numbers in the program, mm.
+    `rounding` is the maximum rounding error of the numbers in the program, mm.
     """
     tolerance = rounding + _ARITHMETIC
     names = None if request.library is not None else _assumed_tools(text)
@@ -203,7 +203,7 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
 
 
 def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut]:
-    """Yield the cuts that each hole needs, in the order of its tools."""
+    """Yield the plunges that each hole requires, in the order of its tools."""
     part, job = request.part, request.job
     steps = [_tools_of(request, used, hole, k) for k, hole in enumerate(part.holes)]
     tops, underside = _hole_tops(request, steps)
@@ -236,7 +236,7 @@ def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut
 
 
 def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_SlotCut]:
-    """Yield the cut that each slot needs, from Z0 to its bottom."""
+    """Yield the cut that each slot requires, from Z0 to its bottom."""
     job, ends = request.job, request.points[len(request.part.holes) :].reshape(-1, 2, 2).tolist()
     for slot, ((x0, y0), (x1, y1)) in zip(request.part.slots, ends, strict=True):
         tool = _slot_tool(request, used, slot, (x0, y0), (x1, y1))
@@ -255,9 +255,10 @@ def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Slo
 def _hole_tops(
     request: DrillingRequest, steps: Sequence[Sequence[Tool]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return the height of each hole's top and, for through holes in a surface, of the underside below it, mm.
+    """Return the height of the top of each hole, mm. For through holes in an uneven surface, also return the height of
+    the underside below each hole, mm.
 
-    The underside is None in all other cases.
+    In all other cases, the underside is None.
     """
     holes = request.part.holes
     drawn = np.array([hole.z for hole in holes], dtype=np.float64)
@@ -296,7 +297,7 @@ def _point_length(tool: Tool) -> float:
 
 
 def _tool_name(request: DrillingRequest, tool: Tool) -> str:
-    """Return ``T3`` for tool 3 of a library, or kind and diameter of an assumed tool, for example ``drill 6.35``."""
+    """Return ``T3`` for tool 3 of a library, or the kind and diameter of an assumed tool, such as ``drill 6.35``."""
     return f"{tool.kind.value} {tool.diameter:g}" if request.library is None else f"T{tool.number}"
 
 
@@ -306,7 +307,7 @@ def _assumed_tool(kind: ToolKind, diameter: float) -> Tool:
 
 
 class _ToolsUsed:
-    """The assumed tools of a program, indexed by the positions where they cut."""
+    """The assumed tools of a program, indexed by the positions at which they cut."""
 
     def __init__(self, request: DrillingRequest, cuts: Sequence[tuple[float, float, str]]) -> None:
         # A drill file of a board specifies its drills exactly.
@@ -319,8 +320,8 @@ class _ToolsUsed:
     def assumed(self, kind: ToolKind, diameter: float, *points: tuple[float, float]) -> Tool:
         """Return the assumed tool for a hole or a slot of the given diameter or width, mm.
 
-        This is the tool that cuts at one of the positions, if its diameter is within the tolerance; otherwise a tool of
-        exactly this diameter.
+        If the tool that cuts at one of the positions has this diameter within the tolerance, return that tool.
+        Otherwise, return a tool of exactly this diameter.
         """
         widths = [diameter]
         for x, y in points:
@@ -332,7 +333,7 @@ class _ToolsUsed:
 
 
 def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: int) -> list[Tool]:
-    """Return the tools that make a hole, in order: the tools of its recipe, otherwise the nearest drill.
+    """Return the tools that make a hole, in order: the tools of its recipe, or the drill with the nearest diameter.
 
     If the library has no suitable drill, the returned tool matches no program, so the hole is reported as missing.
     """
@@ -374,7 +375,7 @@ def _slot_tool(request: DrillingRequest, used: _ToolsUsed, slot: Slot, *ends: tu
 def _tool_of_wide_part(request: DrillingRequest, wide: HoleStep, top: tuple[float, float, float]) -> Tool | None:
     """Return the tool for a counterbore or countersink.
 
-    The result is None if no tool fits, or if the tool would hit material around the top of the hole.
+    Return None if no tool fits, or if the tool would hit material around the top of the hole.
     """
     if request.library is None or not wide.open:
         return None
@@ -408,7 +409,9 @@ def _tool_of_wide_part(request: DrillingRequest, wide: HoleStep, top: tuple[floa
 
 
 def _assumed_tools(text: str) -> dict[int, str]:
-    """Return kind and diameter of each assumed tool by its number, from the comments at the program's tool changes."""
+    """Return the kind and diameter of each assumed tool by its number, as stated by comments at the tool changes of the
+    program.
+    """
     return {int(number): f"{kind.lower()} {float(width):g}" for number, kind, width in _TOOL_COMMENT.findall(text)}
 
 
@@ -458,7 +461,7 @@ def _read_motions(
 
 
 class _PointIndex:
-    """Points in the plane with a spatial index, mm."""
+    """Points in the plane, in mm, with a spatial index."""
 
     def __init__(self, points: Sequence[tuple[float, float]]) -> None:
         self._points = points
@@ -467,7 +470,7 @@ class _PointIndex:
             self._cells[math.floor(x), math.floor(y)].append(k)
 
     def indices_near(self, x: float, y: float, tolerance: float) -> list[int]:
-        """Return the indices of the points within a tolerance on each axis, mm."""
+        """Return the indices of the points whose distance on each axis is within a tolerance, mm."""
         if not (math.isfinite(x) and math.isfinite(y)):
             return []
         columns, rows = ({math.floor(value - tolerance), math.floor(value + tolerance)} for value in (x, y))
@@ -488,7 +491,7 @@ def _compare_holes(
 ) -> tuple[list[_Plunge], list[Difference]]:
     """Match plunges to required cuts.
 
-    Return unmatched plunges, and differences (missing, wrong tool, depth or order).
+    Return the unmatched plunges, and the differences: missing holes, and wrong tools, depths or orders.
     """
     index = _PointIndex([(plunge.x, plunge.y) for plunge in plunges])
     unused = [True] * len(plunges)
@@ -531,7 +534,9 @@ def _compare_holes(
 
 
 def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], tolerance: float) -> list[Difference]:
-    """Return the differences between slots and sideways cuts: missing or repeated slots, deep passes, other cuts."""
+    """Return the differences between slots and sideways cuts: missing or repeated slots, passes that are too deep, and
+    other cuts.
+    """
     index = _PointIndex([slot.ends[0] for slot in slots] + [slot.ends[1] for slot in slots])
     bottom_passes, depths = [0] * len(slots), [0.0] * len(slots)
     differences = []

@@ -1,4 +1,4 @@
-"""Results specific to drilling."""
+"""Results that only drilling has."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from leafcut.model.shown_stock import FixtureBox
 
 @dataclass(frozen=True)
 class DrillingDetail:
-    """Drilling results beyond the general outcome.
+    """Results of drilling, in addition to the general outcome.
 
     `low_travel_saved_s` is the time, s, that low travel moves save compared with moves above the highest point; None
     for a flat part. `thickness`, mm, is None if unknown. `surface` is the surface of the part; None for a plate.

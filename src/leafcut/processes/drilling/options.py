@@ -12,9 +12,9 @@ from leafcut.options.option_spec import OptionGroup, option, when_given
 
 @dataclass(frozen=True)
 class DrillOptions(OptionGroup):
-    """Options for turning holes into drilling operations.
+    """Options for the conversion of holes to drilling operations.
 
-    `JobOptions` holds depth, thickness, heights, clamps, and the first and last point.
+    `JobOptions` contains the depth, thickness, heights, clamps, and the first and last point.
     """
 
     section: ClassVar[str] = "drill"

@@ -83,11 +83,11 @@ class Drilling(Process):
     )
 
     def machine_for(self, format_name: str) -> str:
-        """Return the machine for circuit boards if the file is a drill file."""
+        """Return the machine for circuit boards if the file is a drill file, otherwise ""."""
         return "pcb-drill" if format_name == self.joins else ""
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Rate a drawing by the names of its layers, otherwise by its share of round holes."""
+        """Rate a drawing by the names of its layers, or else by its share of round holes."""
         from leafcut.processes.suitability import COUNTED, Suitability
 
         if not drawing.n_holes:
@@ -103,7 +103,7 @@ class Drilling(Process):
         return Suitability(COUNTED * (1.0 - drawing.share_of_outlines), reason, drawing.figures, *masks)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Return a plan with one stage for each tool. A hole has one choice; a slot has two, one per direction."""
+        """Return a plan with one stage for each tool. A hole has one choice, and a slot has two, one per direction."""
         from leafcut.processes.drilling.plan.drill_toolpath import stages_of
         from leafcut.processes.drilling.spec import nodes_to_visit_first, prepare_drilling
         from leafcut.processes.job import check_dialect_options, check_tool_changes, dialect_of
@@ -139,7 +139,7 @@ class Drilling(Process):
         return Candidate(order, path, measure_toolpath(path, plan.job.machine, start=plan.start))
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
-        """Compare the program with the motion, the limits of the machine, and the drawing."""
+        """Return the differences of the program from the planned motion, the limits of the machine, and the drawing."""
         from leafcut.model.cutter import bodies_of, flutes_of
         from leafcut.processes.drilling.judge import judge_holes
         from leafcut.processes.drilling.plan.drill_toolpath import surface_tops
@@ -165,7 +165,7 @@ class Drilling(Process):
         return written, [*problems, *judge_holes(plan.spec, text, written, rounding_of(dialect, units))]
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return the tool, the cycle, and the holes or slots in final order for each operation."""
+        """Return, for each operation, its tool, its cycle, and its holes or slots in the final order."""
         from leafcut.model.outcome import OperationOutcome
         from leafcut.processes.drilling.plan.drill_toolpath import targets_in_order
 
@@ -181,7 +181,9 @@ class Drilling(Process):
         )
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> DrillingDetail:
-        """Return thickness, surface and fixtures of the part, heights, and the time saved by low travel moves."""
+        """Return the thickness, surface and fixtures of the part, the heights, and the time that low travel moves
+        save.
+        """
         from leafcut.processes.drilling.model import DrillingDetail
         from leafcut.processes.drilling.plan.drill_toolpath import with_high_travel
         from leafcut.timing.toolpath import measure_toolpath
@@ -197,13 +199,13 @@ class Drilling(Process):
         return DrillingDetail(saved, plan.job.settings.job.thickness, mesh, boxes, drill_plan.clearance_height, retract)
 
     def report(self, outcome: Outcome[DrillingDetail]) -> DrillingReport:
-        """Return the facts and pictures of an outcome."""
+        """Return the report of an outcome with its facts and pictures."""
         from leafcut.processes.drilling.report import DrillingReport
 
         return DrillingReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the holes and slots after placement."""
+        """Return the holes and slots of an input after placement."""
         from leafcut.processes.placing import place_part
         from leafcut.read import read
 

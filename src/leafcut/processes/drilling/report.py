@@ -25,10 +25,10 @@ _LEAST_BELOW = 0.005
 
 
 class DrillingReport(PathReport[DrillingDetail]):
-    """Facts and pictures of drilled holes; `PathReport` adds the gap to the lower bound."""
+    """Facts and pictures of drilled holes. `PathReport` adds the gap to the lower bound."""
 
     def own_facts(self) -> list[Fact]:
-        """Return tools, depth of a plate's holes, heights, and the saved time."""
+        """Return facts about tools, the depth of the holes in a plate, heights, and the saved time."""
         return [
             *tool_facts(self.outcome.operations),
             *self._depth(),
@@ -57,7 +57,9 @@ class DrillingReport(PathReport[DrillingDetail]):
         return height_facts(self.outcome.detail.clearance, retract)
 
     def savings(self) -> list[Fact]:
-        """Return the time saved by low travel moves over a surface; without a sentence if it is negligible."""
+        """Return the time that low travel moves over a surface save, without a sentence about it if it is
+        negligible.
+        """
         saved = self.outcome.detail.low_travel_saved_s
         if saved is None or saved < _LEAST_SAVED:
             return [] if saved is None else [Fact("low_ways_saved_s", max(saved, 0.0), "s")]

@@ -1,4 +1,4 @@
-"""Preparation of a drilling job: the part, its surface and its operations, for the planner and for the judge."""
+"""Prepare a drilling job: the part, its surface and its operations, for planning and for verification."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 def _with_work_issues(part: Part, job: Job, source: Source, everything: bool) -> Part:
     """Return the part with issues about work that the drilling program does not do.
 
-    Contours are only a note if the user requested drilling. Further concentric circles are only a note if the user
-    selected some.
+    If the user requested drilling, contours are only a note. If the user selected which concentric circles to drill,
+    the other circles are only a note.
     """
     chosen = "concentric" in job.settings.given
     issues = [issue.as_note() if issue.code == "L302" and chosen else issue for issue in part.issues]
@@ -55,7 +55,7 @@ def _with_work_issues(part: Part, job: Job, source: Source, everything: bool) ->
 
 
 def _issues_of_layers(part: Part) -> list[Issue]:
-    """Return a warning for each layer of holes that is named for pockets."""
+    """Return a warning for each layer of holes whose name refers to pockets."""
     is_other = layer_matcher((*POCKET_NAMES, *ISLAND_NAMES))
     issues = []
     for layer, number in Counter(hole.layer for hole in part.holes).items():
@@ -71,7 +71,7 @@ def _issues_of_layers(part: Part) -> list[Issue]:
 
 
 def _load_meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh | None, Mesh | None]:
-    """Load the surface and the fixture, in the coordinates of the part as read."""
+    """Load the surface and the fixture, in the coordinates of the part as it was read."""
     drill_options, solid_number = job.settings.of(DrillOptions), job.settings.read.solid
     if drill_options.surface is None and drill_options.fixture is None and not part.has_hole_depths:
         return None, None
@@ -97,7 +97,7 @@ def _load_meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[M
 
 
 def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> tuple[DrillPlan, DrillingRequest]:
-    """Return the drilling plan, and the request that the judge compares the program with.
+    """Return the drilling plan, and the request with which verification compares the program.
 
     If `everything`, contours and pockets count as missing work, because the user did not explicitly request drilling.
     """
@@ -162,10 +162,10 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
 
 
 def nodes_to_visit_first(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
-    """Return the nodes to visit first, in order, for each operation of an order file; empty without a file.
+    """Return the nodes to visit first, in order, for each operation of an order file; without a file, return nothing.
 
     The nodes belong to the routing problem of the operation. Raises ReadError if the file is not an order file, and
-    PlanError if it is for another drawing, or names an unknown hole or a hole twice.
+    PlanError if it belongs to another drawing, contains an unknown hole, or contains a hole twice.
     """
     if path is None:
         return {}

@@ -1,1 +1,1 @@
-"""Tool, feeds and entries of end mills, shared by all milling processes."""
+"""The tool, feeds and entries of end mills, which all milling processes share."""

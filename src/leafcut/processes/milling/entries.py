@@ -1,4 +1,4 @@
-"""Entry moves of an end mill to a level: a ramp along its path, a helix, or a plunge."""
+"""Entry moves by which an end mill descends to a level: a ramp along its path, a helix, or a plunge."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ TOUCH = 1e-6
 
 @dataclass(frozen=True)
 class Descent:
-    """An entry move at a position, from height `top` to `bottom`, mm.
+    """An entry move at a position, from the height `top` to the height `bottom`, mm.
 
-    Its `kind` may differ from the requested kind (`asked`).
+    The `kind` of the entry may differ from the requested kind (`asked`).
     """
 
     kind: str
@@ -62,7 +62,7 @@ def enter_level(
 
     A ramp goes back and forth along the path and ends at its start. If the path starts with a closed `ring` that is
     shorter than the ramp, the tool descends in turns along the ring. A helix is next to the path, inside `allowed`
-    (shapely geometry of tool centres). If neither fits, the tool plunges.
+    (shapely geometry of tool centres). If neither ramp nor helix fits, the tool plunges.
     """
     start, asked = path.start, data.entry
     high = min(builder.position[2], top + ABOVE) if builder.position[2] > top else builder.position[2]
@@ -122,7 +122,9 @@ def _descent_turns(length: float, drop: float, angle: float) -> int:
 
 
 def _turns_instead_of_ramp(length: float, drop: float, angle: float) -> int:
-    """Return the number of turns along a ring shorter than the ramp; 0 if the ring is longer, or much too short."""
+    """Return the number of turns along a ring that is shorter than the ramp. Return 0 if the ring is longer than the
+    ramp, or much too short.
+    """
     turns = _descent_turns(length, drop, angle)
     return turns if 1 < turns <= MOST_LEGS else 0
 
@@ -131,7 +133,7 @@ def _turns_instead_of_ramp(length: float, drop: float, angle: float) -> int:
 
 
 def _ramp_legs(path: Polyline, drop: float, angle: float) -> tuple[int, float] | None:
-    """Return the even number of legs of a ramp, and their length, mm; None if the path is too short."""
+    """Return the even number of legs of a ramp, and the length of a leg, mm, or None if the path is too short."""
     needed = drop / math.tan(angle)
     if not path.length > 0.0:
         return None
@@ -155,7 +157,9 @@ def _ramp(
 
 
 def _helix_place(start: Point, tool_radius: float, allowed: Any) -> tuple[Point, float] | None:
-    """Return the centre and radius of the widest helix through `start` inside the allowed region, mm, or None."""
+    """Return the centre and the radius, mm, of the widest helix through `start` inside the allowed region, or None if
+    none fits.
+    """
     room = allowed.buffer(TOUCH)
     shapely.prepare(room)
     for part in HELIX_RADII:

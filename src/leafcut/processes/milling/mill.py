@@ -1,4 +1,4 @@
-"""The end mill of a job with its feeds: from the tool library, or assumed with cautious cutting data."""
+"""Choose the end mill of a job and its feeds: from the tool library, or assumed with cautious cutting data."""
 
 from __future__ import annotations
 
@@ -47,14 +47,14 @@ PLUNGE_PART = 1.0 / 3.0
 
 @dataclass(frozen=True)
 class MillingData:
-    """The tool, its plunge rate (mm/s), and its entry to a level (angle in rad).
+    """The tool, its plunge rate (mm/s), and its entry into a level (angle in rad).
 
     Attributes
     ----------
     air_feed
-        Feed at depth in air, mm/s; not used if it is not above the feed of the tool.
+        Feed at depth in air, mm/s; it is used only if it is above the feed of the tool.
     limits
-        Limits of feeds that follow the load. None: the plunge rate limits the vertical speed on a ramp.
+        Limits of feeds that depend on the load. If None, the plunge rate limits the vertical speed on a ramp.
     """
 
     tool: Tool
@@ -65,18 +65,18 @@ class MillingData:
     limits: FeedLimits | None = None
 
     def ramp_feed(self, depth: float) -> float:
-        """Return the feed along a ramp or helix into material `depth` mm deep, mm/s."""
+        """Return the feed along a ramp or a helix into material that is `depth` mm deep, mm/s."""
         feed = min(self.tool.feed, self.plunge_feed / math.sin(self.entry_angle))
         return feed if self.limits is None else ramp_feed(self.limits, feed, self.entry_angle, depth)
 
     @property
     def straight_feed(self) -> float:
-        """The feed of a plunge into material, mm/s, within the power of the spindle."""
+        """The feed of a plunge into material that the power of the spindle allows, mm/s."""
         return self.plunge_feed if self.limits is None else plunge_feed(self.limits, self.plunge_feed)
 
 
 def library_mill_for(library: ToolLibrary | None, settings: Settings, depth: float | None) -> Tool | None:
-    """Return the end mill of a library that the settings select, see `library_mill`; None without a library."""
+    """Return the end mill of a library that the settings select (see `library_mill`), or None without a library."""
     if library is None:
         return None
     job, number = settings.job, settings.of(MillingOptions).tool_number
@@ -94,11 +94,12 @@ def assumed_number(options: MillingOptions, mill: Tool | None, tool: Tool) -> li
 def library_mill(
     library: ToolLibrary, number: int | None, asked: float | None, tolerance: float, depth: float | None
 ) -> Tool:
-    """Return the end mill in a library: by number, or else by the diameter `asked`, mm, or else the only end mill.
+    """Return an end mill of a library: the mill with the given number, or else with the diameter `asked` (mm), or else
+    the only end mill.
 
     `depth` is the greatest depth to mill, mm. Raises OptionError if the library lacks the requested number, or has
-    several end mills and none was requested. Raises PlanError if the library has no end mill, or if the tool is of
-    another kind, has another diameter, or is too short.
+    several end mills and the user requested none of them. Raises PlanError if the library has no end mill, or if the
+    tool is of another kind, has another diameter, or is too short.
     """
     tool = _mill_by_number(library, number) if number is not None else _mill_by_diameter(library, asked)
     if asked is not None and abs(tool.diameter - asked) > tolerance + 1e-9:

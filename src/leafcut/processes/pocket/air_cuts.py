@@ -1,4 +1,4 @@
-"""Air cuts: sections at depth in which the tool cuts nothing become separate path sections with a higher feed."""
+"""Air cuts: sections at depth in which the tool cuts nothing become path sections of their own with a higher feed."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def divide_at_air_cuts(
     """Divide each path section where the tool enters or leaves the material; sections in air get the kind ``air``.
 
     `path` and `engaged` are the sampled path and its engagement. Finishing sections and entries are not divided. The
-    result is measured again, because the first measurement may have missed a sliver between two samples, and
+    divided path is measured again, because the first measurement may have missed a sliver between two samples, and
     verification samples the program at other points.
     """
     stations, free = np.cumsum(path.step), _air_cuts(path, engaged, rules)

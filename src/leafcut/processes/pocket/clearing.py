@@ -61,8 +61,8 @@ NEARLY = 1.05
 class ClearedPocket:
     """A pocket cleared with every strategy.
 
-    `clearings` maps each successful strategy to the cleared regions of the pocket. `even` contains the same regions
-    with a constant feed; they differ from `clearings` only if feeds follow the load.
+    `clearings` contains the cleared regions of the pocket for each successful strategy. `even` contains the same
+    regions with a constant feed; they differ from `clearings` only if feeds follow the load.
     """
 
     plan: PocketPlan
@@ -71,7 +71,7 @@ class ClearedPocket:
 
     @property
     def usual(self) -> list[Clearing]:
-        """The regions, cleared with the strategy that most shops use."""
+        """The regions of the pocket, cleared with the strategy that most shops use."""
         return self.clearings[self.plan.usual.strategy]
 
 
@@ -93,7 +93,7 @@ def clear_pocket(
 ) -> tuple[ClearedPocket, list[Issue]]:
     """Clear a pocket with the requested strategy, or with all strategies, and choose the best result.
 
-    With `names`, only these strategies are tried.
+    With `names`, only the named strategies are tried.
 
     Return the cleared pocket, and issues about areas that the tool cannot reach.
     """
@@ -156,7 +156,7 @@ def _try_strategy(
 
 
 def _with_fastest_feeds(job: PocketJob, clearings: list[Clearing]) -> tuple[list[Clearing], float]:
-    """Return the regions with load-dependent feeds, if requested, and the machine time, s.
+    """Return the cleared regions with load-dependent feeds, if these are requested, and the machine time, s.
 
     Dividing a move can cost time, because some machines stop after each move. Therefore the fastest of three variants
     is used: feed changes anywhere, only between moves, or not at all. Cuts that exceed the spindle power are always
@@ -252,13 +252,15 @@ def _choose_strategy(job: PocketJob, pocket: Pocket, results: list[PocketResult]
 
 
 def _result_cost(job: PocketJob, result: PocketResult, measures: PocketMeasures) -> float:
-    """Return the program time, s, or the path length on one level, mm, depending on the objective."""
+    """Return the cost of a result: the program time, s, or the path length on one level, mm, depending on the
+    objective.
+    """
     timed = job.run.settings.solve.objective == "time"
     return result.program_s if timed else measures.feed_mm + measures.rapid_mm
 
 
 def add_rejection_reasons(job: PocketJob, results: list[PocketResult], written: PocketResult) -> list[PocketResult]:
-    """For each result that is cheaper than the written one, add the reason why it was rejected."""
+    """Return the results with the reason for rejection added to each result that is cheaper than the written result."""
     best = written.measures
     if best is None:
         return results
@@ -366,8 +368,8 @@ def clearing_motion(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
 def strategy_programs(job: PocketJob, cleared: list[ClearedPocket], nodes: Sequence[int]) -> tuple[PocketProgram, ...]:
     """Return the time and rapids of the written program (named "") and of a program for each strategy.
 
-    All programs clear the regions in the order `nodes`. A strategy is included only if it clears every pocket. The
-    result is empty for a single pocket.
+    All programs clear the regions in the order `nodes`. A strategy is included only if it clears every pocket. For a
+    single pocket, nothing is returned.
     """
     if len(cleared) < 2:
         return ()

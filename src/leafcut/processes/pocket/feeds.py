@@ -37,7 +37,7 @@ MIN_LENGTH = 1e-3
 def with_feeds(
     pieces: Sequence[PocketPiece], limits: FeedLimits, rules: PocketRules, acceleration: float, *, anywhere: bool
 ) -> list[list[PocketPiece]]:
-    """Divide each path section where its feed changes; the feed of a section is relative to the tool's feed.
+    """Divide each path section where its feed changes. The feed of a section is relative to the feed of the tool.
 
     The feed of a section is increased if its chips are thinner than in a slot, and if the section is long enough to
     speed up and slow down. The feed is reduced if the cut needs more power than the spindle has. Feeds change in steps
@@ -61,9 +61,10 @@ def with_feeds(
 
 
 def _widened_by_uncertainty(path: ToolSteps, engaged: Engaged, rules: PocketRules) -> Engaged:
-    """Return the engagement in which each cut is widened by its uncertainty.
+    """Return the engagement along a path, with each cut widened by its uncertainty.
 
-    Verification measures the rounded program, in which the direction at a vertex may differ by up to the turn there.
+    Verification measures the rounded program, in which the direction at a vertex may differ by up to the change of
+    direction there.
     """
     cross = np.abs(path.chord[:-1, 0] * path.chord[1:, 1] - path.chord[:-1, 1] * path.chord[1:, 0])
     turn = np.arctan2(cross, (path.chord[:-1] * path.chord[1:]).sum(axis=1))
@@ -81,7 +82,7 @@ def _widened_by_uncertainty(path: ToolSteps, engaged: Engaged, rules: PocketRule
 def _allowed_feed_shares(
     pieces: Sequence[PocketPiece], path: ToolSteps, engaged: Engaged, limits: FeedLimits
 ) -> Floats:
-    """Return the allowed feed at each step, relative to the tool's feed and rounded down to a step of the feed."""
+    """Return the allowed feed at each step as a share of the feed of the tool, rounded down to a step of the feed."""
     allowed = allowed_feed(engaged, limits) / limits.feed
     kind = np.array([piece.kind for piece in pieces])[path.piece]
     allowed[kind == "finish"] = np.minimum(allowed[kind == "finish"], 1.0)
@@ -99,7 +100,7 @@ def _allowed_feed_shares(
 
 
 def _cutting_stretches(pieces: Sequence[PocketPiece], path: ToolSteps) -> list[Indices]:
-    """Return the indices of consecutive cutting steps, one array per section between retracts or air cuts."""
+    """Return the indices of consecutive cutting steps, one array for each section between retracts or air cuts."""
     air = np.array([piece.kind == "air" for piece in pieces], dtype=bool)[path.piece]
     new = np.append(True, (path.run[1:] != path.run[:-1]) | (air[1:] != air[:-1]))[: len(path)]
     rows = np.split(np.arange(len(path)), np.flatnonzero(new)[1:])
@@ -109,7 +110,9 @@ def _cutting_stretches(pieces: Sequence[PocketPiece], path: ToolSteps) -> list[I
 def _merge_short_stretches(
     shares: Floats, length: Floats, feed: float, acceleration: float, rules: PocketRules
 ) -> Floats:
-    """Reduce the feed of each section that is too short to save time to the next lower feed of a neighbour."""
+    """Reduce the feed of each section that is too short to save time to the next lower feed of a neighbouring
+    section.
+    """
     edges = np.flatnonzero(np.diff(shares)) + 1
     runs = [
         [float(part[0]), float(size.sum())]
@@ -150,7 +153,7 @@ def _merge_equal_shares(runs: list[list[float]], counts: list[int]) -> tuple[lis
 
 
 def divide_section(piece: PocketPiece, parts: Sequence[tuple[float, str, float]]) -> list[PocketPiece]:
-    """Divide a path section into parts, each given by its start, mm, its kind and its feed.
+    """Divide a path section into parts. A part is given by its start, mm, its kind and its feed.
 
     Parts shorter than `MIN_LENGTH` are merged with a neighbour.
     """

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 class PocketSolid:
     """The surface of a solid as triangles, float64[n, 3, 3], mm, all its pockets, and the pockets to be milled.
 
-    `before` is the solid on the machine with all pockets filled.
+    `before` is the solid with all pockets filled, as it lies on the machine.
     """
 
     triangles: NDArray[np.float64]
@@ -66,7 +66,7 @@ class PocketJob:
 
     @property
     def exact(self) -> PocketRules:
-        """The same rules without stock on the walls, as for the finished pocket."""
+        """The rules of the job without stock on the walls, as for the finished pocket."""
         return replace(self.rules, stock=0.0)
 
     @property
@@ -76,7 +76,7 @@ class PocketJob:
 
     @property
     def top(self) -> float:
-        """Height of the top of the pockets, mm; planning and verification measure heights from there."""
+        """Height of the top of the pockets, mm. Planning and verification measure heights from there."""
         return self.part.pockets[0].top or 0.0
 
     @property
@@ -98,7 +98,9 @@ class PocketMotion:
 
 
 def required_holes(descents: Sequence[Descent]) -> dict[Point, float]:
-    """Return the holes that must be drilled first: position → height of the bottom, mm."""
+    """Return the holes that must be drilled before milling: the height of the bottom of each hole, mm, by its
+    position.
+    """
     bottoms: dict[Point, float] = {}
     for descent in descents:
         if descent.kind == "predrilled":
@@ -107,7 +109,7 @@ def required_holes(descents: Sequence[Descent]) -> dict[Point, float]:
 
 
 def raise_path(path: Toolpath, by: float) -> Toolpath:
-    """Move a toolpath without drilling cycles up by `by` mm; machine coordinates do not change."""
+    """Move a toolpath without drilling cycles up by `by` mm. Moves in machine coordinates do not change."""
     if not by:
         return path
     end = path.end.copy()

@@ -1,4 +1,4 @@
-"""Results specific to pockets."""
+"""Results that only pocket milling has."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from leafcut.model.pocket import PocketPlan, PocketProgram
 
 @dataclass(frozen=True)
 class PocketDetail:
-    """Results of clearing pockets beyond the general outcome.
+    """Results of clearing pockets, in addition to the general outcome.
 
     `programs` is empty for a single pocket. `pace` is None for a constant feed. `before` is the material before the
     first cut if it is a solid with steps instead of a block. `clearance` and `retract` are the heights of rapids, mm.

@@ -1,1 +1,1 @@
-"""Planning of drilling: tools and depths of the holes, and the toolpath of an order."""
+"""Planning of drilling: the tools and depths of the holes, and the toolpath for an order."""

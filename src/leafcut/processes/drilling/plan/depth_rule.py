@@ -1,4 +1,6 @@
-"""Depth of each tool in a hole, from the thickness of the plate or from a given depth to the shoulder or the tip."""
+"""Depth of each tool in a hole. It follows from the thickness of the plate, or from a given depth of the shoulder or of
+the tip.
+"""
 
 from __future__ import annotations
 
@@ -21,10 +23,8 @@ TAP_LEAD = 5.0
 
 @dataclass(frozen=True)
 class DepthRule:
-    """The depth of holes, mm below the surface.
-
-    If `through`, the full diameter goes `break_through` mm below the plate, and the point of the tool goes deeper by
-    its own length.
+    """The depth of holes, mm below the surface. If `through`, the full diameter goes `break_through` mm below the
+    plate, and the point of the tool goes deeper by the length of the point.
     """
 
     depth: float
@@ -35,14 +35,16 @@ class DepthRule:
 
     @property
     def given(self) -> str:
-        """The option that set the depth, for messages about excessive depths: `` for --thickness 80 mm``."""
+        """The option that set the depth, in the form for messages about excessive depths: `` for --thickness 80
+        mm``.
+        """
         return f" for {'--thickness' if self.through else '--depth'} {self.depth:g} mm"
 
     def tip_depth(self, tool: Tool) -> float:
         """Return the depth of the tip of `tool` below the surface, mm.
 
-        Raises PlanError if a tap or a reamer would hit the cone left by the drill's point, or a blind hole would break
-        through.
+        Raises PlanError if a tap or a reamer would hit the cone that the point of the drill leaves, or if a blind hole
+        would break through.
         """
         if tool.kind is ToolKind.CENTRE_DRILL:
             return centre_depth(tool)
@@ -70,14 +72,16 @@ class DepthRule:
 
 
 def centre_depth(tool: Tool) -> float:
-    """Return the depth of a centre drill's tip below the surface, mm: its own depth, or a share of its diameter."""
+    """Return the depth of the tip of a centre drill below the surface, mm: the depth stated for the tool, or a share of
+    its diameter.
+    """
     return tool.depth if tool.depth is not None else CENTRE_DEPTH_RATIO * tool.diameter
 
 
 def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
     """Return a note if the lead of the tap leaves incomplete threads at the exit of a through hole.
 
-    The tap is not sent deeper automatically: the space below is unknown, and a tap that hits the table breaks.
+    The tap is not sent deeper automatically, because the space below is unknown, and a tap that hits the table breaks.
     """
     lead = TAP_LEAD * tool.pitch if tool.pitch else 0.0
     if not rule.through or rule.break_through >= lead:
@@ -96,7 +100,7 @@ def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
 
 
 def refuse_unknown_depth(part: Part, job: JobOptions) -> None:
-    """Refuse a part if neither the options nor its drawing give the depth of the holes (`OptionError`)."""
+    """Raise `OptionError` for a part if neither the options nor its drawing state the depth of the holes."""
     if job.depth is None and job.thickness is None and not part.has_hole_depths:
         raise OptionError(
             "{}: drilling needs a depth; give --thickness 6mm (through holes), --depth 5mm (blind holes), or "
@@ -106,7 +110,9 @@ def refuse_unknown_depth(part: Part, job: JobOptions) -> None:
 
 
 def depth_rule(job: JobOptions, options: DrillOptions) -> DepthRule:
-    """Return the depth rule of the options. Raises PlanError if depth and thickness contradict each other."""
+    """Return the depth rule that follows from the options. Raises PlanError if depth and thickness contradict each
+    other.
+    """
     to_shoulder = options.depth_to == "shoulder"
     depth = job.blind_depth
     if depth is None:

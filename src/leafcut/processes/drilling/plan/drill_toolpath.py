@@ -1,4 +1,4 @@
-"""Routing problems of drilling operations, and the toolpath of their solutions."""
+"""Routing problems of drilling operations, and the toolpath that follows from their solutions."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def stages_of(
 ) -> tuple[Stage, ...]:
     """Return a search stage for each operation; each stage starts where the previous stage ends.
 
-    `first_nodes` maps the number of an operation to the nodes to visit first, in order.
+    `first_nodes` contains, by the number of an operation, the nodes to visit first, in order.
     """
     height = 0.0 if plan.always_initial else plan.clearance_height - plan.retract_height
     stages = []
@@ -57,8 +57,8 @@ def build_problem(
 ) -> RoutingProblem:
     """Return the routing problem of an operation.
 
-    A hole is a cluster with a single node. A slot is a cluster of two nodes: node 2k cuts slot k from start to end,
-    node 2k + 1 from end to start.
+    A hole is a cluster with a single node. A slot is a cluster of two nodes: node 2k cuts slot k from start to end, and
+    node 2k + 1 cuts it from end to start.
     """
     name = f"{plan.part.name}: {operation.tool.label}"
     if not operation.slots:
@@ -75,12 +75,12 @@ def build_problem(
 
 
 def drawing_order(operation: DrillOperation) -> NDArray[np.int32]:
-    """Return the nodes in file order, with slots in their drawn direction."""
+    """Return the nodes in file order, with slots in the direction in which they are drawn."""
     return np.arange(len(operation.targets), dtype=np.int32) * (2 if operation.slots else 1)
 
 
 def targets_in_order(operation: DrillOperation, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the holes or slots (indices into the part) in the order of their nodes."""
+    """Return the holes or slots, as indices into the part, in the order of their nodes."""
     return operation.targets[nodes // 2 if operation.slots else nodes]
 
 
@@ -92,7 +92,7 @@ def generate_toolpath(
     coolant: bool = False,
     pause: bool = False,
 ) -> Toolpath:
-    """Return the motion of the whole program; `orders` has one array of nodes per operation.
+    """Return the motion of the whole program; `orders` contains an array of nodes for each operation.
 
     Between holes, the tool travels at the R plane (G99) or at the initial plane (G98, `always_initial`). Before
     crossing a keep-out zone, it retracts with a separate rapid instead of G98 on a single hole: unlike other
@@ -123,7 +123,7 @@ def with_high_travel(plan: DrillPlan) -> DrillPlan:
 
 
 def surface_tops(plan: DrillPlan, drawn: bool) -> NDArray[np.float64] | None:
-    """Return x, y and the height of the surface at each hole, float64[n, 3], mm; None for a plate.
+    """Return x, y and the height of the surface at each hole, float64[n, 3], mm, or None for a plate.
 
     If `drawn`, or if the part is a solid, the heights come from the drawing instead of the plan.
     """
@@ -158,7 +158,7 @@ def _drill(
 def _travel_heights(
     plan: DrillPlan, machine: Machine, operation: DrillOperation, xy: NDArray[np.float64], relief: Relief | None
 ) -> list[float]:
-    """Return the minimum height of the travel move to each hole, mm; −∞ if any height will do."""
+    """Return the minimum height of the travel move to each hole, mm; −∞ if any height is safe."""
     heights = np.full(len(xy), -np.inf)
     dogleg = machine.rapid_style == "dogleg"
     if relief is not None:
@@ -172,7 +172,7 @@ def _travel_heights(
 
 
 def _shifted_cycle(cycle: DrillCycle, r_plane: float, lower: float) -> DrillCycle:
-    """Return the cycle with another R plane, and with its bottom moved up by `lower` mm (down if negative)."""
+    """Return a cycle with another R plane, and with its bottom moved up by `lower` mm (down if negative)."""
     if r_plane == cycle.r_plane and not lower:
         return cycle
     return replace(cycle, r_plane=r_plane, bottom=round(cycle.bottom + lower, 6))
@@ -204,10 +204,10 @@ def _cut_slots(
 
 
 def slot_depths(cycle: DrillCycle, tool: Tool) -> list[float]:
-    """Return the heights of the passes of a slot, mm, from the first to the bottom.
+    """Return the heights of the passes of a slot, mm, from the first pass to the bottom.
 
-    A pass is at most one peck deep; without a peck, at most one diameter, the usual limit of a slot mill. The number of
-    passes is odd, so the last pass ends at the end of the slot.
+    A pass is at most one peck deep. Without a peck, it is at most one diameter deep, the usual limit of a slot mill.
+    The number of passes is odd, so the last pass ends at the end of the slot.
     """
     step = tool.peck or tool.diameter
     passes = max(1, math.ceil(-cycle.bottom / step - 1e-9))
@@ -216,7 +216,7 @@ def slot_depths(cycle: DrillCycle, tool: Tool) -> list[float]:
 
 
 def _approach(builder: ToolpathBuilder, plan: DrillPlan, x: float, y: float) -> None:
-    """Move over the first position without descending, then down to the clearance height."""
+    """Move over the first position without descending, then descend to the clearance height."""
     builder.rapid(x, y)
     if builder.position[2] != plan.clearance_height:
         builder.rapid(z=plan.clearance_height)

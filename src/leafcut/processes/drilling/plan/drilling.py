@@ -1,4 +1,4 @@
-"""Operations for the holes and slots of a drawing: one per tool, with the fewest tool changes."""
+"""Plan the operations for the holes and slots of a drawing: one operation per tool, with the fewest tool changes."""
 
 from __future__ import annotations
 
@@ -54,8 +54,9 @@ BELOW_BOARD = 1.0
 class DrillOperation:
     """All holes or slots of one tool, and the drilling cycle that runs at each of them.
 
-    `targets` are indices, int32[k], of holes of the part, or of its slots if `slots`. If the tool makes counterbores or
-    countersinks, `tips` are the depths of its tip below the top of each hole, float64[k], mm; else None.
+    `targets` are the indices of holes of the part, int32[k], or of its slots if `slots`. If the tool makes counterbores
+    or countersinks, `tips` contains the depths of its tip below the top of each hole, float64[k], mm; otherwise it is
+    None.
     """
 
     tool: Tool
@@ -65,9 +66,9 @@ class DrillOperation:
     tips: NDArray[np.float64] | None = None
 
     def bottoms(self, tops: NDArray[np.float64], deeper: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the lowest height of the tip in each hole, float64[k], mm; not for slots.
+        """Return the lowest height of the tip in each hole, float64[k], mm. The method is not for slots.
 
-        `tops` and `deeper` have a value for each hole of the part (see `DrillPlan`).
+        `tops` and `deeper` contain a value for each hole of the part (see `DrillPlan`).
         """
         if self.tips is not None:
             return tops[self.targets] - self.tips
@@ -78,13 +79,13 @@ class DrillOperation:
 
 @dataclass(frozen=True, eq=False)
 class DrillPlan:
-    """Operations in machining order, and their common data, mm.
+    """Drilling operations in machining order, and their common data, mm.
 
     `zones`, float64[k, 4], are the rectangles in which nothing may be drilled. `zone_heights`, float64[k], are the
-    lowest heights at which a rapid may cross them, at most the clearance height. Three arrays have a value for each
-    hole, float64[n]: `tops`, the height from which its depth is measured, `r_planes`, and `deeper`, its depth beyond
-    the cycle of its operation. `reliefs` has the travel heights of each operation over `work_surface`; it is empty for
-    a flat part.
+    lowest heights at which a rapid may cross them, at most the clearance height. Three arrays contain a value for each
+    hole, float64[n]: `tops` (the height from which its depth is measured), `r_planes`, and `deeper` (its depth in
+    addition to that of the cycle). `reliefs` contains the travel heights of each operation over `work_surface`; it is
+    empty for a flat part.
     """
 
     part: Part
@@ -113,13 +114,13 @@ class DrillPlan:
     def zones_for(self, tool: Tool, tip: float) -> NDArray[np.float64]:
         """Return the rectangles, float64[k, 4], that the centre of `tool` must avoid with its tip at height `tip`, mm.
 
-        The zones are widened by the radius of the tool, or of its shank or holder where these are below the zone's
-        height.
+        The zones are widened by the radius of the tool, or by that of its shank or holder where these are below the
+        height of the zone.
         """
         return widen_zones(self.zones, self.radii_below_zones(tool, tip))
 
     def radii_below_zones(self, tool: Tool, tip: float) -> NDArray[np.float64]:
-        """Return the largest radius of tool, shank and holder below each zone's height, float64[k], mm.
+        """Return the largest radius of tool, shank and holder below the height of each zone, float64[k], mm.
 
         `tip` is the height of the tool tip, mm.
         """
@@ -312,7 +313,7 @@ def _check_surface(
     deeper: NDArray[np.float64],
     work_surface: WorkSurface,
 ) -> None:
-    """Refuse holes in which a tool would hit a fixture, or cut into the finished surface."""
+    """Raise PlanError for holes in which a tool would hit a fixture, or cut into the finished surface."""
     from leafcut.processes.drilling.plan.work_surface import check_bodies, check_fixture, check_wide_tool
 
     widths = np.array([max([hole.diameter, *(step.diameter for step in hole.steps)]) for hole in part.holes])
@@ -484,7 +485,7 @@ def _exit_issues(
 ) -> list[Issue]:
     """Return a warning if a tool tip goes far below the part, or a note for a circuit board.
 
-    `underside` is the height of the underside at each hole, mm, −∞ if unknown.
+    `underside` is the height of the underside at each hole, mm, or −∞ if it is unknown.
     """
     farthest, count, label, point = BELOW_BOARD if part.format == "excellon" else FAR_BELOW, 0, "", (0.0, 0.0)
     for operation in operations:
@@ -524,7 +525,7 @@ def _stroke_issues(
     deeper: NDArray[np.float64],
     underside: NDArray[np.float64],
 ) -> list[Issue]:
-    """Return a warning for each drill whose stroke is longer than `LONGEST_STROKE`; none for circuit boards."""
+    """Return a warning for each drill whose stroke is longer than `LONGEST_STROKE`. Circuit boards get no warnings."""
     issues: list[Issue] = []
     for operation in operations if part.format != "excellon" else ():
         if operation.slots or operation.tips is not None or operation.tool.kind is not ToolKind.DRILL:
@@ -635,7 +636,9 @@ _KIND_ORDER = {kind: position for position, kind in enumerate(ToolKind)}
 
 
 def _order_tools(steps: list[Step], sequences: Sequence[Sequence[Step]]) -> list[Step]:
-    """Sort steps by kind (centre drills first) and diameter, but put each step after its predecessors."""
+    """Sort steps by kind (centre drills first) and diameter, but put each step after the steps that must come before
+    it.
+    """
     predecessors: dict[Step, set[Step]] = {step: set() for step in steps}
     for sequence in sequences:
         for k, step in enumerate(sequence):
@@ -700,7 +703,7 @@ def _cycle_name(tool: Tool, options: DrillOptions) -> str:
 
 
 def _checked_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:
-    """Return the cycle without the parameters that it does not use.
+    """Return a drilling cycle without the parameters that it does not use.
 
     Raises PlanError if a parameter is missing or the tool cannot run the cycle.
     """

@@ -1,4 +1,4 @@
-"""Choice of the tools for each hole: recipes and drills of the library, or an assumed drill of a catalogue size."""
+"""Choose the tools for each hole: recipes and drills of the library, or an assumed drill of a catalogue size."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _can_countersink(tool: Tool, part: HoleStep) -> bool:
 
 
 class ToolChooser:
-    """Chooses the tools for a drawing, and records assumed data, which issues report later."""
+    """Chooses the tools for a drawing, and records assumed data so that issues can report them later."""
 
     def __init__(
         self,
@@ -106,11 +106,12 @@ class ToolChooser:
 
     @property
     def sequences(self) -> list[tuple[Step, ...]]:
-        """The distinct tool sequences that holes need, for example centre drill, drill, tap."""
+        """The distinct tool sequences that holes require, for example centre drill, drill, tap."""
         return list(dict.fromkeys((*self._chosen.values(), *sorted(self._widened, key=repr))))
 
     def step_for_wide_part(self, hole: Hole, part: HoleStep) -> Step | None:
-        """Return the step that makes a counterbore or countersink after the hole's other steps; None if no tool fits.
+        """Return the step that makes a counterbore or countersink after the other steps of the hole, or None if no tool
+        fits.
 
         A counterbore needs an end mill of its diameter; a countersink needs a chamfer mill or a V-bit of its angle that
         is wide enough.
@@ -130,7 +131,7 @@ class ToolChooser:
         return step
 
     def steps_for_hole(self, hole: Hole) -> tuple[Step, ...]:
-        """Return the steps that make a hole, in order. Raises PlanError if the library lacks a tool for it."""
+        """Return the steps that make a hole, in order. Raises PlanError if the library has no suitable tool."""
         if hole.diameter <= 0:
             self._bare_points += 1
         diameter = hole.diameter if hole.diameter > 0 else self.point_diameter
@@ -143,12 +144,16 @@ class ToolChooser:
 
     @property
     def point_diameter(self) -> float:
-        """Diameter of holes that are drawn as points, mm: the library's only drill, else `POINT_DIAMETER`."""
+        """Diameter of holes that are drawn as points, mm: that of the only drill in the library, or else
+        `POINT_DIAMETER`.
+        """
         drills = [t for t in self.library.tools if t.kind is ToolKind.DRILL] if self.library else []
         return drills[0].diameter if len(drills) == 1 else POINT_DIAMETER
 
     def step_for_slot(self, slot: Slot) -> Step:
-        """Return the step that cuts a slot with a slot mill of its width. Raises PlanError if the library has none."""
+        """Return the step that cuts a slot with a slot mill of the same width. Raises PlanError if the library has no
+        such mill.
+        """
         if self.library is None:
             assumed = self._assumed_tool(ToolKind.SLOT_MILL, slot.width)
             self._note_size(assumed, slot.width)
@@ -249,7 +254,7 @@ class ToolChooser:
         return self._with_cutting_data(centre_drills[0])
 
     def _with_cutting_data(self, tool: Tool) -> Tool:
-        """Return the tool, with assumed feed and speed if its library has no feeds at all."""
+        """Return a tool, with an assumed feed and speed if the library contains no feeds at all."""
         if self.library is None or not self.library.without_feeds or tool.kind is ToolKind.TAP:
             return tool
         if tool.number not in self._with_assumed_feeds:
@@ -282,7 +287,9 @@ class ToolChooser:
         )
 
     def _assumed_tool(self, kind: ToolKind, diameter: float) -> Tool:
-        """Return an assumed tool of the nearest catalogue size; drill files of boards specify exact diameters."""
+        """Return an assumed tool of the nearest catalogue size. Drill files of circuit boards specify exact diameters
+        instead.
+        """
         if not self._board:
             diameter = catalogue_size(diameter, self.job.diameter_tolerance)
         diameter = max(round(diameter, 4), _RESOLUTION)
@@ -319,7 +326,9 @@ class ToolChooser:
         )
 
     def _cutting_data(self, tool: Tool) -> tuple[float, float]:
-        """Return the spindle speed of a tool, rpm, assumed if unknown, and the feed rate to assume for it, mm/s."""
+        """Return the spindle speed of a tool, rpm, which is assumed if it is unknown, and the feed rate to assume for
+        the tool, mm/s.
+        """
         machine = self.machine
         # A given speed is kept, and refused later if the machine cannot reach it.
         rpm = tool.spindle_rpm or self.job.spindle_speed
@@ -354,7 +363,7 @@ class ToolChooser:
         return Message("{}: mill the hole, or give the --spindle-speed that your drill and material need", needs)
 
     def _material_note(self) -> str:
-        """Return the material for which feeds and speeds are assumed, for a message; empty if both are given."""
+        """Return the material for which feeds and speeds are assumed, as text for a message; "" if both are given."""
         if self.job.feed and self.job.spindle_speed:
             return ""
         return (
@@ -364,7 +373,9 @@ class ToolChooser:
         )
 
     def _speed_advice(self, tool: Tool) -> str:
-        """Return a suitable speed as the end of a message if the tool turns much too fast, else ""."""
+        """Return the recommendation of a suitable speed for the end of a message if the tool turns much too fast,
+        otherwise "".
+        """
         right = _rpm(self._fastest, tool.diameter)
         lowest = self.machine.spindle_min_rpm
         if tool.spindle_rpm > MAX_SPEED_RATIO * right and not self.job.feed:
@@ -386,7 +397,7 @@ def _rpm(surface_speed: float, diameter: float) -> float:
 def catalogue_size(diameter: float, tolerance: float) -> float:
     """Return the size of the drill for a hole, mm.
 
-    This is the catalogue size equal to the diameter; otherwise the nearest within `tolerance`, mm; otherwise the
+    This is the catalogue size that equals the diameter, or else the nearest size within `tolerance`, mm, or else the
     diameter itself. Number and letter drills are only used for holes of exactly their size, because they are close to
     metric sizes.
     """

@@ -43,7 +43,9 @@ NEAR = 0.1
 
 
 class HoleTops(NamedTuple):
-    """Heights at each hole, float64[n], mm: top of the hole, surface, and underside of the part; and issues."""
+    """Heights at each hole, float64[n], mm: the top of the hole, the surface, and the underside of the part; and issues
+    about them.
+    """
 
     tops: NDArray[np.float64]
     surface: NDArray[np.float64]
@@ -55,8 +57,9 @@ class HoleTops(NamedTuple):
 class WorkSurface:
     """The surface of the part with its fixtures.
 
-    `mesh` is placed like the drawing. `boxes`, float64[k, 6], are the keep-out zones with a height: lower corner, upper
-    corner, mm. `clearance` is the distance of travel moves from all of these, vertical and horizontal, mm.
+    `mesh` has the placement of the drawing. `boxes`, float64[k, 6], are the keep-out zones with a height: lower corner
+    and upper corner, mm. `clearance` is the vertical and horizontal distance of travel moves from surface, fixtures and
+    zones, mm.
     """
 
     mesh: Mesh
@@ -107,7 +110,7 @@ class WorkSurface:
         crossing_height: float,
         zones: NDArray[np.float64],
     ) -> Relief:
-        """Return the safe travel heights of a tool between points; keep-out zones are crossed at `crossing_height`."""
+        """Return the safe travel heights of a tool between points. Keep-out zones are crossed at `crossing_height`."""
         max_tiles = TILES_DOGLEG if machine.rapid_style == "dogleg" else TILES
         bars = [
             _box_triangles(np.array([*zone[:2], 0.0, *zone[2:], crossing_height - self.clearance])) for zone in zones
@@ -136,9 +139,10 @@ class WorkSurface:
 
 
 def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
-    """Return the mesh of a fixture, or its bounding box if the mesh is not closed, and issues.
+    """Return the mesh of a fixture, or its bounding box if the mesh is not closed. Also return issues.
 
-    Raises PlanError if the fixture is far from the surface or its size is implausible: its unit or zero is then wrong.
+    Raises PlanError if the fixture is far from the surface or its size is implausible: in both cases, its unit or its
+    zero is wrong.
     """
     size, corner = fixture.high - fixture.low, fixture.low
     length = float(max((mesh.high - mesh.low)[:2]))
@@ -210,7 +214,7 @@ def _plausible_unit(fixture: Mesh, mesh: Mesh, fixture_length: float, length: fl
 
 
 def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: float, surface: WorkSurface) -> None:
-    """Refuse a hole if the fixture rises above the tip of the tool within the tool's radius."""
+    """Raise PlanError for a hole at which the fixture rises above the tip of the tool within the radius of the tool."""
     if surface.fixture is None or not len(xy):
         return
     hits = _points_below_mesh(surface.fixture.triangles, xy, tips, radius)
@@ -229,7 +233,8 @@ def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: fl
 def check_bodies(
     tool: Tool, xy: NDArray[np.float64], tops: NDArray[np.float64], tips: NDArray[np.float64], surface: WorkSurface
 ) -> None:
-    """Refuse a hole in which the shank or holder of its tool would hit the surface, a fixture or the rim of the hole.
+    """Raise PlanError for a hole in which the shank or holder of its tool would hit the surface, a fixture or the rim
+    of the hole.
 
     Between holes, the travel heights keep shank and holder clear (`WorkSurface.relief`).
     """
@@ -268,7 +273,7 @@ def check_wide_tool(
     tips: NDArray[np.float64],
     surface: WorkSurface,
 ) -> None:
-    """Refuse a tool that is wider than a hole of a solid and would cut the surrounding material.
+    """Raise PlanError for a tool that is wider than a hole of a solid and would cut the surrounding material.
 
     The surface of a solid is the finished part, so nothing above the top of a hole may be cut. A centre drill makes its
     chamfer below the top, and its wider part needs free space above the top. `widths` are the largest diameters of the
@@ -306,7 +311,9 @@ def check_wide_tool(
 def _points_below_mesh(
     triangles: NDArray[np.float64], xy: NDArray[np.float64], heights: NDArray[np.float64], radius: float
 ) -> set[int]:
-    """Return the indices of the points over which the mesh rises, within a horizontal radius, mm."""
+    """Return the indices of the points at which the mesh rises above the given height within a horizontal radius,
+    mm.
+    """
     import shapely  # imported here because most drawings have no surface
 
     triangles = triangles[triangles[:, :, 2].max(axis=1) > heights.min()]
@@ -346,10 +353,10 @@ def measure_hole_tops(
 ) -> HoleTops:
     """Measure the top of each hole, and the underside of the part there.
 
-    `radius`, float64[n], is the radius of the widest tool of each hole, mm; the highest point within it is the top.
-    `cut_radius` computes the widest radius cut, mm, from the height of the surface above the top of each hole,
-    float64[n], mm; the part must cover this radius. If `drawn`, each hole starts at its drawn height, and the surface
-    is only compared with it.
+    `radius`, float64[n], is the radius of the widest tool of each hole, mm. The highest point of the surface within
+    this radius is the top of the hole. `cut_radius` computes the largest radius that is cut, mm, from the height of the
+    surface above the top of each hole, float64[n], mm; the part must cover this radius. If `drawn`, each hole starts at
+    its drawn height, which is only compared with the surface.
 
     Raises PlanError if a hole is beside the surface or on its edge, for example because the units differ.
     """
@@ -455,8 +462,9 @@ def rim_heights(
 ) -> HoleRims:
     """Return the rim of each hole: the highest point of the surface, the lowest point, and the underside of the part.
 
-    The highest point is taken within the full radius of the tools, the others within the radius that is cut. `tops`,
-    float64[n], are the heights of the tops of the holes, mm; None if the holes start on the surface.
+    The highest point is taken within the full radius of the tools, the lowest point and the underside within the radius
+    that is cut. `tops`, float64[n], are the heights of the tops of the holes, mm; None if the holes start on the
+    surface.
     """
     whole = hole_rims(triangles, xy, radius)
     above = np.zeros(len(xy)) if tops is None else np.maximum(whole.top - tops, 0.0)
@@ -485,7 +493,7 @@ def _refuse_other_unit(part: Part, mesh: Mesh) -> None:
 def _unit_issues(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius: NDArray[np.float64]) -> list[Issue]:
     """Return a warning if the surface seems to have a larger unit than the drawing.
 
-    In that case, all holes fit into one corner of the surface; they also span at least half of this corner, or are
+    This is so if all holes fit into one corner of the surface, and either span at least half of this corner or are
     implausibly deep.
     """
     deep = bool((thickness > DEEPEST * 2.0 * radius).any())

@@ -1,4 +1,4 @@
-"""Clearing with limited engagement: arcs along the medial axis.
+"""Clear a region with limited engagement, by arcs along the medial axis.
 
 A helix and a spiral clear the largest disc in the region of tool centres. From there, discs that touch the walls on
 both sides follow the medial axis into every branch and corner. The tool clears each disc by an arc along its front, and
@@ -158,7 +158,9 @@ class _AdaptivePath:
             stack += [(child, node) for child in reversed(children[node])]
 
     def _clear_along_edge(self, start: Floats, end: Floats, spot: _ClearedPoint, to_end: bool) -> _ClearedPoint:
-        """Clear as few discs as possible between two neighbouring points of the axis; return the last point cleared."""
+        """Clear as few discs as possible between two neighbouring points of the axis. Return the last point that was
+        cleared.
+        """
         good = 0.0
         while not self._can_clear(end, spot, to_end):
             low, high = good, 1.0
@@ -248,12 +250,12 @@ class _AdaptivePath:
         return _ClearedPoint(self.disc, at)
 
     def _disc_around(self, place: tuple[float, float], first: int) -> int:
-        """Return the index of a disc that contains a position, preferably `first`."""
+        """Return the index of a cleared disc that contains a position; `first` is preferred."""
         x, y, radius = self.fronts.discs[first].tolist()
         return first if math.dist(place, (x, y)) <= radius + 1e-7 else self.fronts.nearest(*place)
 
     def _link_to(self, to: tuple[float, float], disc: int) -> None:
-        """Move through the cleared area to the position `to`, which is in the given disc."""
+        """Move through the cleared area to the position `to`, which lies in the given disc."""
         discs = self._discs_between(self.disc, disc)
         places = [self.at, *(self._lens_middle(a, b) for a, b in pairwise(discs)), to]
         corners, i = [places[0]], 0

@@ -1,4 +1,4 @@
-"""Arc fitting: replace many chords by few lines and arcs, for short programs and a steady feed."""
+"""Fit arcs to a path: replace many chords by a few lines and arcs, for short programs and a steady feed."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ class ClearedDiscs:
     def engagement(self, x: float, y: float, radius: float, sure: bool = False) -> float:
         """Return the maximum engagement of the tool along the uncut arcs of a circle, rad; 0 in air.
 
-        If `sure`, the samples are closer together.
+        If `sure`, the engagement is sampled at more points.
         """
         discs = self.discs
         gap = np.hypot(discs[:, 0] - x, discs[:, 1] - y) - discs[:, 2]
@@ -110,8 +110,8 @@ class ClearedDiscs:
         return float(self._engagement_at(x, y, radius, angle, discs).max())
 
     def _engagement_at(self, x: float, y: float, radius: float, angle: Floats, discs: Floats) -> Floats:
-        """Return the engagement at points of a circle, float64[k], rad: the front edge of the tool in uncut
-        material.
+        """Return the engagement at points of a circle, float64[k], rad, which is the part of the front edge of the tool
+        that is in uncut material.
         """
         px, py = x + radius * np.cos(angle), y + radius * np.sin(angle)
         dx, dy = discs[:, 0] - px[:, None], discs[:, 1] - py[:, None]

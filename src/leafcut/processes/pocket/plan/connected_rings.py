@@ -43,7 +43,8 @@ ALONG = 1e-5
 def connected_path(
     region: CentreRegion, too_wide: Callable[[PocketPath], Points] | None = None, stopped: Stopped = never_stopped
 ) -> PocketPath:
-    """Return one connected path over a region: rings with the cheapest joints, then shortened.
+    """Return one connected path over a region. The rings are connected by the cheapest joints, then the path is
+    shortened.
 
     Each point is within half a step-over of the path, except where the rings themselves leave wider gaps: in their
     corners, and where the two sides of an innermost ring meet.
@@ -51,11 +52,11 @@ def connected_path(
     Parameters
     ----------
     too_wide
-        Returns the positions of a path, float64[n, 2], where passes are further apart than the step-over. Near these
-        positions, the rings are not shortened, and joints are moved.
+        Function that returns the positions of a path, float64[n, 2], where passes are further apart than the step-over.
+        Near these positions, the rings are not shortened, and joints are moved.
     stopped
-        Returns whether the search must stop. The path then still clears everything, but it may be longer, or passes may
-        be too far apart.
+        Function that returns whether the search must stop. The path then still clears everything, but it may be longer,
+        or passes may be too far apart.
 
     Raises PlanError for more than `MOST_LEVELS` nested rings.
     """
@@ -99,7 +100,9 @@ def _shorten_paths(
 
 
 def _divide_at_walls(region: CentreRegion, path: Points) -> list[PocketPiece]:
-    """Divide a path where it reaches or leaves a wall; without stock, passes along walls are finishing passes."""
+    """Divide a path where it reaches or leaves a wall. If no stock remains on the walls, passes along walls are
+    finishing passes.
+    """
     middle, edge = shapely.points(0.5 * (path[:-1] + path[1:])), region.polygon.boundary
     shapely.prepare(edge)
     along = shapely.dwithin(edge, middle, ALONG) & (region.rules.stock == 0.0)
@@ -128,7 +131,7 @@ def _coverage_grid(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
 
 
 def _clearing_distances(radius: float, points: Points, pitch: float) -> Points:
-    """Return the maximum distance between each sample point and the path, mm, at which the path clears the point and
-    the area around it.
+    """Return, for each sample point, the maximum distance to the path, mm, at which the path clears the point and the
+    area around it.
     """
     return np.full(len(points), max(radius - SPARE * pitch / SAMPLE_SPACING, 0.0))

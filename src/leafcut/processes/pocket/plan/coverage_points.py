@@ -44,7 +44,7 @@ class CoveragePoints:
         return shapely.points(self.points)
 
     def near(self, path: Points) -> tuple[Indices, Indices]:
-        """Return the pairs (segment, sample point) whose distance is within the limit of the point, sorted by
+        """Return the pairs (segment, sample point) whose distance is within the limit of the sample point, sorted by
         segment.
         """
         piece, place = segments_near(path[self.pieces], path[self.pieces + 1], self.points, self.limits)
@@ -54,8 +54,8 @@ class CoveragePoints:
 class CoverageGrid:
     """A square grid of sample points inside a region of tool centres.
 
-    The spacing is `pitch` mm, or more to limit the number of points. Only requested cells are stored. `limit` computes
-    the maximum distances of points from the path, which are at most `longest` mm.
+    The spacing is `pitch` mm, or more to limit the number of points. Only cells that have been requested are stored.
+    `limit` computes the maximum distances of points from the path, which are at most `longest` mm.
     """
 
     def __init__(self, polygon: Any, pitch: float, longest: float, limit: Limit) -> None:
@@ -72,7 +72,8 @@ class CoverageGrid:
         self.first = np.zeros(1, np.int64)
 
     def points_near(self, path: Points, selected: NDArray[np.bool_]) -> CoveragePoints:
-        """Return the sample points that may be within their limits of the `selected` segments, bool[n − 1].
+        """Return the sample points whose distance from the `selected` segments, bool[n − 1], may be within their
+        limits.
 
         The segments of the path must be short.
         """

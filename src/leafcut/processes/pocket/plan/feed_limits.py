@@ -1,4 +1,4 @@
-"""Limits for feeds that follow the load of the end mill."""
+"""Limits for feeds that depend on the load of the end mill."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def feed_limits(
     mill: Tool | None,
     material: WorkMaterial | None,
 ) -> tuple[FeedLimits, list[Issue]]:
-    """Return the feed limits, and issues about limits that are unknown.
+    """Return the feed limits of the end mill, and issues about limits that are unknown.
 
     Raises OptionError if the feed or speed of the tool is not given, and PlanError if the spindle has much less power
     than the first cut needs.

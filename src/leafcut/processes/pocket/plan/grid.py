@@ -64,9 +64,8 @@ class Grid:
         Distance between neighbours along a row, mm.
     longer
         Lower bound on the number of steps longer than the pitch in any path over all points. If the grid is coloured
-        like
-        a chessboard, a step of one pitch changes the colour, so unequal numbers of both colours require longer steps. A
-        point with fewer than two neighbours is an end of the path or of a longer step.
+        like a chessboard, a step of one pitch changes the colour, so unequal numbers of both colours require longer
+        steps. A point with fewer than two neighbours is an end of the path or of a longer step.
     """
 
     points: Points
@@ -77,14 +76,14 @@ class Grid:
     def bound(self) -> float:
         """Lower bound on the length of an open path over all points, mm.
 
-        A step longer than the pitch is at least a diagonal.
+        A step that is longer than the pitch is at least as long as the diagonal.
         """
         return self.pitch * (max(len(self.points) - 1, 0) + (math.sqrt(2.0) - 1.0) * self.longer)
 
 
 @dataclass(frozen=True, eq=False)
 class GridContext:
-    """Data that `grid_path` needs to convert an order of points to a path."""
+    """The data that `grid_path` needs to convert an order of points to a path."""
 
     region: CentreRegion
     grid: Grid
@@ -167,7 +166,7 @@ def _refuse_grid(count: float, rules: PocketRules) -> None:
 def best_grid(region: CentreRegion) -> Grid:
     """Return the grid whose path has the smallest lower bound, among several offsets and angles.
 
-    A region too small for any grid gets a single point.
+    A region that is too small for any grid gets a single point.
     """
     pitch = checked_pitch(region.rules)
     steps = np.arange(OFFSETS) * pitch / OFFSETS
@@ -219,8 +218,8 @@ def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "f
 def _path_over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
     """Return the path sections over the points in the order of `nodes`.
 
-    The tool moves straight where possible, and retracts where that is cheaper. It never retracts both before and after
-    a point, because it cuts only while it moves.
+    The tool moves straight where possible, and retracts where a retract is cheaper. It never retracts both before and
+    after a point, because it cuts only while it moves.
     """
     places, paths, retract = context.paths.places, context.paths, context.retract
     pieces: list[PocketPiece] = []
@@ -245,7 +244,9 @@ def _path_over_points(context: GridContext, nodes: list[int]) -> list[PocketPiec
 
 
 def _path_along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece]]:
-    """Visit the walls in nearest-neighbour order from a node; return the total link cost, mm, and the path sections."""
+    """Visit the walls in nearest-neighbour order, starting at a node. Return the total cost of the links, mm, and the
+    path sections.
+    """
     paths, retract = context.paths, context.retract
     left, rules = set(range(len(paths.rings))), context.region.rules
     spent, pieces = 0.0, []

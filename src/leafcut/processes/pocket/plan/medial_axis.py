@@ -33,7 +33,7 @@ class Axis:
     parent: NDArray[np.int64]
 
     def children(self) -> list[list[int]]:
-        """Return the children of each point, shortest branches first."""
+        """Return the children of each point, sorted by the length of their branches, shortest first."""
         below = np.zeros(len(self.xy))
         follow: list[list[int]] = [[] for _ in below]
         for i in range(len(below) - 1, 0, -1):
