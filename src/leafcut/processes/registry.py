@@ -144,17 +144,17 @@ def report_of(outcome: Outcome[Any]) -> PathReport[Any]:
 
 
 def names() -> tuple[str, ...]:
-    """Return the names of all processes, the built-in ones first."""
+    """Return the names of all processes, built-in processes first."""
     return (*BUILT_IN, *PACKAGED.names())
 
 
 def commands() -> tuple[str, ...]:
-    """Return the commands of all processes without loading the processes."""
+    """Return the commands of all processes. The processes themselves are not loaded."""
     return tuple(_COMMAND_OF.get(name, name) for name in names())
 
 
 def process_of_command(word: str) -> Process | None:
-    """Return the process of a command, or None, without loading other processes.
+    """Return the process that a command runs, or None, without loading other processes.
 
     Raises OptionError if the process is a plug-in that cannot be used.
     """
@@ -166,7 +166,7 @@ def process_of_command(word: str) -> Process | None:
 def drawing_process(word: str) -> Process | None:
     """Return the process for drawings that a value of ``--process`` selects.
 
-    The result is None for "auto" and for processes that read programs.
+    Return None for "auto" and for processes that read programs.
     """
     named = None if word == "auto" else process_of_command(word)
     candidates = [named] if named or word == "auto" else processes()
@@ -177,7 +177,7 @@ def drawing_process(word: str) -> Process | None:
 
 
 def processes() -> Iterator[Process]:
-    """Yield all processes except plug-ins that cannot be loaded; `process` reports the reason for these."""
+    """Yield all processes except plug-ins that cannot be loaded; `process` reports why a plug-in cannot be loaded."""
     for name in names():
         try:
             yield process(name)
@@ -187,7 +187,9 @@ def processes() -> Iterator[Process]:
 
 
 def groups(own: Iterable[type[OptionGroup]] | None = None) -> tuple[type[OptionGroup], ...]:
-    """Return the shared groups of options and those of all kinds of work; with `own`, these instead of the others."""
+    """Return the shared groups of options and the groups of all kinds of work. With `own`, return these groups instead
+    of those of all kinds of work.
+    """
     if own is None:
         own = dict.fromkeys(group for work_ in works() for group in work_.options)
     position = SHARED.index(CutDataOptions) + 1
@@ -195,12 +197,12 @@ def groups(own: Iterable[type[OptionGroup]] | None = None) -> tuple[type[OptionG
 
 
 def works() -> tuple[Work, ...]:
-    """Return all kinds of work: the processes, then the others."""
+    """Return all kinds of work, the processes first."""
     return (*processes(), *map(work, OTHER_WORKS))
 
 
 def work(name: str) -> Work:
-    """Return a kind of work by its name; other kinds are not loaded."""
+    """Return a kind of work by its name. Other kinds of work are not loaded."""
     return _other_work(name) if name in OTHER_WORKS else process(name)
 
 
@@ -234,14 +236,14 @@ def offered_works(works: Sequence[str], format_name: str) -> tuple[str, ...]:
 
 
 def rate_works(works: Sequence[str], drawing: WholeDrawing) -> dict[str, Suitability]:
-    """Return the suitability of a drawing for each kind of work that rates drawings, the best first."""
+    """Return the suitability of a drawing for each kind of work that rates drawings, the highest first."""
     ratings = {name: work(name).suits(drawing) for name in works}
     given_ratings = {name: rating for name, rating in ratings.items() if rating is not None}
     return dict(sorted(given_ratings.items(), key=lambda pair: -pair[1].score))
 
 
 def machine_can_do(name: str, head: Head) -> bool:
-    """Return whether a machine with this head can do a kind of work."""
+    """Return whether a machine with the given head can do a kind of work."""
     heads = work(name).heads
     return not heads or head in heads
 
@@ -249,9 +251,9 @@ def machine_can_do(name: str, head: Head) -> bool:
 def guess_command(inputs: Sequence[tuple[Format, Source]], settings: Settings) -> str:
     """Return the command for an input that suits several kinds of work; "auto" for the usual command.
 
-    The head of a named machine decides, then the given options, and then the drawing: by the names of its layers, or,
-    with a named machine and mill, because it is a part with more than holes. Raises OptionError if the input has no
-    usual command and nothing decides.
+    The head of a named machine decides first, then the given options, and then the drawing. The drawing decides by the
+    names of its layers, or, with a named machine and mill, if it is a part with more than holes. Raises OptionError if
+    the input has no usual command and nothing decides.
     """
     format_, source = inputs[0]
     names, usual_name = [name for name in format_.processes if name in BUILT_IN], _USUAL["drawing"]
@@ -378,7 +380,9 @@ def _usual_name(inputs: Sequence[tuple[Format, Source]]) -> str:
 
 
 def needed_word(inputs: Sequence[tuple[Format, Source]], asked: str, chosen: Process) -> str:
-    """Return the value of ``--process`` that chooses the process again; "" if the inputs alone determine it."""
+    """Return the value of ``--process`` that selects the chosen process again, or "" if the inputs alone determine the
+    process.
+    """
     implied = asked in ("auto", chosen.command) and _usual_name(inputs) == chosen.name
     return "" if implied else asked
 

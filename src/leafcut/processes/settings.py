@@ -27,7 +27,7 @@ def collect_settings(
     defaults: Path | None = None,
     own: Iterable[type[OptionGroup]] | None = None,
 ) -> Settings:
-    """Return the settings from `values`, an options file and a file of defaults; the earlier of them takes precedence.
+    """Return the settings from `values`, an options file, and a file of defaults, in descending order of precedence.
 
     Numbers without a unit have the same meaning in all three (`units.BARE_UNIT`). Paths in the defaults are relative to
     their file.
@@ -35,10 +35,10 @@ def collect_settings(
     Parameters
     ----------
     values
-        Option name → value; None means "not given".
+        Values by option name; None means "not given".
     own
-        Option groups of the requested process. If the values need only these and shared groups, no other process is
-        loaded.
+        Option groups of the requested process. If the values belong only to these groups and to shared groups, no other
+        process is loaded.
 
     Raises
     ------
@@ -75,7 +75,8 @@ def all_options() -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
 def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[OptionGroup]:
     """Return the group of an option; `groups` are searched first.
 
-    Raises OptionError for a removed option, with the reason, and for an unknown option, with the nearest name.
+    Raises OptionError for a removed option (the message states the reason) and for an unknown option (the message
+    suggests the nearest name).
     """
     if group := _groups_by_option(tuple(groups)).get(name):
         return group
@@ -87,7 +88,9 @@ def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[Option
 
 @cache
 def _groups_by_option(groups: tuple[type[OptionGroup], ...]) -> dict[str, type[OptionGroup]]:
-    """Return option → group. The result is cached, because a page of the studio looks up hundreds of options."""
+    """Return the group of each option, by name. The result is cached, because a page of the studio looks up hundreds of
+    options.
+    """
     return {name: group for group in groups for name in group.specs()}
 
 
@@ -122,7 +125,7 @@ def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settin
 
 
 def _check_files(settings: Settings) -> None:
-    """Raise OptionError for an option that names a missing file; readers report all other errors."""
+    """Raise OptionError for an option that names a missing file. Readers report all other errors."""
     for name in sorted(settings.given):
         group = group_of(name, settings.groups)
         if group.specs()[name].names_input:
@@ -130,14 +133,16 @@ def _check_files(settings: Settings) -> None:
 
 
 def files_read(settings: Settings) -> list[str]:
-    """Return the input files named by the given options."""
+    """Return the input files that the given options name."""
     groups = [(name, group_of(name, settings.groups)) for name in sorted(settings.given)]
     values = [(group.specs()[name], getattr(settings.of(group), name)) for name, group in groups]
     return [str(value) for spec, value in values if not spec.is_output and spec.names_file(value)]
 
 
 def why_unused(name: str, title: str, instead: str = "") -> Message:
-    """Return the message for an unused option, with the works that use it and a remedy; `title` is the present work."""
+    """Return the message for an option that the current work, named `title`, does not use. It states the works that use
+    the option, and a remedy.
+    """
     titles = [work.title for work in registry.works() if name in work.used()]
     title_list = " and ".join(", ".join(titles).rsplit(", ", 1))
     remedy = instead or Message("leave it out")
@@ -145,12 +150,12 @@ def why_unused(name: str, title: str, instead: str = "") -> Message:
 
 
 def unused_options(settings: Settings, work: Work, input_kind: str = "") -> dict[str, str]:
-    """Return the given options that a kind of work does not use: name → reason and remedy."""
+    """Return the reason and the remedy for each given option that a kind of work does not use, by option name."""
     return dict(_find_unused(settings, work, input_kind))
 
 
 def _find_unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[str, str]]:
-    """Yield each given option that a kind of work does not use, with reason and remedy."""
+    """Yield each given option that a kind of work does not use, with the reason and the remedy."""
     used = work.used()
 
     def value_of(name: str) -> Any:
@@ -169,7 +174,9 @@ def _find_unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tu
 
 
 def resolve_files(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Resolve the files that options name (name → value) against a folder. Raises OptionError for an unknown name."""
+    """Return `options` (values by name) with the files that they name resolved against a folder. Raises OptionError for
+    an unknown name.
+    """
     placed = dict(options)
     for name, value in options.items():
         spec = group_of(name).specs()[name]
@@ -180,7 +187,9 @@ def resolve_files(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _sections() -> dict[str, dict[str, type[OptionGroup]]]:
-    """Return table → option → group; the table of a process also accepts the shared options that the process uses."""
+    """Return the group of each option by table and option name. The table of a process also accepts the shared options
+    that the process uses.
+    """
     sections = {group.section: dict.fromkeys(group.specs(), group) for group in registry.groups()}
     group_of_option = {name: group for group, name, _ in all_options()}
     for process in registry.processes():
@@ -200,7 +209,7 @@ def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]
 
 @dataclass(frozen=True)
 class PlacedOption:
-    """An option of a TOML file, with its line number if known."""
+    """An option of a TOML file, with its line number if it is known."""
 
     group: type[OptionGroup]
     name: str
@@ -209,7 +218,7 @@ class PlacedOption:
 
 
 def placed_options(file: Path) -> list[PlacedOption]:
-    """Return the options of a TOML file with their lines; each option is checked separately.
+    """Return the options of a TOML file with their lines. Each option is checked separately.
 
     Raises OptionError if the file cannot be read, or if an option is unknown, given twice or invalid; the message names
     the line.

@@ -144,7 +144,7 @@ class Pocketing(Process):
     )
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Return a high suitability if layer names suggest pockets or islands, otherwise a low suitability."""
+        """Return a high suitability if the names of layers suggest pockets or islands, otherwise a low suitability."""
         from leafcut.processes.suitability import Suitability
 
         named = drawing.layers_named(self.layer_names)
@@ -156,7 +156,7 @@ class Pocketing(Process):
         return Suitability(_UNNAMED, "outlines", drawing.figures, *closed) if drawing.n_outlines else None
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Clear each pocket by the best strategy; return a plan with one stage, which has a task for each region."""
+        """Clear each pocket with the best strategy. Return a plan with one stage, which has a task for each region."""
         import numpy as np
 
         from leafcut.model.plan import Stage
@@ -208,7 +208,7 @@ class Pocketing(Process):
         return self.generate(plan, Order((order.choices[0] + len(work.regions),)))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Return the motion for an order of regions.
+        """Return the motion that clears the regions in a given order.
 
         Choices are numbered through the regions of the chosen strategies, then through the regions of the usual
         strategy.
@@ -222,7 +222,9 @@ class Pocketing(Process):
         return Candidate(order, motion.path, motion.measure, motion)
 
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
-        """Compare the program with the planned motion, and simulate it to find gouges and uncut areas."""
+        """Compare the program of a candidate with the planned motion, and simulate it to find gouges and uncut
+        areas.
+        """
         from leafcut.processes.pocket.proving import prove_pockets
 
         text = self.write(plan, given, best)
@@ -276,7 +278,7 @@ class Pocketing(Process):
         )
 
     def report(self, outcome: Outcome[PocketDetail]) -> PocketReport:
-        """Return the facts and pictures of an outcome."""
+        """Return the report of an outcome with its facts and pictures."""
         from leafcut.processes.pocket.report.pocket_report import PocketReport
 
         return PocketReport(outcome)

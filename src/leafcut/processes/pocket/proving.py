@@ -51,8 +51,8 @@ def prove_pockets(
 ) -> tuple[Toolpath, list[Issue], MeasuredChips | None]:
     """Compare the program with the planned motion, and simulate it.
 
-    Return the toolpath read back, warnings about uncut areas and, with load-dependent feeds, the chips. Raises
-    VerifyError with the first difference, gouge or danger, and their number.
+    Return the toolpath that was read back, warnings about uncut areas and, with load-dependent feeds, the chips. Raises
+    VerifyError, which states the first difference, gouge or danger, and their number.
     """
     from leafcut.processes.pocket.proof.pocket import (
         air_differences,
@@ -132,7 +132,7 @@ def _uncut_area_issues(job: PocketJob, removed: list[tuple[int, Removal]]) -> li
 
 
 def stop_notes(job: PocketJob) -> list[Issue]:
-    """Return a note if the tool stops after every move and stock on the walls would avoid these stops."""
+    """Return a note if the tool stops after every move, and stock on the walls would avoid these stops."""
     if not job.dialect.rounding or job.rounding <= job.rules.stock:
         return []
     words = Message(

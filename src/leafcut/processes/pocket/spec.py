@@ -1,4 +1,4 @@
-"""Preparation of a milling job: the pockets of a drawing, a picture or a solid, with tool, levels and rules."""
+"""Prepare a pocket milling job: the pockets of a drawing, a picture or a solid, with the tool, levels and rules."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
 def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> tuple[PocketSolid | None, list[float]]:
     """Return the solid, and the height of the material above each pocket, mm.
 
-    Without --pocket-top surface, these are None and zeros. Raises OptionError if the input is not a solid.
+    Without the option --pocket-top surface, return None and zeros. Raises OptionError if the input is not a solid.
     """
     if run.settings.of(PocketOptions).pocket_top == "highest":
         return None, [0.0] * len(part.pockets)
@@ -181,8 +181,8 @@ def _material(settings: Settings) -> WorkMaterial | None:
 
 
 def _extent_moves(job: PocketJob) -> Toolpath:
-    """Return moves across the bounding box of each pocket, from the clearance height to the floor, to check machine
-    limits.
+    """Return moves across the bounding box of each pocket, from the clearance height to the floor, to check the limits
+    of the machine.
     """
     builder = ToolpathBuilder()
     builder.rapid(z=job.heights.clearance)

@@ -45,7 +45,7 @@ def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
     """Return a function that computes the points of a path, float64[n, 2], where passes are too far apart.
 
     Passes are too far apart if their distance exceeds the step-over. The function measures the path with fitted arcs,
-    as in the program, because arcs shift passes by a few micrometres.
+    as they are in the program, because arcs shift passes by a few micrometres.
     """
     from leafcut.material.step_over import WidePlaceFinder
 
@@ -155,7 +155,7 @@ STRATEGIES = (
 
 
 class SearchTime:
-    """Divides a time limit equally among the remaining searches of all pockets, `to_come` in number.
+    """Divides a time limit equally among the remaining searches of all pockets; `to_come` is their number.
 
     `grids` are stored so that another strategy can reuse them.
     """

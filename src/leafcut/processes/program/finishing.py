@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def finish_program(plan: Plan, best: Candidate) -> Candidate:
-    """Return the proved program with new heights and feeds, if requested.
+    """Return the verified program, with new heights and feeds if they are requested.
 
     A comment in the header warns of new moves across areas that the original program avoided.
 
@@ -44,7 +44,7 @@ def finish_program(plan: Plan, best: Candidate) -> Candidate:
 
 
 def _add_avoided_comment(plan: Plan, best: Candidate) -> Candidate:
-    """Return the program with a comment on new moves across areas that the original avoided."""
+    """Return the program with a comment on new moves across areas that the original program avoided."""
     from leafcut.processes.program.proof.avoided_areas import avoided_areas
 
     if best.text == plan.work.text:
@@ -62,7 +62,9 @@ def _comments(areas: AvoidedAreas) -> list[str]:
 
 
 def _new_dangers(work: ForeignWork, program: Program) -> tuple[Issue, ...]:
-    """Return the dangers of kinds that the original program does not have; each of them reveals a gap in the proof."""
+    """Return the dangers of kinds that the original program does not have. Each of them reveals a gap in the
+    verification.
+    """
     if program is work.program:
         return ()
     dangers = replace(work.read, program=program).find_dangers()
@@ -72,7 +74,9 @@ def _new_dangers(work: ForeignWork, program: Program) -> tuple[Issue, ...]:
 
 
 def reordering_issues(plan: Plan, best: Candidate) -> list[Issue]:
-    """Return the issues of a reordered program: dangers first, then the reasons why cuts and holes keep their place."""
+    """Return the issues of a reordered program: first the dangers, then the reasons why cuts and holes keep their
+    position.
+    """
     work, detail = plan.work, best.detail
     issues = [*work.before]
     if not detail.certificate.before.works:
@@ -89,7 +93,7 @@ def reordering_issues(plan: Plan, best: Candidate) -> list[Issue]:
 
 
 def program_detail(plan: Plan, best: Candidate) -> ProgramDetail:
-    """Return the program-specific results: the proof, the work that keeps its place, and the stock."""
+    """Return the results that are specific to programs: the proof, the work that keeps its position, and the stock."""
     from leafcut.processes.program.plan.fixed_tasks import count_pieces, group_stay_reasons
 
     work, settings, detail = plan.work, plan.job.settings, best.detail

@@ -1,4 +1,4 @@
-"""Results specific to reordered programs: the proof, and the work that keeps its place."""
+"""Results specific to reordered programs: the proof, and the work that keeps its position."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class StockProof:
     Attributes
     ----------
     cells, cell
-        Number of compared cells, and side of a cell, mm; 0 without a comparison.
+        Number of compared cells, and side length of a cell, mm; 0 without a comparison.
     given
         Whether the user described the stock; otherwise it is a block around the cuts.
     flat
@@ -26,7 +26,7 @@ class StockProof:
     unknown
         Numbers of the tools that were left out because their shape is unknown.
     reason
-        Reason for a missing comparison, or "".
+        Reason why the stocks were not compared, or "".
     """
 
     cells: int = 0
@@ -48,7 +48,8 @@ class AvoidedAreas:
     line
         Line of the first of these moves in the new program, or 0.
     below
-        Greatest height of sideways rapids and cuts of the original, mm, if all new moves are lower; otherwise None.
+        Greatest height of sideways rapids and cuts in the original program, mm, if all new moves are lower; otherwise
+        None.
     lowest
         Lowest height of these moves, mm, if `below` is known; otherwise None.
     """
@@ -60,7 +61,7 @@ class AvoidedAreas:
 
     @property
     def crossings(self) -> Message:
-        """Message with the number of moves; "" without such moves."""
+        """The number of these moves as a message; "" without such moves."""
         if not self.moves:
             return Message("")
         if self.moves == 1:
@@ -73,7 +74,7 @@ class AvoidedAreas:
 
     @property
     def text(self) -> Message:
-        """Message with the number of moves, the line of the first move, and the remedy."""
+        """A message with the number of these moves, the line of the first move, and the remedy."""
         return Message("{}; name clamps with --keep-out (first: line {} of the new program)", self.crossings, self.line)
 
 
@@ -86,11 +87,11 @@ class ProgramDetail:
     certificate
         The proof that the work is unchanged.
     barriers
-        Number of groups of blocks that stay in place and that no cut or hole may pass.
+        Number of groups of blocks that stay in their position, and past which no cut or hole may move.
     pieces
         Number of pieces of work (holes, cuts …).
     staying
-        Pieces of work that keep their place, grouped by reason.
+        Pieces of work that keep their position, grouped by reason.
     pace
         Changes of speeds and heights; None unless requested.
     stock

@@ -1,4 +1,4 @@
-"""The operations of a reordered program for its report, one for each section."""
+"""The operations of a reordered program for its report, one operation for each section."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 def operations_of(work: ForeignWork, order: Order) -> tuple[OperationOutcome, ...]:
     """Return the operations of a reordered program, one per ordered section, with tool, feed and holes.
 
-    A fixed hole, such as the first hole of a cycle, belongs to the next section with the same tool, or else to the
-    last.
+    A fixed hole, such as the first hole of a cycle, belongs to the next section with the same tool, or else to the last
+    section.
     """
     program, sequence = work.program, work.sequence
     first, found = 0, list[OperationOutcome]()
@@ -41,8 +41,8 @@ def operations_of(work: ForeignWork, order: Order) -> tuple[OperationOutcome, ..
 
 
 def _fixed_holes(path: Toolpath, rows: NDArray[np.intp], tools: list[int], starts: list[int]) -> list[list[int]]:
-    """Return the fixed holes of each operation as hole numbers; holes are assigned by tool and by position in the
-    program.
+    """Return the fixed holes of each operation as hole numbers. Holes are assigned by their tool and their position in
+    the program.
     """
     changes = np.flatnonzero(path.kind == Kind.TOOL)
     last = np.searchsorted(changes, rows) - 1
@@ -59,8 +59,8 @@ def _fixed_holes(path: Toolpath, rows: NDArray[np.intp], tools: list[int], start
 
 
 def _main_feed(path: Toolpath, works: NDArray[np.intp]) -> float:
-    """Return the feed used on the largest part of the XY length of a cut, mm/s. For a hole, return the feed of its
-    first row.
+    """Return the feed that applies to the largest part of the XY length of a cut, mm/s. For a hole, return the feed of
+    its first row.
     """
     if not len(works):
         return 0.0
@@ -75,7 +75,7 @@ def _main_feed(path: Toolpath, works: NDArray[np.intp]) -> float:
 
 
 def _operation(program: Program, section: Section, process: str, first: int, solution: Solution) -> OperationOutcome:
-    """Return the operation of a section; feed, speed and cycle are taken from its first hole, or else from its first
+    """Return the operation of a section. Its feed, speed and cycle are those of its first hole, or else of its first
     cut.
     """
     path, holes = program.path, [k for k, c in enumerate(section.pieces) if c.kind == "hole"]

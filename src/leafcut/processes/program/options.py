@@ -1,4 +1,4 @@
-"""Options for reordering a program of another CAM."""
+"""Options for reordering a program from another CAM system."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from leafcut.options.option_spec import OptionGroup, option
 
 @dataclass(frozen=True)
 class ResequenceOptions(OptionGroup):
-    """Options for reordering a program of another CAM."""
+    """Options for reordering a program from another CAM system."""
 
     section: ClassVar[str] = "resequence"
     title: ClassVar[str] = "Reordering"
@@ -47,7 +47,7 @@ class ResequenceOptions(OptionGroup):
 
 
 def pace_flags(settings: Settings) -> list[str]:
-    """Return the given flags that request new speeds or heights."""
+    """Return the flags on the command line that request new speeds or heights."""
     options, feeds = settings.of(ResequenceOptions), settings.of(FeedOptions).feeds
     wanted = {"air": options.air, "feeds": feeds, "low_retracts": options.low_retracts}
     return [flag_name(name) for name, wants in wanted.items() if wants]

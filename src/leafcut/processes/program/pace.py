@@ -1,4 +1,4 @@
-"""Choose new speeds and heights for a program (rapids through air, feeds by chip load), write them and prove them."""
+"""Choose new speeds and heights for a program (rapids through air, feeds by chip load), write them and verify them."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class PacedProgram:
 
 
 def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
-    """Return a program with the requested heights and speeds, where they save time and can be proved safe.
+    """Return a program with the requested heights and speeds where they save time and are proved to be safe.
 
     The new program has to leave the same stock as the original.
 
@@ -197,17 +197,19 @@ class _PaceSteps:
 
     @cached_property
     def judge(self) -> StockJudge:
-        """Compares the stock after a program with the stock that the original leaves."""
+        """The judge that compares the stock after a program with the stock after the original program."""
         return StockJudge.of(self.plan.work.program, self.tools, self.cutters, {}, self.stock.field, self.stock.known)
 
     @property
     def stock_with_surroundings(self) -> StockBefore:
-        """The stock, with the surrounding area as high as its top, because the fixtures are unknown."""
+        """The stock, with the surrounding area as high as its top, because the positions of the fixtures are
+        unknown.
+        """
         return replace(self.stock, beside=self.top)
 
     @property
     def top(self) -> float:
-        """Highest point of the stock, mm; infinite if the stock is unknown."""
+        """Height of the highest point of the stock, mm; infinite if the stock is unknown."""
         return float(self.stock.field.heights.max()) if self.stock.known else math.inf
 
     def stock_notes(self) -> Iterator[Issue]:
@@ -233,8 +235,8 @@ class _PaceSteps:
     # -- heights -----------------------------------------------------------------------------------------------------
 
     def lower_retracts(self, found: PacedProgram) -> PacedProgram:
-        """Return the program with lower retracts, cycle returns and R planes; unchanged if no lower height can be
-        proved safe.
+        """Return the program with lower retracts, cycle returns and R planes. The program is unchanged if no lower
+        height is proved to be safe.
         """
         found = replace(found, change=replace(found.change, retracts_s=0.0))
         before = self.seconds(found.program)
@@ -297,7 +299,9 @@ class _PaceSteps:
     # -- speeds ------------------------------------------------------------------------------------------------------
 
     def raise_speeds(self, found: PacedProgram, loads: Loads) -> PacedProgram:
-        """Return the program with new speeds; unchanged if the speeds cannot be proved or save no time."""
+        """Return the program with new speeds. The program is unchanged if the speeds cannot be verified, or save no
+        time.
+        """
         program, rules = found.program, self.rules
         pace = self.pace(program, loads, rules)
         issues = (*found.issues, *self.unknown_limit_notes(pace, loads))
@@ -343,7 +347,7 @@ class _PaceSteps:
         )
 
     def arcs_as_chords(self, program: Program, loads: Loads) -> Collection[int]:
-        """Return the rows of arcs through air that a rapid along their chord can replace without touching material or
+        """Return the rows of arcs through air that a rapid along the chord can replace without touching material or
         obstacles.
         """
         path = program.path
@@ -369,7 +373,8 @@ class _PaceSteps:
         return text, self.read(text) if pace.stretches else program
 
     def undo_losses(self, program: Program, pace: Pace) -> tuple[Pace, str, Program]:
-        """Undo raised speeds that cost time; return the other speeds, and the program as text and as read back.
+        """Undo raised speeds that cost time. Return the remaining speeds, the text of the program, and the program as
+        read back.
 
         A raised speed may cost time because a divided cut changes the look-ahead of the controller.
         """
@@ -403,7 +408,7 @@ class _PaceSteps:
     def prove_speeds(
         self, program: Program, new: Program, loads: Loads, pace: Pace
     ) -> tuple[Floats, dict[int, tuple[PaceStretch, ...]], float]:
-        """Prove new speeds. Return the speed of each simulated move (mm/s), the changed stretches and the least
+        """Verify new speeds. Return the speed of each simulated move (mm/s), the changed segments, and the smallest
         clearance (mm).
 
         Raises VerifyError if the path or the stock changes, or if a new rapid comes too near to the material.
@@ -476,7 +481,9 @@ class _PaceSteps:
         )
 
     def limits(self, number: int, loads: Loads, speed: Floats, limit: ToolLimits) -> Iterator[FeedLimit]:
-        """Yield the power, torque and plunge feed of a tool: maximum before, maximum after, and limit."""
+        """Yield the power, the torque and the plunge feed of a tool, each with its maximum before and after the change,
+        and its limit.
+        """
         diameter = 2.0 * self.cutters[number].radius
         of_tool = (loads.moves.tool == number) & np.isfinite(speed)
         ratio = np.divide(speed, loads.feed, out=np.ones_like(speed), where=of_tool & (loads.feed > 0))
@@ -520,8 +527,8 @@ class _PaceSteps:
     def unchanged_feed_notes(
         self, program: Program, loads: Loads, pace: Pace, change: PaceChange, speed: Floats
     ) -> list[Issue]:
-        """Return a note with the reason for each tool whose feeds are all unchanged. Tools above a limit are
-        left out.
+        """For each tool whose feeds are all unchanged, return a note with the reason. Tools above a limit are left
+        out.
         """
         issues, above = list[Issue](), {tool.number for tool in change.tools if _exceeded_limits(tool)}
         for number, limit in sorted(pace.limits.items()) if self.rules.feeds else ():
@@ -610,8 +617,8 @@ def _kept_feed_text(why: KeptFeed, limit: ToolLimits, diameter: float) -> Messag
 
 
 def _spindle(job: Job) -> SpindleLoad | None:
-    """Return the limits of power and torque, or None without ``--material``. Raises OptionError for an unknown
-    material.
+    """Return the limits of spindle power and torque, or None without the option ``--material``. Raises OptionError for
+    an unknown material.
     """
     if "material" not in job.settings.given:
         return None
@@ -621,7 +628,7 @@ def _spindle(job: Job) -> SpindleLoad | None:
 
 
 def _first_skippable_line(program: Program) -> int:
-    """Return the first line with a move under block delete (/), or 0."""
+    """Return the first line that contains a move and may be skipped by block delete (/), or 0."""
     moves = np.isin(program.path.kind, [int(kind) for kind in MOTIONS])
     lines = np.unique(program.line[program.row_block[moves]]).tolist()
     return next((line for line in lines if _SKIPPED.match(program.lines[line - 1])), 0)
@@ -651,7 +658,9 @@ def _exceeded_limits(tool: ToolPace) -> list[str]:
 
 
 def _cap_at_feed(parts: tuple[PaceStretch, ...], own: float) -> tuple[PaceStretch, ...]:
-    """Return the stretches of a cut, capped at its original feed; empty if none of them is slower than that feed."""
+    """Return the segments of a cut, with their speeds limited to its original feed. Return nothing if none of them is
+    slower than that feed.
+    """
     kept: list[PaceStretch] = []
     for part in parts:
         speed = min(part.speed, own)
@@ -662,6 +671,6 @@ def _cap_at_feed(parts: tuple[PaceStretch, ...], own: float) -> tuple[PaceStretc
 
 
 def _seconds_by_row(times: PathTimes, source: NDArray[np.int64]) -> Floats:
-    """Return the time of each source row, s; `source` assigns the rows of the timed path to source rows."""
+    """Return the time of each source row, s. `source` contains the source row of each row of the timed path."""
     count = int(source.max(initial=-1)) + 1
     return np.bincount(source[times.source], weights=times.seconds, minlength=count).astype(np.float64)

@@ -1,4 +1,6 @@
-"""Plan the reordering of a foreign program: its sections become stages, and its pieces of work become tasks."""
+"""Plan the reordering of a program from another CAM system: its sections become stages, and its pieces of work become
+tasks.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +50,7 @@ _PLACES = [int(k) for k in (*PLACES, Kind.MACHINE)]
 
 @dataclass(frozen=True, eq=False)
 class ForeignWork:
-    """A foreign program, ready to be reordered.
+    """A program from another CAM system, ready to be reordered.
 
     Attributes
     ----------
@@ -57,7 +59,7 @@ class ForeignWork:
     sequence
         Sections that can be reordered, and blocks that stay.
     judge, stock
-        Judge of the remaining stock, and its grid, or the reason why there is no judge.
+        The judge that compares the remaining stock, and its height field, or the reason why there is no judge.
     stands
         Position of the tool before its first move, if the user states it, mm.
     dangers
@@ -65,7 +67,7 @@ class ForeignWork:
     codes
         Codes of the dangers that were found without the stock.
     before, after
-        Other issues that are reported before and after the dangers.
+        Other issues, which are reported before and after the dangers.
     """
 
     source: str
@@ -92,7 +94,7 @@ class ForeignWork:
 
 
 def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
-    """Plan the reordering of a program; each section becomes a stage.
+    """Plan the reordering of a program. Each of its sections becomes a stage.
 
     Raises
     ------
@@ -164,7 +166,7 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
 
 
 def _check_library(job: Job, program: Program, source: str, process: str) -> list[Issue]:
-    """Return an issue for each tool whose diameter in the ``--tools`` library differs from the program.
+    """Return an issue for each tool whose diameter in the ``--tools`` library differs from that in the program.
 
     Raises OptionError if new speeds or heights are requested as well, because they depend on the tool diameters.
     """
@@ -219,8 +221,8 @@ def _sections(job: Job, original: Program, process: str) -> Sequence:
 def _tool_diameter(job: Job) -> float:
     """Return the diameter of the mills that no comment describes, mm.
 
-    It is ``--tool-diameter``, or the diameter of the largest tool in the library if that is larger; 0 without the
-    option.
+    This is the value of ``--tool-diameter``, or the diameter of the largest tool in the library if that is larger.
+    Return 0 without the option.
     """
     given = job.settings.job.tool_diameter
     if given is None:
@@ -230,8 +232,8 @@ def _tool_diameter(job: Job) -> float:
 
 
 def _stages(job: Job, sequence: Sequence, obstacles: Obstacles | None, start: Point | None) -> tuple[Stage, ...]:
-    """Return a stage for each section; it starts at the end of the previous stage if no move in between has a known
-    position.
+    """Return a stage for each section. A stage starts at the end of the previous stage if no move between them has a
+    known position.
     """
     from leafcut.processes.program.plan.resequencing import build_problem
 
@@ -248,8 +250,8 @@ def _stages(job: Job, sequence: Sequence, obstacles: Obstacles | None, start: Po
 
 
 def _metric(job: Job, section: Section, obstacles: Obstacles | None) -> Metric:
-    """Return the travel metric of a section, in which moves across an obstacle cost a rise above it or a path around
-    it.
+    """Return the travel metric of a section. A move across an obstacle costs a rise above the obstacle, or a path
+    around it.
     """
     objective = job.settings.solve.objective
     if obstacles is None:
@@ -302,8 +304,8 @@ def with_few_speed_changes(plan: Plan, order: Order) -> Order:
 
 
 def _few_speed_changes(program: Program, section: Section, solution: Solution) -> Solution:
-    """Return the solution if it has few spindle speed changes; otherwise group the work by speed, or keep the given
-    order.
+    """Return the solution if it has few changes of the spindle speed. Otherwise, group the work by speed, or keep the
+    given order.
     """
     from leafcut.processes.program.plan.resequencing import piece_order, speeds_of
 

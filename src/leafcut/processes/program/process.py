@@ -55,7 +55,7 @@ _MAIN = (
 
 
 class ForeignProgram(Process):
-    """Reorders a G-code program of any CAM."""
+    """Reorders a G-code program from any CAM system."""
 
     name = "program"
     title = "reordering a program"
@@ -143,19 +143,19 @@ class ForeignProgram(Process):
 
     @property
     def passes(self) -> Sequence[Pass]:
-        """The pass that keeps the number of spindle speed changes within that of the input."""
+        """The pass that does not let the spindle speed change more often than in the input."""
         from leafcut.processes.program.planning import with_few_speed_changes
 
         return (with_few_speed_changes,)
 
     def given(self, plan: Plan) -> Candidate:
-        """Return the unchanged program."""
+        """Return the unchanged program as a candidate."""
         from leafcut.processes.program.proving import rewrite_program
 
         return rewrite_program(plan, replace(plan.given, unchanged=True))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Return the program in the given order."""
+        """Return the program with its pieces of work in the given order."""
         from leafcut.processes.program.proving import rewrite_program
 
         return rewrite_program(plan, order)
@@ -185,13 +185,15 @@ class ForeignProgram(Process):
         return prove_program(plan, best)
 
     def keep_in_place(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
-        """Return the order with the faulty pieces of work at their original place."""
+        """Return the order with the faulty pieces of work at their original position."""
         from leafcut.processes.program.proving import keep_tasks_in_place
 
         return keep_tasks_in_place(plan, order, refused, trial)
 
     def finish(self, plan: Plan, best: Candidate) -> Candidate:
-        """Return the program with new heights and feeds, if requested, and a comment on moves across new areas."""
+        """Return the program, with new heights and feeds if they are requested, and with a comment on moves across new
+        areas.
+        """
         from leafcut.processes.program.finishing import finish_program
 
         return finish_program(plan, best)
@@ -203,7 +205,7 @@ class ForeignProgram(Process):
         return operations_of(plan.work, best.order)
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
-        """Return the issues: dangers first, then the reasons why pieces of work keep their place."""
+        """Return the issues: first the dangers, then the reasons why pieces of work keep their position."""
         from leafcut.processes.program.finishing import reordering_issues
 
         return reordering_issues(plan, best)
@@ -221,7 +223,7 @@ class ForeignProgram(Process):
         return ProgramReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Refuse to preview a program, which has no drawing."""
+        """Raise an error, because a program contains no drawing to preview."""
         from leafcut.read import read
 
         return read(source, settings.read)

@@ -1,4 +1,4 @@
-"""Write and prove a reordered program; pieces of work that fail the proof keep their place."""
+"""Write and verify a reordered program. Pieces of work that fail the verification keep their position."""
 
 from __future__ import annotations
 
@@ -41,7 +41,9 @@ _MOST_TRIALS = 6
 
 @dataclass(frozen=True, eq=False)
 class Rewritten:
-    """A reordered program with its proof; `avoided` are the new moves across areas that the original avoided."""
+    """A reordered program with its proof. `avoided` contains the new moves across areas that the original program
+    avoided.
+    """
 
     program: Program
     certificate: Certificate | None = None
@@ -51,7 +53,7 @@ class Rewritten:
 
 
 def measure_program(plan: Plan, program: Program) -> Measure:
-    """Return the time and the lengths of a program; moves with the beam off count as travel.
+    """Return the time and the lengths of a program. Moves with the beam off count as travel moves.
 
     On GRBL, the time includes the transfer of the lines to the board.
     """
@@ -81,9 +83,9 @@ def rewrite_program(plan: Plan, order: Order) -> Candidate:
 
 
 def prove_program(plan: Plan, best: Candidate) -> Candidate:
-    """Prove a program, and add comments that state the proof.
+    """Verify a program, and add comments that state the proof.
 
-    The program must do the same work as the original, hit no obstacle, and leave the same stock. Otherwise,
+    The program must do the same work as the original program, hit no obstacle, and leave the same stock. Otherwise,
     OrderRefused is raised with the first difference and the pieces of work and sections at fault.
     """
     from leafcut.processes.program.proof.certificate import certify, proof_lines
@@ -127,7 +129,7 @@ def prove_program(plan: Plan, best: Candidate) -> Candidate:
 
 
 def _first_of(found: Sequence[Difference]) -> Message:
-    """Return the first difference with the number of the others."""
+    """Return the first difference as a message with the number of the other differences."""
     more = Message(" (and {} more)", len(found) - 1) if len(found) > 1 else ""
     return Message("{}{}", found[0], more)
 
@@ -140,10 +142,10 @@ def replace_text(plan: Plan, best: Candidate, text: str) -> Candidate:
 
 
 def keep_tasks_in_place(plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
-    """Return the order with more pieces of work at their original place; no other piece passes them.
+    """Return the order with more pieces of work at their original position; no other piece moves past them.
 
     These are the pieces at fault, or else their sections, or else all pieces. The last resort is the unchanged program.
-    Raises VerifyError if that cannot be proved either.
+    Raises VerifyError if the unchanged program fails the verification too.
     """
     from leafcut.processes.program.plan.resequencing import nodes_in_order, piece_order
 
@@ -165,7 +167,7 @@ def keep_tasks_in_place(plan: Plan, order: Order, refused: OrderRefused, trial: 
 
 
 def kept_issues(work: ForeignWork, order: Order) -> Iterator[Issue]:
-    """Yield one issue per reason why pieces of work keep their place although a better order was known."""
+    """Yield one issue for each reason why pieces of work keep their position although a better order was known."""
     by_reason: dict[str, list[tuple[int, int]]] = {}
     for place, reason in sorted(order.kept.items()):
         by_reason.setdefault(reason, []).append(place)
@@ -213,9 +215,9 @@ def _read_back(plan: Plan, text: str) -> Program:
 
 
 def _kept_in_place(order: NDArray[np.int32], kept: set[int]) -> NDArray[np.int32]:
-    """Return the order with the pieces `kept` at their original place; no other piece passes them.
+    """Return the order with the pieces `kept` at their original position; no other piece moves past them.
 
-    Precedence holds, because both the given order and the original order obey it.
+    The result satisfies the precedence, because both the given order and the original order do.
     """
     fixed = np.array(sorted(kept), dtype=np.int32)
     piece = np.where(order < 0, ~order, order)
@@ -227,7 +229,9 @@ def _kept_in_place(order: NDArray[np.int32], kept: set[int]) -> NDArray[np.int32
 
 
 def _pieces_at(work: ForeignWork, lines: set[int]) -> set[tuple[int, int]]:
-    """Return the pieces of work with a block on one of these lines of the original, as (section, piece)."""
+    """Return the pieces of work, as (section, piece), with a block on one of the given lines of the original
+    program.
+    """
     named = np.isin(work.program.text_line, list(lines))
     return {
         (number, k)
@@ -238,7 +242,9 @@ def _pieces_at(work: ForeignWork, lines: set[int]) -> set[tuple[int, int]]:
 
 
 def _section_at(work: ForeignWork, line: int) -> int:
-    """Return the section that contains a line of the original, or the last section before it; -1 if there is none."""
+    """Return the section that contains a line of the original program, or else the last section before it; -1 if there
+    is none.
+    """
     last, text_line = -1, work.program.text_line
     for number, section in enumerate(work.sequence.sections):
         first, final = int(text_line[section.pieces[0].begin]), int(text_line[section.pieces[-1].end - 1])

@@ -1,4 +1,4 @@
-"""Read a program of another CAM, and detect its process, machine, units and feeds."""
+"""Read a program from another CAM system, and detect its process, machine, units and feeds."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ BELOW_SURFACE = ("L801", "L802")
 
 @dataclass(frozen=True)
 class ProgramRead:
-    """A program, read for a dialect and a machine.
+    """A program that was read for a dialect and a machine.
 
     If the machine was only guessed from the program, `limits` is the machine whose limits are checked.
     """
@@ -77,8 +77,8 @@ class ProgramRead:
     def find_dangers(self, simulated: Mapping[str, Mask] = MappingProxyType({})) -> list[Issue]:
         """Return the dangers of the program, worst first, one issue per kind.
 
-        In a leafcut program for a solid or a surface, a rapid below Z0 is only a warning. `simulated` masks the rows
-        that a stock simulation has checked, by danger code.
+        In a program that leafcut wrote for a solid or a surface, a rapid below Z0 is only a warning. `simulated`
+        contains, by issue code, masks of the rows that a simulation of the stock has checked.
         """
         from leafcut.processes.program.stated_part import stated_part
         from leafcut.proof.dangers import RANK, find_dangers
@@ -157,13 +157,13 @@ def read_foreign(
     choose: bool = True,
     router: bool = True,
 ) -> ProgramRead:
-    """Read a program of another CAM for a machine.
+    """Read a program from another CAM system for a machine.
 
     If the user named no machine and `choose` is set, laser programs are read for a laser, and QtPlasmaC programs for a
     plasma table. A laser or torch program on a spindle machine is timed without spindle start.
 
-    With `router`, router programs are timed on a router. Do not set it when speeds or heights will change, because
-    their safety depends on the corner rounding of the real controller.
+    With `router`, router programs are timed on a router. Do not use it if speeds or heights will change, because their
+    safety depends on the corner rounding of the real controller.
 
     Raises
     ------
@@ -293,7 +293,7 @@ def _laser_for(program: Program) -> str:
 def _read_leafcut_language(
     text: str, source: str, settings: Settings, machine: Machine, program_dialect: Dialect
 ) -> ProgramRead:
-    """Read a program in a language other than G-code, which must be output of leafcut."""
+    """Read a program in a language other than G-code, which must have been written by leafcut."""
     from leafcut.gcode.own_program import interpret
     from leafcut.gcode.program_interpreter import split_lines
 
@@ -349,8 +349,8 @@ _UNIT_WORDS = {"mm": "mm", "in": Message("inches")}
 
 
 def _material_feed(text: str, settings: Settings, program_dialect: Dialect) -> tuple[float | None, list[Issue]]:
-    """Return the feed for materials that the program does not define, mm/s; None if the program uses no
-    material feed.
+    """Return the feed for materials that the program does not define, mm/s, or None if the program does not use the
+    feed of a material.
     """
     word = "" if program_dialect.torch is None else program_dialect.torch.material_feed
     if not word or word not in text:
@@ -373,7 +373,7 @@ def _material_feed(text: str, settings: Settings, program_dialect: Dialect) -> t
 
 
 def _chart_feed(settings: Settings) -> tuple[float, str]:
-    """Return the feed of the cut chart, mm/s, and a text that names its source."""
+    """Return the feed from the cut chart, mm/s, and a text that names its source."""
     from leafcut.read.cutchart import find_cut_data, load_chart
 
     options, job = settings.cut_data, settings.job

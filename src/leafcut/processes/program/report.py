@@ -1,4 +1,4 @@
-"""Report of a reordered program: its work, and the pieces of work that moved or kept their place."""
+"""Report of a reordered program: its work, and the pieces of work that moved or kept their position."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class ProgramReport(PathReport[ProgramDetail]):
             self.found = "but no cut and no hole was found in this program"
 
     def counts(self) -> list[Fact]:
-        """Return the counts of the proof, and the numbers of pieces of work that can be reordered and that are
-        reversed.
+        """Return the numbers of features that the proof compared, and the numbers of pieces of work that can be
+        reordered and that are reversed.
         """
         outcome, detail = self.outcome, self.outcome.detail
         numbers, turned = asdict(detail.certificate.before), detail.certificate.reversed_cuts
@@ -57,7 +57,7 @@ class ProgramReport(PathReport[ProgramDetail]):
         return [*facts, Fact(sentence=Message("{} reversed", turned) if turned else "")]
 
     def own_facts(self) -> list[Fact]:
-        """Return the proof, the fixed work, the new moves across avoided areas, the savings, and the remaining
+        """Return facts about the proof, the fixed work, new moves across avoided areas, the savings, and the remaining
         stock.
         """
         detail = self.outcome.detail
@@ -76,7 +76,7 @@ class ProgramReport(PathReport[ProgramDetail]):
         ]
 
     def savings(self) -> list[Fact]:
-        """Return the time saved by new heights and speeds, if requested."""
+        """Return the time that new heights and speeds save, if they were requested."""
         pace = self.outcome.detail.pace
         if pace is None:
             return []
@@ -84,13 +84,13 @@ class ProgramReport(PathReport[ProgramDetail]):
         return pace_facts(pace)
 
     def saved(self) -> dict[str, Any]:
-        """Return the headline figure; it is a text if the order is unchanged."""
+        """Return the headline figure, which is a text if the order is unchanged."""
         outcome, row = self.outcome, super().saved()
         same = outcome.before == outcome.after and outcome.before.time_s > 0
         return {**row, "percent": "The order is unchanged."} if same else row
 
     def staying(self) -> list[str]:
-        """Return sentences about the pieces of work that keep their place, with reasons."""
+        """Return sentences about the pieces of work that keep their position, with the reasons."""
         return staying_words(self.outcome.detail)
 
     def stock(self) -> ShownStock:
@@ -103,7 +103,7 @@ class ProgramReport(PathReport[ProgramDetail]):
 
 
 def stock_words(stock: StockProof) -> str:
-    """Return the result of comparing the remaining material in words, or the reason why it was not compared."""
+    """Return the result of comparing the remaining stock in words, or the reason why it was not compared."""
     if stock.reason:
         return f"the remaining stock was not compared: {stock.reason}"
     words = f"the remaining stock is the same, in {stock.cells:,} cells of {stock.cell:g} mm"
@@ -114,9 +114,9 @@ def stock_words(stock: StockProof) -> str:
 
 
 def staying_words(detail: ProgramDetail, most: int = 0) -> list[str]:
-    """Return the number of fixed pieces of work in words, and then a text for each reason.
+    """Return the number of fixed pieces of work in words, followed by a text for each reason.
 
-    At most `most` reasons are listed (0 for all); a single text counts the work with other reasons.
+    At most `most` reasons are listed (0: all). A last text states the number of pieces with other reasons.
     """
     if not detail.staying:
         return []

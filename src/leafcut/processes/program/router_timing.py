@@ -44,7 +44,9 @@ _ROUTER_RPM = (12_000.0, 30_000.0)
 
 
 def router_for(program: Program) -> tuple[str, str] | None:
-    """Return the router profile that a program indicates, and the word that indicates it; None without such a word."""
+    """Return the router profile that a program indicates, and the word that indicates it, or None without such a
+    word.
+    """
     top = " ".join(text for line in program.lines[:_TOP] for text in COMMENT.findall(line))
     for name, machine in _NAMED:
         if named := name.search(top):
@@ -60,7 +62,8 @@ def router_for(program: Program) -> tuple[str, str] | None:
 def timed_as(machine: Machine, router: Machine) -> Machine:
     """Return a machine with the motion and times of a router, but with its own limits.
 
-    The router is only assumed, so the maximum feed is the lower of both. Units, travel, heights and spindle stay.
+    The router is only assumed, so the maximum feed is the lower of the two. Units, travel, heights and spindle of the
+    machine stay.
     """
     return replace(
         machine,

@@ -77,7 +77,7 @@ def _starvation_issue(path: Toolpath, machine: Machine, lines: SentLines, second
 
 
 def _worst_stretch(line: NDArray[np.int32], lost: NDArray[np.float64]) -> tuple[int, int, float]:
-    """Return the stretch with the greatest loss: first line, last line, lost seconds. See `GAP`."""
+    """Return the range of lines with the greatest loss of time: first line, last line, and lost seconds. See `GAP`."""
     ends = np.flatnonzero(np.diff(line) > GAP)
     begins = np.append(0, ends + 1)
     ends = np.append(ends, len(line) - 1)
@@ -87,7 +87,7 @@ def _worst_stretch(line: NDArray[np.int32], lost: NDArray[np.float64]) -> tuple[
 
 
 def _check_lifts(settings: Settings, program_dialect: Dialect) -> None:
-    """Raise OptionError for a clearance height if the controller adds no moves of its own."""
+    """Raise OptionError if a clearance height is given although the controller adds no moves of its own."""
     if "clearance_height" in settings.asked and (
         program_dialect.torch is None or not program_dialect.torch.material_comment
     ):

@@ -1,4 +1,4 @@
-"""The part named in the header of a program, and the stock before the cuts of the program."""
+"""The part that the header of a program names, and the stock before the program, derived from this part."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _OURS, _SOURCE = re.compile(r"\bleafcut \d", re.IGNORECASE), re.compile(r"\bsour
 class StatedPart:
     """The part named in the header of a program, with its placement.
 
-    Axis `up` of the part points up, its height `z` (mm) becomes Z0, and then `placing` is applied.
+    The axis `up` of the part points up, the height `z` (mm) of the part becomes Z0, and then `placing` is applied.
     """
 
     name: str
@@ -50,7 +50,7 @@ class StatedPart:
 
 
 def stated_part(program: Program) -> StatedPart | None:
-    """Return the part named in the header of a program written by leafcut, or None; headers of other CAM programs do
+    """Return the part that the header of a program written by leafcut names, or None. Headers from other CAM systems do
     not count.
     """
     header = list(program.lines[:_FIRST_LINES])
@@ -75,7 +75,8 @@ def part_as_placed(mesh: Mesh, stated: StatedPart | None) -> Mesh:
 def stock_before_cuts(
     mesh: Mesh, cell: float, moves: StraightMoves, cutters: Mapping[int, Cutter], check_cancelled: Heartbeat
 ) -> HeightField:
-    """Return the stock before the cuts of a program, derived from the finished part; `cell` is the grid spacing, mm.
+    """Return the stock before the cuts of a program, derived from the finished part. `cell` is the side length of a
+    cell, mm.
 
     Drilled holes are filled up to the surrounding surface. Milled areas are filled up to the highest point of the part.
     Raises PlanError if the height field would have too many cells.

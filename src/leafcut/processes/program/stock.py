@@ -55,7 +55,7 @@ TOLERANCE = 0.01
 
 
 class _Cuts(NamedTuple):
-    """A program with its tools and their shapes; `whole` are its moves, with undivided cuts."""
+    """A program with its tools and their shapes. `whole` contains its moves, with undivided cuts."""
 
     source: str
     read: ProgramRead
@@ -78,14 +78,15 @@ def cut_stock(
     *,
     same_as: Input | None = None,
 ) -> StockCut:
-    """Simulate the material removal of a program; with `same_as`, compare the remaining stock with another program.
+    """Simulate the material removal of a program. With `same_as`, compare the remaining stock with that of another
+    program.
 
     Raises
     ------
     ReadError, OptionError
         A program cannot be read, the stock is not a block, or a tool shape is unknown.
     PlanError
-        The program drives a laser or torch, it never touches the stock, or the simulation has too many cells or moves.
+        The program drives a laser or torch or never touches the stock, or the simulation has too many cells or moves.
     """
     check_cancelled = heartbeat_for_step(progress, Message("reading"))
     mine = _read(program, settings, dialect, check_cancelled)
@@ -146,7 +147,7 @@ def cut_stock(
 
 
 def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issue]:
-    """Return the dangers that the simulation does not check, including rapids beside an assumed block."""
+    """Return the dangers that the simulation does not check, including rapids next to an assumed block."""
     path = one.read.program.path
     if any(
         len(np.unique(path.latest(kind, path.ref)[path.kind <= Kind.DRILL])) > 1 for kind in (Kind.FRAME, Kind.SHIFT)
@@ -179,7 +180,9 @@ def _read(program: Input, settings: Settings, dialect: str | None, check_cancell
 
 
 def _simulate(one: _Cuts, field: HeightField, check_cancelled: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
-    """Simulate a program in a stock; return the remaining stock, the moves, and the material that each move removes."""
+    """Simulate a program in its stock. Return the remaining stock, the moves, and the material that each move
+    removes.
+    """
     from leafcut.material.cutting import cut
 
     moves = _divided_moves(one, field.cell)
@@ -257,7 +260,7 @@ def _collisions(moves: StraightMoves, removed: Removed) -> tuple[BodyCut, ...]:
 
 
 def _body_issues(collisions: tuple[BodyCut, ...]) -> list[Issue]:
-    """Return a danger for each tool whose shank or holder is in the material, with the first line and the number of
+    """Return a danger for each tool whose shank or holder enters the material, with the first line and the number of
     lines.
     """
     groups: dict[tuple[int, Body], list[BodyCut]] = {}
@@ -276,7 +279,7 @@ def _body_issues(collisions: tuple[BodyCut, ...]) -> list[Issue]:
 
 
 def _rapid_issues(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
-    """Return the rapids in the material as dangers, or as warnings if the stock is uncertain; only the first are
+    """Return the rapids in the material as dangers, or as warnings if the stock is uncertain. Only the first rapids are
     listed.
     """
     severity = Severity.WARNING if doubtful else Severity.DANGER
@@ -339,7 +342,7 @@ def _by_tool(
 
 
 def _seconds(moves: StraightMoves, by_row: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the time of every move as its share of the time of its row, by length, s."""
+    """Return the time of every move, s. The time of a row is divided among its moves by length."""
     length = np.sqrt(((moves.ends[:, 3:] - moves.ends[:, :3]) ** 2).sum(axis=1))
     whole = np.bincount(moves.row, weights=length, minlength=len(by_row))[moves.row]
     share = np.divide(length, whole, out=np.zeros_like(length), where=whole > 0)

@@ -1,4 +1,4 @@
-"""Create the judge of the stock that a reordered program leaves, if stock and tools are known."""
+"""Create the judge that compares the stock that a reordered program leaves, if the stock and the tools are known."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ _NO_SHAPES = Message("the shapes of its tools are unknown; give --tools or --too
 
 
 class Judging(NamedTuple):
-    """The judge or None, its grid or the reason for its absence, and issues of the original program."""
+    """The judge or None, its height field or the reason why there is no judge, and issues about the original
+    program.
+    """
 
     judge: StockJudge | None = None
     proof: StockProof | None = None
@@ -35,11 +37,12 @@ class Judging(NamedTuple):
 
 
 def stock_judge(job: Job, program: Program, source: str, process: str) -> Judging:
-    """Return a judge that compares the stock after new orders of a program with the stock after the original.
+    """Return a judge that compares the stock that new orders of a program leave with the stock that the original
+    leaves.
 
-    Without ``--workpiece``, the stock is a block around the cuts below Z0. A tool with only a known diameter counts as
-    a flat end mill. Cuts of tools of unknown diameter are left out. The judge is None for a laser or torch program, and
-    for a program that only drills with tools of unknown diameter.
+    Without ``--workpiece``, the stock is a block around the cuts below Z0. A tool of which only the diameter is known
+    counts as a flat end mill. Cuts by tools of unknown diameter are left out. The judge is None for a laser or torch
+    program, and for a program that only drills with tools of unknown diameter.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The cutting tools of a program, from its comments, a tool library and options; and the stock that a view shows."""
+"""The cutting tools of a program, from its comments, a tool library and options, and the stock that a view shows."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def tools_of(
 ) -> dict[int, Tool]:
     """Return the cutting tools of a program by number, in the order of use.
 
-    Without `by_options`, error messages mention no option. Raises OptionError if a tool shape is unknown.
+    Without `by_options`, error messages do not mention options. Raises OptionError if a tool shape is unknown.
     """
     found, unknown = known_tools(program, settings, machine)
     for number, block in unknown.items():
@@ -94,8 +94,8 @@ def known_tools(
 ) -> tuple[dict[int, Tool], dict[int, int]]:
     """Return the cutting tools of a program, and the first cutting block of each tool of unknown shape.
 
-    Both are by tool number, in the order of use. With `flat`, a tool with only a known diameter counts as a flat end
-    mill.
+    Both are sorted by the order of use, with the tool number as key. With `flat`, a tool of which only the diameter is
+    known counts as a flat end mill.
     """
     found: dict[int, Tool] = {}
     unknown: dict[int, int] = {}
@@ -114,7 +114,7 @@ def known_tools(
 def shown_stock(
     program: Program, source: str, settings: Settings, machine: Machine, process: str, *, by_options: bool = True
 ) -> ShownStock:
-    """Return the known stock and tools of a program; see `tools_of` for `by_options`.
+    """Return the known stock and tools of a program. `tools_of` describes `by_options`.
 
     Raises ReadError or OptionError if the tool library or ``--workpiece`` is unusable.
     """

@@ -46,7 +46,7 @@ def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
     Raises
     ------
     OptionError
-        The value is neither six lengths, lower corner first, nor the path of such a file.
+        The value is neither six lengths (lower corner first) nor the path of such a file.
     ReadError
         The file contains no closed solid.
     """
@@ -90,7 +90,7 @@ def stock_issues(
     block: StockBlock,
     which: ChosenSolid = THE_ONLY,
 ) -> list[Issue]:
-    """Return warnings about the given stock: cuts beyond it, and undercuts, which count as filled."""
+    """Return warnings about the stock that the user described: cuts beyond it, and undercuts, which count as filled."""
     if not options.workpiece:
         return []
     outside = first_cut_beyond(program, cutters, block)
@@ -126,7 +126,7 @@ def solid_file(path: str, which: ChosenSolid) -> Mesh:
 
 @lru_cache(maxsize=1)
 def _load_cached(path: str, which: ChosenSolid, _changed: int) -> Mesh:
-    """Return the solid in a file; the last solid is cached, because several steps of a job need it."""
+    """Return the solid in a file. The last solid is cached, because several steps of a job need it."""
     from leafcut.read.meshes import load_mesh
 
     mesh = load_mesh(path, "mm", Message("save it in mm"), which.which, which.pose)
@@ -136,7 +136,9 @@ def _load_cached(path: str, which: ChosenSolid, _changed: int) -> Mesh:
 
 
 def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBlock | None:
-    """Return a block around the cuts below Z0; None without such cuts, because the top is then unknown."""
+    """Return a block around the cuts below Z0, or None without such cuts, because the top of the stock is then
+    unknown.
+    """
     deep = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < 0.0)
     if not deep.any():
         return None
@@ -145,7 +147,7 @@ def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBl
 
 
 def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBlock, source: str, text: str) -> None:
-    """Raise OptionError if a cut below the top of a block is far outside it, because the real material must be
+    """Raise OptionError if a cut below the top of a block is far outside the block, because the real stock must be
     larger.
     """
     found = first_cut_beyond(program, cutters, block)
@@ -165,7 +167,9 @@ def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBloc
 
 
 class CutBeyondStock(NamedTuple):
-    """A cut that reaches far outside a block, with the coordinates of the cut (`place`) and of the block edge, mm."""
+    """A cut that reaches far outside a block, with the coordinates of the cut (`place`) and of the edge of the block,
+    mm.
+    """
 
     line: int
     axis: str
@@ -173,7 +177,7 @@ class CutBeyondStock(NamedTuple):
     edge: float
 
     def issue(self, unit: str = "") -> Issue:
-        """Return a warning; `unit` is the unit in which the stock would contain all cuts, or ""."""
+        """Return a warning. `unit` is the unit in which the stock would contain all cuts, or ""."""
         more = in_unit_words(unit)
         place, edge = f"{self.axis}{self.place:.2f}", f"{self.axis}{self.edge:g}"
         message = Message("a cut reaches {}, but the given stock ends at {}{}", place, edge, more)
@@ -181,12 +185,14 @@ class CutBeyondStock(NamedTuple):
 
 
 def in_unit_words(unit: str) -> str:
-    """Return the end of a message that names the unit in which the stock would contain all cuts, or ""."""
+    """Return the end of a message that states the unit in which the stock would contain all cuts, or ""."""
     return Message("; in {}, the stock would contain all cuts: save the file in mm", unit) if unit else ""
 
 
 def in_other_unit(text: str, program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> str:
-    """Return the unit in which the stock would contain all cuts, if a cut is many stock lengths away; otherwise ""."""
+    """If a cut is many stock lengths away from the stock, return the unit in which the stock would contain all cuts,
+    otherwise "".
+    """
     length = max(high - low for low, high in zip(block.low[:2], block.high[:2], strict=True))
     outside = first_cut_beyond(program, cutters, block) if _is_file(text) else None
     if outside is None or abs(outside.place - outside.edge) < FAR_OFF * length:
@@ -200,7 +206,7 @@ def in_other_unit(text: str, program: Program, cutters: Mapping[int, Cutter], bl
 
 
 def first_cut_beyond(program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> CutBeyondStock | None:
-    """Return a cut below the top of a block that is far outside it, or None.
+    """Return a cut below the top of a block that is far outside the block, or None.
 
     A tool may start outside the block by its diameter and the length of a lead.
     """

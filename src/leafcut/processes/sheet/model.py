@@ -1,4 +1,4 @@
-"""Results of cutting a sheet: its cuts in up to three orders, with times and costs."""
+"""Results of cutting a sheet: its cuts in up to three orders, with their times and costs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from leafcut.model.cutting import CutMeasures, CutPlan
 
 @dataclass(frozen=True)
 class SheetDetail:
-    """The cuts of a sheet in the given order, in nearest-neighbour order (or None), and in the order of the program."""
+    """The cuts of a sheet in three orders: the order of the input, the nearest-neighbour order (or None), and the order
+    of the program.
+    """
 
     plans: tuple[CutPlan, CutPlan | None, CutPlan]
 
@@ -20,6 +22,6 @@ class SheetDetail:
 
     @property
     def norms(self) -> tuple[CutMeasures, CutMeasures | None, CutMeasures]:
-        """Times, lengths and costs of the three plans."""
+        """Times, lengths and costs of the cuts in the three orders."""
         before, nearest, after = self.plans
         return before.measures, None if nearest is None else nearest.measures, after.measures

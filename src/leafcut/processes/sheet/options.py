@@ -13,7 +13,7 @@ from leafcut.options.option_spec import OptionGroup, option, when_given, when_on
 class CutOptions(OptionGroup):
     """Options for cutting a nested sheet by plasma, laser, oxyfuel or water jet.
 
-    `JobOptions` contains the thickness of the sheet, the safe height, clamps, and start and end points.
+    `JobOptions` contains the thickness of the sheet, the safe height, the clamps, and the start and end points.
     `CutDataOptions` contains the cutting data.
     """
 

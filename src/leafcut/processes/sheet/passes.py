@@ -52,11 +52,11 @@ class SheetWork:
     """Data of a sheet that do not depend on the order of its cuts.
 
     `drawn` is the sheet before holes and notches were divided, for verification. `cutting` includes chains, and
-    `nearest` does not. `given` is the order of the drawing or of the plan file; it has only the chains of the plan
-    file. `planned` is the plan file, if all its choices fit. If `order_fixed`, neither the given nor the
-    nearest-neighbour order may replace the order of the search. The reason is heat, or bands with a plan file. `parts`
-    are the parts that the head may hit if it stays down between cuts; None if the head retracts. `motions` caches the
-    motion of recent orders, and `detached` caches the result of `detached_nearest`.
+    `nearest` does not. `given` is the order of the drawing or of the plan file; it contains only the chains of the plan
+    file. `planned` is the plan file, if all its choices fit. If `order_fixed`, neither the given order nor the
+    nearest-neighbour order may replace the order of the search, because of heat, or of bands with a plan file. `parts`
+    contains the parts that the head may hit if it stays down between cuts; it is None if the head retracts. `motions`
+    caches the motion of recent orders, and `detached` caches the result of `detached_nearest`.
     """
 
     drawn: Sheet
@@ -77,7 +77,7 @@ class SheetWork:
 
 
 def slide(plan: Plan, order: Order) -> Order:
-    """Move the starts along their contours to shorten travel."""
+    """Move the start points along their contours to shorten travel."""
     cuts = cuts_in_order(plan, order)
     plan.job.report(Message("refining the starts"))
     share = 0.5 if plan.job.settings.of(CutOptions).heat_distance > 0.0 else 1.0
@@ -86,7 +86,7 @@ def slide(plan: Plan, order: Order) -> Order:
 
 
 def keep_off_heat(plan: Plan, order: Order) -> Order:
-    """Change the start or the position in the order of cuts that would start in hot metal, close to the previous
+    """Change the start point or the position in the order of cuts that would start in hot metal, close to the previous
     start.
     """
     cuts, options = cuts_in_order(plan, order), plan.job.settings.of(CutOptions)
@@ -99,12 +99,12 @@ def keep_off_heat(plan: Plan, order: Order) -> Order:
 
 
 def pierce_in_metal(plan: Plan, order: Order) -> Order:
-    """Move starts whose pierce is in the kerf of an earlier cut."""
+    """Move start points whose pierce is in the kerf of an earlier cut."""
     return _with_cuts(order, clear_pierces(cuts_in_order(plan, order), plan.work.head))
 
 
 def keep_leads_apart(plan: Plan, order: Order) -> Order:
-    """Move starts whose leads meet, or search again without such starts; return the faster order."""
+    """Move start points whose leads meet, or search again without such start points. Return the faster order."""
     before, best = cuts_in_order(plan, order).starts, _move_leads_apart(plan, order)
     met = any(a is not b for a, b in zip(before, best.choices[0].starts, strict=True))
     best = keep_nearest(plan, best)
@@ -133,7 +133,7 @@ def _move_leads_apart(plan: Plan, order: Order) -> Order:
 
 
 def detach_later(plan: Plan, order: Order) -> Order:
-    """Cut outlines only after the travel moves over their parts, for a head that stays down."""
+    """Cut outlines only after the travel moves over their parts, for a head that stays down between cuts."""
     work, cuts = plan.work, cuts_in_order(plan, order)
     if work.parts is None or work.order_fixed or work.planned is not None:
         return order
@@ -153,7 +153,7 @@ def detach_later(plan: Plan, order: Order) -> Order:
 
 
 def detached_nearest(plan: Plan) -> Order:
-    """Return the nearest-neighbour order after `detach_later`. It is computed only once."""
+    """Return the nearest-neighbour order after the pass `detach_later`. It is computed only once."""
     known: list[Order] = plan.work.detached
     if not known:
         known.append(detach_later(plan, Order((plan.work.nearest,))))
@@ -163,7 +163,7 @@ def detached_nearest(plan: Plan) -> Order:
 def keep_nearest(plan: Plan, order: Order) -> Order:
     """Return the order, or the nearest-neighbour order if that is faster.
 
-    The search uses a simpler time model than this comparison.
+    This comparison uses a more detailed time model than the search.
     """
     objective, known = plan.job.settings.solve.objective, Order((plan.work.nearest,))
     if plan.work.order_fixed or not _may_be_nearest(plan):
@@ -172,7 +172,7 @@ def keep_nearest(plan: Plan, order: Order) -> Order:
 
 
 def _may_be_nearest(plan: Plan) -> bool:
-    """Return whether the nearest-neighbour order may replace the order of the search; it has no chains."""
+    """Return whether the nearest-neighbour order, which has no chains, may replace the order of the search."""
     work, searches = plan.work, plan.job.settings.solve.algorithm == "auto"
     return searches and work.planned is None and work.nearest.cutting is work.cutting
 
@@ -234,7 +234,7 @@ def stages_of(job: Job, cutting: Cutting, head: HeadTravel, known: Sequence[CutS
 
 
 def cuts_in_order(plan: Plan, order: Order) -> CutSequence:
-    """Return the cuts of an order, which may come from the search or from a pass."""
+    """Return the cuts in a given order, which may come from the search or from a pass."""
     if len(order.choices) == 1 and isinstance(order.choices[0], CutSequence):
         return order.choices[0]
     return sequence_of(plan.job, plan.work.cutting, order.choices)
@@ -257,7 +257,8 @@ def _with_cuts(order: Order, cuts: CutSequence) -> Order:
 
 
 def cached_motion(plan: Plan, order: Order) -> Candidate:
-    """Return the motion of an order from a cache. Its detail is a pair of the `CutPlan` and the `HeadRoutes`.
+    """Return the motion of an order, which is cached. The detail of the motion is a pair of the `CutPlan` and the
+    `HeadRoutes`.
 
     The routes are None for a head that retracts.
     """

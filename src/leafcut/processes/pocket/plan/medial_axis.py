@@ -130,7 +130,7 @@ def _extend_into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
 
 
 def _prune_branches(axis: Axis, tolerance: float) -> Axis:
-    """Remove the branches whose discs are inside the disc at their fork, within the tolerance."""
+    """Remove the branches whose discs lie inside the disc at their fork, within the tolerance."""
     n = len(axis.xy)
     parent, places, width = axis.parent.tolist(), axis.xy.tolist(), axis.width.tolist()
     keep = np.ones(n, dtype=bool)

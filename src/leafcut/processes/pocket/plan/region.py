@@ -30,14 +30,16 @@ _AS_WIDE = 0.75
 
 @dataclass(frozen=True, eq=False)
 class CentreRegion:
-    """A region of possible tool centres, at least tool radius and stock away from walls; shapely Polygon, mm."""
+    """A region of possible tool centres, which are at least the tool radius and the stock away from walls; a shapely
+    Polygon in mm.
+    """
 
     polygon: Any
     rules: PocketRules
 
     @property
     def middle(self) -> Points | None:
-        """Centre line of a slot as wide as the tool, float64[n, 2], mm; None if the region is wider anywhere."""
+        """Centre line of a slot as wide as the tool, float64[n, 2], mm; None if the region is wider at any point."""
         if self.polygon.interiors or 2.0 * self.polygon.area > 1.5 * self.rules.tolerance * self.polygon.length:
             return None
         ring = self.rings[0]
@@ -51,7 +53,7 @@ class CentreRegion:
 
     @property
     def rings(self) -> list[Points]:
-        """Outer boundary, counter-clockwise, then boundaries of islands, clockwise.
+        """The outer boundary, counter-clockwise, followed by the boundaries of islands, clockwise.
 
         Each ring is float64[n, 2], mm, without the closing point.
         """
@@ -61,7 +63,7 @@ class CentreRegion:
 
 @dataclass(frozen=True, eq=False)
 class UnreachableArea:
-    """An area of a pocket that the tool cannot clear: shapely geometry, area, mm², and a point inside.
+    """An area of a pocket that the tool cannot clear: its shapely geometry, its area, mm², and a point inside it.
 
     A `corner` has one opening to the cleared area and narrows from there. Any other area is cut off: it is a passage,
     or an area behind an entrance that is too narrow for the tool.
@@ -113,8 +115,8 @@ def unreachable_areas(shape: Any, rules: PocketRules) -> list[UnreachableArea]:
 
 
 def _is_corner(piece: Any, near: Any, thin: float) -> bool:
-    """Return whether an unreachable area is a corner: it has one mouth, and no circle as wide as the mouth fits into
-    it.
+    """Return whether an unreachable area is a corner: it has a single mouth, and no circle as wide as the mouth fits
+    into it.
 
     Between straight walls at an angle of 2α, the mouth is 2 r cos α wide, and the largest circle behind it has the
     radius r (1 − sin α) / (1 + sin α): a quarter of half the mouth at 90°, and half of it at 40°. Between parallel

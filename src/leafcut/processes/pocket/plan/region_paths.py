@@ -31,8 +31,8 @@ SEGMENTS_AT_ONCE = 50_000
 class RegionPaths:
     """Allowed moves between points of a region, and the shortest paths along them.
 
-    `places` contains the points to visit, then the nodes on the boundary, float64[n + m, 2], mm. `rings` contains the
-    nodes of each boundary ring in order, as indices of `places`.
+    `places` contains the points to visit, followed by the nodes on the boundary, float64[n + m, 2], mm. `rings`
+    contains the nodes of each boundary ring in order, as indices of `places`.
     """
 
     def __init__(self, polygon: Any, rings: list[Points], points: Points, pitch: float) -> None:
@@ -85,7 +85,8 @@ class RegionPaths:
         return inside
 
     def between_points(self) -> NDArray[np.float64]:
-        """Return the lengths of the shortest paths between all points, float64[n, n], mm; inf where no path exists.
+        """Return the lengths of the shortest paths between all points, float64[n, n], mm; infinite where no path
+        exists.
 
         The matrix is relaxed row by row, in sweeps across the plane, until it converges.
         """
@@ -114,7 +115,7 @@ class RegionPaths:
         """Return the node of `ends` that has the shortest path from `start`, and the corners of this path,
         straightened.
 
-        The result is None if no path exists.
+        Return None if no path exists.
         """
         nodes = shortest_path(len(self.places), self._edges, start, ends)
         return None if nodes is None else (nodes[-1], self._straightened(self._corners(nodes)))

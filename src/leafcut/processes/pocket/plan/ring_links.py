@@ -1,4 +1,4 @@
-"""Joints between rings, which connect all rings to a single path without retracts."""
+"""Joints between rings, by which a single path without retracts connects all rings."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ AVOIDED, AVOIDED_PENALTY = 2.0, 4.0
 
 @dataclass(frozen=True)
 class Joint:
-    """A detour from one ring (`parent`) along another ring (`child`), in mm.
+    """A detour from one ring (`parent`) along another ring (`child`); lengths are in mm.
 
     The path leaves the parent half a gap before the station, and returns half a gap after it. The child is not closed;
     its own gap remains open.
@@ -73,7 +73,7 @@ def _run_side_by_side(a: Ring, b: Ring, step_over: float) -> bool:
 
 
 def spines(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> list[list[int]]:
-    """Return chains of nested rings that are side by side, from the inside out, with the most promising chain first.
+    """Return chains of nested rings that are side by side, from the inside out; the most promising chain comes first.
 
     `edges` contains the pairs of rings that may be joined.
     """
@@ -153,7 +153,7 @@ def _kruskal(cut: list[Ring], a: Indices, b: Indices, step_over: float) -> list[
 class RingLinks:
     """Joints between all rings, the parts of rings that the joints occupy, and the resulting path.
 
-    Once `stopped` returns true, the first possible joints are used.
+    Once `stopped` returns True, the first possible joints are used.
     """
 
     def __init__(self, region: CentreRegion, cut: list[Ring], stopped: Callable[[], bool] = never_stopped) -> None:
@@ -179,7 +179,7 @@ class RingLinks:
         return 0.0 if here.level == 0 or here.length < TINY * self.step else self.step
 
     def paths(self, avoided: Points) -> list[Points]:
-        """Return the joined path, float64[n, 2], mm, then each ring without a joint.
+        """Return the joined path, float64[n, 2], mm, followed by each ring without a joint.
 
         Joints stay away from the positions `avoided`.
         """
@@ -224,7 +224,9 @@ class RingLinks:
         return cost, spans
 
     def _entry(self, ring: int, end: float, after: int) -> tuple[float, float]:
-        """Return the cost of the cheapest link to the next ring of the spine, mm, and its station on that ring, mm."""
+        """Return the cost of the cheapest link to the next ring of the spine, mm, and the station of the link on that
+        ring, mm.
+        """
         place, to = self.cut[ring].at(end), self.cut[after]
         nearest = to.station_of(place)
         options = [nearest + share * self.step for share in (0.0, 0.5, 1.0, 1.5)]
@@ -237,7 +239,7 @@ class RingLinks:
         return costs[best] - self.gap(ring), options[best]
 
     def _link(self, a: Points, b: Points) -> float:
-        """Return the length of a straight link, mm; infinite if it leaves the region."""
+        """Return the length of a straight link, mm; it is infinite if the link leaves the region."""
         line = shapely.LineString([a, b])
         return float(line.length) if self.allowed.covers(line) else math.inf
 

@@ -43,7 +43,9 @@ def neighbouring_rings(cut: list[Ring], step_over: float) -> list[tuple[int, int
 
 
 def contour_parallel_path(region: CentreRegion) -> PocketPath:
-    """Return closed rings from the inside out in nearest-neighbour order, linked at depth where a short link fits."""
+    """Return closed rings from the inside out, in nearest-neighbour order. They are linked at depth where a short link
+    fits.
+    """
     rules = region.rules
     cut = rings(region)
     around = [ring.stretch(0.0, ring.length) for ring in cut]
@@ -84,12 +86,12 @@ class LinkedPath:
 
 
 def never_stopped() -> bool:
-    """Return False, so that a search with this check never stops early."""
+    """Return False, so that a search that calls this function never stops early."""
     return False
 
 
 def kind_of(ring: Ring, rules: PocketRules) -> str:
-    """Return ``finish`` for a ring along a wall if no stock remains there, otherwise ``rough``."""
+    """Return ``finish`` for a ring along a wall on which no stock remains, otherwise ``rough``."""
     return "finish" if ring.level == 0 and rules.stock == 0.0 else "rough"
 
 

@@ -1,4 +1,4 @@
-"""Rules and levels for the pockets of a job, derived from its options."""
+"""Rules and levels for the pockets of a job, which follow from its options."""
 
 from __future__ import annotations
 
@@ -93,8 +93,8 @@ def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> t
     """Return the part with only the pockets to be milled, with their depths, and issues about the other pockets.
 
     All pockets of a drawing are `depth` mm deep. Pockets of a solid have their own depths, and `depth` selects the
-    pockets to be milled. A round pocket no wider than the tool is a hole. Raises OptionError if the pockets of a
-    drawing have no depth, and PlanError if no pocket of a solid is wider than the tool and has the requested depth.
+    pockets to be milled. A round pocket no wider than the tool is a hole. Raises OptionError if no depth is given for
+    the pockets of a drawing, and PlanError if no pocket of a solid is wider than the tool and has the requested depth.
     """
     if not any(pocket.depth is not None for pocket in part.pockets):
         if depth is None:
@@ -150,7 +150,9 @@ def _opening_issues(part: Part, diameter: float | None) -> list[Issue]:
 
 
 def _depth_summary(pockets: Sequence[Pocket]) -> str:
-    """Return the depths and the number of pockets of each, for example ``6 mm (1 pocket), 8 mm (2 pockets)``."""
+    """Return the depths of the pockets, and the number of pockets of each depth, as text: ``6 mm (1 pocket), 8 mm (2
+    pockets)``.
+    """
     counted = Counter(round(pocket.depth or 0.0, 3) for pocket in pockets)
     return ", ".join(f"{deep:g} mm ({count_of(counted[deep], 'pocket')})" for deep in sorted(counted))
 
@@ -177,14 +179,14 @@ def _is_hole(pocket: Pocket, diameter: float | None) -> bool:
 
 
 def finishing_levels(levels: PocketLevels, diameter: float) -> tuple[float, ...]:
-    """Return the heights of the finishing passes, mm, in steps of at most two diameters down to the full depth."""
+    """Return the heights of the finishing passes, mm, down to the full depth in steps of at most two diameters."""
     depth = levels.depth
     count = max(math.ceil(depth / (FINISHING_DEPTH * diameter) - 1e-9), 1)
     return tuple(levels.begin - depth * level / count for level in range(1, count + 1))
 
 
 def corner_rounding(machine: Machine, feed: float) -> float:
-    """Return the maximum distance of the tool from a corner, mm, if the next move starts while the tool still
+    """Return the maximum distance between the tool and a corner, mm, if the next move starts while the tool still
     decelerates.
 
     With acceleration a and velocity v, deceleration and acceleration each take v / a. Halfway, the tool is v² / 8a from

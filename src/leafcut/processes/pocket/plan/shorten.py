@@ -1,4 +1,4 @@
-"""Shorten a path over a pocket where its other passes clear the same area."""
+"""Shorten a path over a pocket in places where other passes clear the same area."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ CURVE = 8
 
 
 def subdivide_path(path: Points, longest: float) -> Points:
-    """Add points to a path so that no segment is longer than `longest` mm, float64[n, 2]."""
+    """Add points to a path, float64[n, 2], so that no segment is longer than `longest` mm."""
     step = np.hypot(*np.diff(path, axis=0).T)
     path = path[np.concatenate([[True], step > 1e-9])]
     step = np.hypot(*np.diff(path, axis=0).T)
@@ -58,10 +58,11 @@ def subdivide_path(path: Points, longest: float) -> Points:
 def shorten_path(
     path: Points, coverage: CoverageGrid, region: CentreRegion, allowed: Any, kept: Points, stopped: Callable[[], bool]
 ) -> Points:
-    """Return a path that is at most as long, and still within the maximum distance of every sample point.
+    """Return a path that is at most as long as the given path, and still within the maximum distance of every sample
+    point.
 
-    The path does not change within a tool radius of the points `kept`, float64[n, 2]. Once `stopped` returns true, the
-    path is valid, but may be longer than necessary.
+    The path does not change within a tool radius of the points `kept`, float64[n, 2]. Once `stopped` returns True, the
+    path is returned as it is, which may be longer than necessary.
     """
     radius, changed = region.rules.radius, None
     for _ in range(PASSES):
@@ -104,7 +105,7 @@ def _length(path: Points) -> float:
 
 
 class _BendShortener:
-    """One round of shortening at the bends of a path.
+    """Shortens a path at its bends, in one round.
 
     If `changed`, float64[n, 2], is given, only the bends near these positions are tried.
     """
@@ -142,8 +143,8 @@ class _BendShortener:
         self.edits: list[Edit] = []
 
     def _selected(self) -> NDArray[np.bool_]:
-        """Return a mask of the segments that may be replaced, which are near bends and at both ends of the path, bool[n
-        − 1].
+        """Return a mask of the segments that may be replaced, bool[n − 1]. They are near bends and at both ends of the
+        path.
         """
         reach = self.reaches[0] * self.radius
         at = self.station[[0, *self.bends, len(self.path) - 1]]
@@ -154,7 +155,7 @@ class _BendShortener:
         return selected
 
     def shorten_all(self, stopped: Callable[[], bool]) -> None:
-        """Shorten the section around each bend, until `stopped` returns true."""
+        """Shorten the section around each bend, until `stopped` returns True."""
         for i in self.bends:
             if stopped():
                 break
@@ -179,7 +180,7 @@ class _BendShortener:
             self.done[k:] = True
 
     def _sharp_bends(self, least: float) -> list[int]:
-        """Return the points where the path turns by more than `least`, sharpest first."""
+        """Return the points at which the path turns by more than `least`, the sharpest bend first."""
         step = np.diff(self.path, axis=0)
         angle = np.arctan2(step[:, 1], step[:, 0])
         turn = np.zeros(len(self.path))
@@ -259,7 +260,9 @@ def _angle(a: Points, b: Points) -> float:
 
 
 class _CornerChamferer(_BendShortener):
-    """A round of chamfering at the sharp corners of a path. The step-over applies only to passes side by side."""
+    """Chamfers the sharp corners of a path, in one round. The step-over applies only to passes that are side by
+    side.
+    """
 
     reaches, least = CHAMFERS, 2.0 * SIDE_BY_SIDE
 
@@ -289,8 +292,8 @@ class _CornerChamferer(_BendShortener):
     def _next_passes_close(self, a: int, i: int, b: int) -> bool:
         """Return whether the passes next to a chamfer are within the step-over.
 
-        The neighbouring pass is the first pass touched by a growing disc that stays tangential to the chamfer. Passes
-        that diverge from the chamfer do not count.
+        The neighbouring pass is the first pass that a growing disc touches while it stays tangential to the chamfer.
+        Passes that diverge from the chamfer do not count.
         """
         p, q, r = self.path[a], self.path[i], self.path[b]
         normal = np.array([p[1] - r[1], r[0] - p[0]]) / max(math.dist(p, r), 1e-9)

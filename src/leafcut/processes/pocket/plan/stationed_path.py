@@ -1,4 +1,4 @@
-"""Paths with stations, which are positions measured along the path, and the point of a path nearest to a position."""
+"""Paths with stations, which are positions given by their distance along the path."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from leafcut.geometry.arrays import Points, segments
 
 @dataclass(frozen=True, eq=False)
 class StationedPath:
-    """A path through points, float64[n, 2], mm. A station is the path length from the first point, mm."""
+    """A path through points, float64[n, 2], mm. A station is the length of the path from the first point, mm."""
 
     points: Points
 
@@ -47,7 +47,9 @@ class StationedPath:
 
 @dataclass(frozen=True, eq=False)
 class Ring(StationedPath):
-    """A closed path of the tool centre, `level` step-overs from the wall. Its last point repeats the first."""
+    """A closed path of the tool centre at a distance of `level` step-overs from the wall. Its last point repeats the
+    first.
+    """
 
     level: int
 

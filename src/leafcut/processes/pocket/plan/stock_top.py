@@ -1,4 +1,6 @@
-"""Height of the material above each pocket of a solid: the highest point of the surface above and around the pocket."""
+"""Compute the height of the material above each pocket of a solid: the highest point of the surface above and around
+the pocket.
+"""
 
 from __future__ import annotations
 
@@ -21,9 +23,9 @@ def stock_tops(
 ) -> list[float]:
     """Return the height of the material above each pocket before milling, mm, relative to the top of the pocket.
 
-    It is the highest point of the solid above the pocket and a rim as wide as the tool radius, but never above the top
-    of the pocket. A pocket inside another pocket counts as filled up to the rim of the outer pocket, whether or not
-    that is milled. `triangles` is the surface, float64[n, 3, 3], mm.
+    This height is the highest point of the solid above the pocket and above a rim as wide as the tool radius, but never
+    above the top of the pocket. A pocket inside another pocket counts as filled up to the rim of the outer pocket,
+    whether or not the outer pocket is milled. `triangles` is the surface, float64[n, 3, 3], mm.
     """
     filled = [pocket.region(filled=True) for pocket in of_solid]
     tops = []
@@ -66,7 +68,7 @@ def highest_over(triangles: NDArray[np.float64], area: Any) -> float:
 
 
 def _on_plane(triangle: NDArray[np.float64], part: Any) -> NDArray[np.float64]:
-    """Return the corners of a plane shape with their heights on a triangle, float64[n, 3], mm."""
+    """Return the corners of a plane shape, raised to the plane of a triangle, float64[n, 3], mm."""
     xy = shapely.get_coordinates(part)
     a, b, c = triangle
     share = np.linalg.solve(np.array([(b - a)[:2], (c - a)[:2]]).T, (xy - a[:2]).T)

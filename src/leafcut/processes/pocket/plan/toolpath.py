@@ -1,4 +1,6 @@
-"""Generate the motion of a pocketing program from paths on one level: entries, links, retracts, finishing passes."""
+"""Generate the motion of a pocketing program from the paths on one level: entries, links, retracts and finishing
+passes.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +40,7 @@ DIGITS = 3
 class Clearing:
     """A region of a pocket, and the path that clears it on one level.
 
-    `region` contains the tool centres that the finished walls allow, and `allowed` the tool centres for roughing
+    `region` contains the tool centres that the finished walls allow, and `allowed` those that are allowed for roughing
     (shapely geometry). `walls` is the finishing pass if roughing leaves stock, otherwise None.
     """
 
@@ -50,7 +52,7 @@ class Clearing:
 
     @property
     def path(self) -> PocketPath:
-        """The path on the last level: roughing, then the walls."""
+        """The path on the last level: the roughing path, followed by the finishing pass along the walls."""
         walls = () if self.walls is None else self.walls.pieces
         return PocketPath(self.rough.strategy, (*self.rough.pieces, *walls))
 
@@ -67,10 +69,11 @@ class Clearing:
 
 @dataclass(frozen=True, eq=False)
 class PocketHeights:
-    """Heights and positions of a program, mm.
+    """Heights and positions of a pocketing program, mm.
 
     `zones`, float64[k, 4], are keep-out zones higher than the retract height, so the tool crosses them only at the
-    clearance height. They are enlarged by the overhang of a shank or holder that would hit them at the retract height.
+    clearance height. The zones are enlarged by the overhang of a shank or holder that would hit them at the retract
+    height.
     """
 
     clearance: float
@@ -125,8 +128,8 @@ def pocket_motion(
 class ClearingMotion:
     """The motion that clears regions one after another.
 
-    If the tool is already `down`, at or below the retract height over the start of the first region, it does not rise
-    first.
+    If the tool is already `down`, which means at or below the retract height above the start of the first region, it
+    does not rise first.
     """
 
     def __init__(
@@ -223,7 +226,9 @@ class ClearingMotion:
         *,
         walls: bool = False,
     ) -> None:
-        """Descend to height `z`, with an entry move if the material below `top` is not cleared; then follow the run."""
+        """Descend to the height `z`, then follow the run. The descent is an entry move if the material below `top` has
+        not been cleared.
+        """
         builder, data = self.builder, self.data
         floor = z if opened is DescentClearance.CLEAR else top
         if floor < 0.0 and builder.position[2] > floor + ABOVE:
@@ -261,7 +266,7 @@ class ClearingMotion:
 
 @dataclass(frozen=True, eq=False)
 class _FeedRun:
-    """Path sections that the tool follows without a retract, and the polyline that joins them."""
+    """Path sections that the tool follows without a retract, and the polyline that joins these sections."""
 
     pieces: tuple[PocketPiece, ...]
     path: Polyline
@@ -289,7 +294,7 @@ def _feed_runs(path: PocketPath) -> list[_FeedRun]:
 
 
 def rounded_feed(share: float, feed: float) -> float:
-    """Return a share of a tool's feed, mm/s, rounded down to `DIGITS` significant digits in mm/min."""
+    """Return a share of the feed of a tool, mm/s, rounded down to `DIGITS` significant digits in mm/min."""
     if share == 1.0:
         return feed
     value = share * feed * SECONDS_PER_MINUTE
@@ -321,7 +326,9 @@ class ClearedArea:
         self.rules, self._steps = rules, np.zeros((0, 2, 2))
 
     def add_run(self, run: Polyline) -> DescentClearance:
-        """Add the area that a run clears, and return whether its start was already cleared (`DescentClearance`)."""
+        """Add the area that a run clears. Return whether the start of the run had already been cleared
+        (`DescentClearance`).
+        """
         opened = self._descent_clearance(run.start)
         steps = segments(run.flattened(FINE * self.rules.tolerance))
         # As in verification, a plunge clears nothing.

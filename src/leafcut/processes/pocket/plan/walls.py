@@ -1,4 +1,4 @@
-"""The finishing pass along every wall, which removes the stock left by roughing."""
+"""The finishing pass along every wall, which removes the stock that roughing leaves."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TOUCH = 0.1
 
 
 def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
-    """Return a pass along every wall of a region; each pass starts and ends in the cleared area.
+    """Return a path with a pass along every wall of a region. Each pass starts and ends in the cleared area.
 
     Lead-in and lead-out are quarter circles; where they do not fit, the pass starts on the wall. `roughed` is the
     shapely geometry of the tool centres for roughing.
@@ -46,7 +46,7 @@ def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
 
 
 def _order_rings(rings: list[Points]) -> list[Points]:
-    """Return the outer wall, then the walls of the islands in nearest-neighbour order."""
+    """Return the outer wall, followed by the walls of the islands in nearest-neighbour order."""
     rest, order = rings[1:], rings[:1]
     while rest:
         here = order[-1][0]
@@ -75,14 +75,14 @@ def _wall_pass(ring: Points, room: Any, roughed: Any, climb: bool, radius: float
 
 
 def _add_midpoints(ring: Points, least: float) -> Points:
-    """Add the midpoint of each edge longer than `least`, mm, to a ring."""
+    """Return a ring with the midpoint of each edge that is longer than `least`, mm, added."""
     after = np.roll(ring, -1, axis=0)
     long = np.hypot(*(after - ring).T) > least
     return np.insert(ring, np.flatnonzero(long) + 1, 0.5 * (ring + after)[long], axis=0)
 
 
 def _straight_places(ring: Points) -> list[int]:
-    """Return the indices of points where a ring hardly turns, starting with points between long edges."""
+    """Return the indices of the points at which a ring hardly turns; points between long edges come first."""
     ahead = np.roll(ring, -1, axis=0) - ring
     behind = np.roll(ahead, 1, axis=0)
     turn = np.abs(np.arctan2(behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0], (behind * ahead).sum(axis=1)))
@@ -95,7 +95,9 @@ def _straight_places(ring: Points) -> list[int]:
 
 
 def _wall_leads(ring: Points, start: int, side: float, radius: float) -> tuple[Polyline, Polyline]:
-    """Return the lead-in and lead-out at a point of a ring: quarter circles on the inner side of the wall."""
+    """Return the lead-in and the lead-out at a point of a ring, which are quarter circles on the inner side of the
+    wall.
+    """
     ahead, behind = ring[(start + 1) % len(ring)] - ring[start], ring[start] - ring[start - 1]
     tangent = ahead / math.hypot(*ahead) + behind / math.hypot(*behind)
     tangent /= math.hypot(*tangent)

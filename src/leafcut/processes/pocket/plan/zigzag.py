@@ -1,4 +1,4 @@
-"""Direction-parallel clearing: zigzag lines at the best of several angles, then a pass along all walls."""
+"""Direction-parallel clearing: zigzag lines at the best of several angles, followed by passes along all walls."""
 
 from __future__ import annotations
 
@@ -34,12 +34,13 @@ def zigzag(
     stopped: Callable[[], bool] = never_stopped,
     too_wide: Callable[[PocketPath], Points] | None = None,
 ) -> PocketPath:
-    """Return zigzag lines at an angle, rad (None for the best of twelve angles), then passes along the walls.
+    """Return a path of zigzag lines at an angle, rad (None for the best of twelve angles), followed by passes along the
+    walls.
 
-    Neighbouring lines form a run as long as straight links between their ends stay in the region. The nearest run comes
-    next. Spurs clear any remaining material. The shortest path without gaps between passes is chosen. `too_wide`
-    returns the points of a path, float64[n, 2], where passes are further apart than the step-over. Once `stopped`
-    returns true, no further angle is tried.
+    Neighbouring lines form a run as long as straight links between their ends stay in the region. Runs are visited in
+    nearest-neighbour order. Spurs clear any remaining material. The shortest path without gaps between passes is
+    chosen. `too_wide` returns the points of a path, float64[n, 2], where passes are further apart than the step-over.
+    Once `stopped` returns True, no further angle is tried.
     """
     angles = [math.pi * k / ANGLES for k in range(ANGLES)] if angle is None else [angle]
     candidates: list[tuple[int, PocketPath]] = []
@@ -57,7 +58,7 @@ def zigzag(
 
 
 def _zigzag_at_angle(region: CentreRegion, angle: float, margin: float) -> tuple[PocketPath, int]:
-    """Return the zigzag path at an angle, rad, and its number of gaps along walls.
+    """Return the zigzag path at an angle, rad, and the number of its gaps along walls.
 
     Lines end `margin` mm from the walls.
     """
@@ -124,9 +125,9 @@ def _zigzag_lines(region: CentreRegion, inner: Any, angle: float, rules: PocketR
 
 
 def _joined_lines(region: CentreRegion, rows: list[list[Points]], row: int, turned: Points) -> Points:
-    """Join the first line of a row with lines of the following rows.
+    """Join the first line of a row to lines of the following rows.
 
-    A link to the next row must be short and stay in the region. The lines used are removed from `rows`.
+    A link to the next row must be short and stay in the region. The joined lines are removed from `rows`.
     """
     lines = [rows[row].pop(0)]
     while row + 1 < len(rows):

@@ -67,7 +67,7 @@ class _LevelSamples:
 def measured_chips(
     written: Toolpath, rules: PocketRules, limits: FeedLimits, tool: Tool, levels: Sequence[float]
 ) -> MeasuredChips:
-    """Measure the chips of a program, and check these rules:
+    """Measure the chips in a program, and check these rules:
 
     1. At every sample, no chip is thicker than with the tool's own feed and speed, and no cut needs more power than the
        spindle has (`material.chip_feeds`).
@@ -124,7 +124,9 @@ def _all_levels(samples: list[_LevelSamples], name: str) -> Floats:
 
 
 def _limits(samples: list[_LevelSamples], ramps: list[_Ramp], limits: FeedLimits) -> Iterator[FeedLimit]:
-    """Yield the maximum power at a constant feed and at the feeds of the program, if power is limited."""
+    """If the power is limited, yield this limit with the maximum power at a constant feed and at the feeds of the
+    program.
+    """
 
     def most(values: Floats) -> float:
         return float(values.max(initial=0.0))
@@ -177,7 +179,9 @@ def _limit_differences(level: _LevelSamples, written: Toolpath, limits: FeedLimi
 
 
 def _worst_samples(level: _LevelSamples, share: Floats) -> Iterator[tuple[PocketCut, int]]:
-    """Yield the moves that exceed their limit (`share` above 1), each with the index of its worst sample."""
+    """Yield the moves that exceed their limit (`share` above 1), each with the index of the sample that exceeds it
+    most.
+    """
     over = np.flatnonzero(share > 1.0 + _PART)
     for move in np.unique(level.move[over]).tolist():
         mine = over[level.move[over] == move]

@@ -39,7 +39,7 @@ AIR_FILM = 0.01
 class PocketCut:
     """A feed move: its row in the toolpath, its line in the program, and the path of the tool tip, float64[n, 3], mm.
 
-    `bulge` is the bulge (`geometry.polyline`) of an arc of at most half a turn, and 0 for all other moves.
+    `bulge` is the bulge (`geometry.polyline`) of an arc of at most half a turn; it is 0 for all other moves.
     """
 
     row: int
@@ -49,17 +49,17 @@ class PocketCut:
 
     @property
     def z(self) -> float:
-        """Height of the end, mm."""
+        """Height of the end of the move, mm."""
         return float(self.path[-1, 2])
 
     @property
     def height(self) -> float:
-        """Difference between the highest and the lowest point, mm."""
+        """Difference between the highest and the lowest point of the move, mm."""
         return float(np.ptp(self.path[:, 2]))
 
     @property
     def vertices(self) -> NDArray[np.float64]:
-        """The path in the plane as the vertices of a polyline, float64[n, 3]; arcs stay arcs."""
+        """The path of the move in the plane, as the vertices of a polyline, float64[n, 3]; arcs stay arcs."""
         points = self.path[[0, -1], :2] if self.bulge else self.path[:, :2]
         return np.column_stack([points, np.append(np.full(len(points) - 1, self.bulge), 0.0)])
 
@@ -72,7 +72,7 @@ def check_pockets(
     retract: float,
     tops: Sequence[float] = (),
 ) -> list[Difference]:
-    """Return the gouges and dangerous rapids of a program; an empty list means that the program is verified.
+    """Return the gouges and dangerous rapids of a program. An empty list means that the program obeys these rules:
 
     1. No feed move is deeper than its pocket, and no feed move below the surface takes the tool more than the tolerance
        beyond a wall.
@@ -143,8 +143,8 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
     """Return the moves below the surface that cut material faster than the feed of the mill, mm/s.
 
     A faster move must be level, and earlier moves at its height must have cleared its whole path, which is sampled
-    (`material.engagement`). Films up to a hundredth of the diameter are ignored: passes within the tolerance may leave
-    them, and at the same feed, their chips are only a fifth as thick as usual.
+    (`material.engagement`). Films with a thickness of up to a hundredth of the diameter are ignored: passes within the
+    tolerance may leave such films, and at the same feed, their chips are only a fifth as thick as usual.
     """
     cuts = list(cutting_moves(written, rules.tolerance))
     speed = {cut.row: float(written.value[cut.row]) for cut in cuts}
@@ -185,7 +185,7 @@ def engaged_levels(
     cuts: Sequence[PocketCut], rules: PocketRules, rows: Collection[int]
 ) -> Iterator[tuple[list[PocketCut], ToolSteps, Engaged]]:
     """For each height at which one of the `rows` ends, yield the moves at that height, their sampled path, and the
-    engagement along it.
+    engagement along this path.
 
     The engagement at the end of a descent is left out.
     """
@@ -202,12 +202,14 @@ def engaged_levels(
 
 
 def path_of_cuts(pieces: Sequence[Points]) -> PocketPath:
-    """Return a path with one section per polyline; each polyline is given by its vertices, float64[n, 3]."""
+    """Return a path with one section for each polyline, which is given by its vertices, float64[n, 3]."""
     return PocketPath("program", tuple(PocketPiece(Polyline(p)) for p in pieces))
 
 
 def _area_in_helices(written: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules) -> Any:
-    """Return the area inside full circles no wider than the tool, such as helices, which the tool clears."""
+    """Return the area inside full circles that are no wider than the tool, such as those of helices, because the tool
+    clears it.
+    """
     turned: dict[tuple[float, ...], float] = {}
     for cut in cuts:
         if written.kind[cut.row] == Kind.FEED:
@@ -297,7 +299,7 @@ def depth_differences(
 
 @dataclass
 class _Level:
-    """Consecutive cuts at the same height: their segments, and the program line of the first cut."""
+    """Consecutive cuts at the same height: their segments, and the line of the first cut in the program."""
 
     z: float
     line: int
@@ -376,7 +378,7 @@ def _join_cuts(run: Sequence[Points]) -> Points:
 
 
 def _lower_tops(pockets: Sequence[Pocket], tops: Sequence[float], rules: PocketRules) -> list[tuple[float, Any]]:
-    """Return the height, mm, and the area of each pocket whose material starts below 0."""
+    """Return the height, mm, and the area of each pocket whose material starts below Z0."""
     if not tops:
         return []
     return [(top, pocket.region(rules.tolerance)) for pocket, top in zip(pockets, tops, strict=True) if top < 0.0]
@@ -458,7 +460,7 @@ def _rapids_into_material(
 
 
 class EarlierCuts:
-    """Feed moves without plunges, in order, for finding the cleared area around a position."""
+    """The feed moves of a program in order, without plunges, to find the cleared area around a position."""
 
     def __init__(self, cuts: Sequence[PocketCut], rules: PocketRules) -> None:
         self.rules, moving = rules, [cut for cut in cuts if np.ptp(cut.path[:, :2], axis=0).any()]
@@ -468,11 +470,13 @@ class EarlierCuts:
         self._tree = shapely.STRtree([shapely.LineString(cut.path[:, :2]) for cut in moving])
 
     def passed(self, place: Floats, row: int, height: float) -> bool:
-        """Return whether the tool centre passed a position before a row of the toolpath, at `height` mm or lower."""
+        """Return whether the tool centre passed a position at `height` mm or lower, before a row of the toolpath."""
         return len(self._near(place, row, height, 0.1 * self.rules.tolerance)) > 0
 
     def cleared(self, place: Floats, row: int, height: float) -> Any:
-        """Return the area around a position that moves before a row of the toolpath cleared down to `height` mm."""
+        """Return the area around a position that moves before a row of the toolpath have cleared down to `height`
+        mm.
+        """
         near = self._near(place, row, height, self.rules.tool_diameter)
         steps = steps_near(np.concatenate([np.zeros((0, 2, 2)), *(self._steps[k] for k in near)]), place, self.rules)
         return cleared_area(steps[(steps[:, 0] != steps[:, 1]).any(axis=1)], self.rules)
@@ -523,7 +527,8 @@ def stock_top_differences(
     triangles: NDArray[np.float64],
     radius: float,
 ) -> list[Difference]:
-    """Return a difference for each pocket with material higher than assumed, above it or within a tool radius of it.
+    """Return a difference for each pocket whose material, above the pocket or within a tool radius of it, is higher
+    than assumed.
 
     Other pockets of the solid count as filled up to their rims. The check tests the distance of each triangle, and
     shares no code with the planning of heights. `triangles` is the surface, float64[n, 3, 3], mm.

@@ -43,7 +43,7 @@ class PocketShapes:
 
 @dataclass(frozen=True, eq=False)
 class PocketScene:
-    """Data shared by all drawings of a page: the frame, the pockets, and the issues about missing work."""
+    """Data that all drawings of a page share: the frame, the pockets, and the issues about missing work."""
 
     frame: Frame
     pockets: tuple[Pocket, ...]
@@ -60,7 +60,7 @@ def build_pocket_scene(plans: Sequence[PocketPlan], missing: tuple[Issue, ...] =
 
 
 def shapes_of(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketShapes:
-    """Return the unreachable and the uncut area of a pocket; films no thicker than the tolerance are omitted."""
+    """Return the unreachable area and the uncut area of a pocket. Films no thicker than the tolerance are left out."""
     whole = pocket.region(_SEEN)
     reachable = swept(shrink(whole, rules.radius, _SEEN), rules.radius, _SEEN).intersection(whole)
     steps = np.concatenate([segments(piece.path.flattened(0.5 * _SEEN)) for piece in path.pieces])
@@ -83,9 +83,9 @@ def pocket_drawing(
     tool_diameter: float = 0.0,
     size: bool = False,
 ) -> str:
-    """Return an SVG element with the pockets and a path in each.
+    """Return an SVG element with the pockets and a path in each of them.
 
-    Its title is `words`; `name` must be unique on the page.
+    The title of the element is `words`; `name` must be unique on the page.
     """
     frame, window = scene.frame, f"window-{name}"
     parts = (
@@ -100,7 +100,7 @@ def pocket_drawing(
 
 
 def small_drawing(scene: PocketScene, paths: Sequence[PocketPath], words: str) -> str:
-    """Return a small SVG drawing of the pockets and paths, without axes and marks."""
+    """Return a small SVG drawing of pockets and paths, without axes and marks."""
     frame = scene.frame
     parts = (*(_pocket(frame, p) for p in scene.pockets), *(_tool_path(frame, path) for path in paths))
     box = f"0 0 {svg_number(frame.width)} {svg_number(frame.height)}"
@@ -132,7 +132,7 @@ def _unfinished_areas(frame: Frame, shapes: PocketShapes, name: str) -> str:
 
 
 def outline_of(frame: Frame, shape: Any) -> str:
-    """Return the outline of an area as the shape of a clip path, in the scale of the drawing."""
+    """Return the outline of an area, in the scale of the drawing, as the shape of a clip path."""
     return element("path", d=_area_path(frame, shape), transform="scale(0.03125)", clip_rule="evenodd")
 
 

@@ -1,4 +1,4 @@
-"""Facts and report page of pockets: the chosen strategy, compared with the others."""
+"""Facts and report page of pockets: the chosen strategy, compared with the other strategies."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class PocketReport(PathReport[PocketDetail]):
         return strategy_figures(self.outcome)
 
     def orders(self) -> list[tuple[str, Measure]]:
-        """Return the measures of the usual strategy, if it differs, and of the written strategy."""
+        """Return the measures of the written strategy, and those of the usual strategy before them if it differs."""
         usual = [(self.usual.capitalize(), self.outcome.before)] if self.compared else []
         return [*usual, (f"{OURS}: {self.chosen}", self.outcome.after)]
 
@@ -103,7 +103,8 @@ class PocketReport(PathReport[PocketDetail]):
     def facts(self) -> list[Fact]:
         """Facts for the operator, and the reasons why strategies were rejected.
 
-        A faster strategy that is not written matters to every user; other rejected strategies belong to the search.
+        Every user needs to know about a faster strategy that was rejected; other rejected strategies are details of the
+        search.
         """
         reasons = [
             Fact(sentence=replace_unprintable(f"{word}: {reason}"), name=row.name, of_search=name == "refused")
@@ -146,7 +147,7 @@ class PocketReport(PathReport[PocketDetail]):
         ]
 
     def savings(self) -> list[Fact]:
-        """Return the time saved by load-dependent feeds, if requested."""
+        """Return the time that load-dependent feeds save, if they were requested."""
         pace = self.outcome.detail.pace
         return [] if pace is None else pace_facts(pace)
 
@@ -210,7 +211,9 @@ class PocketReport(PathReport[PocketDetail]):
         return facts
 
     def _uncut_words(self, m: PocketMeasures) -> str:
-        """Return the uncut area as a share of the reachable area; issue L701 reports the area out of reach."""
+        """Return the uncut area, as a share of the reachable area, as text. Issue L701 reports the area that is out of
+        reach.
+        """
         area, whole = area_words(m.uncovered_mm2), area_words(m.reachable_mm2)
         if all(issue.code != "L701" for issue in self.outcome.issues):
             return Message("{} of {}", area, whole)
@@ -243,7 +246,7 @@ class PocketReport(PathReport[PocketDetail]):
         ]
 
     def _pocket(self, plain: dict[str, Any]) -> dict[str, Any]:
-        """Return measures and levels of the written path for the JSON answer."""
+        """Return the measures and levels of the written path for the JSON result."""
         plans = self.outcome.detail.plans
         rules = plans[0].rules
         return {
@@ -257,7 +260,7 @@ class PocketReport(PathReport[PocketDetail]):
         }
 
     def table(self) -> list[tuple[tuple[str, ...], bool]]:
-        """Return the rows of the table of all possible strategies, on one level.
+        """Return the rows of a table that compares all possible strategies on one level.
 
         Each row has a flag that is true for the chosen strategy.
         """
@@ -295,7 +298,7 @@ class PocketReport(PathReport[PocketDetail]):
         }
 
     def saved(self) -> views.PageRow:
-        """Return the headline number and its text: the time saved, or the program time if there is no comparison."""
+        """Return the headline figure and its text: the time saved, or the program time if there is no comparison."""
         outcome = self.outcome
         if not self.compared:
             alone = all(len(plan.results) == 1 for plan in outcome.detail.plans)
@@ -336,7 +339,9 @@ class PocketReport(PathReport[PocketDetail]):
                 )
 
     def stock(self) -> ShownStock:
-        """Return the tools and the stock: the solid with filled pockets if known, otherwise a block around the cuts."""
+        """Return the tools and the stock: the solid with filled pockets if it is known, otherwise a block around the
+        cuts.
+        """
         found, before = super().stock(), self.outcome.detail.before
         return found if before is None else replace(found, surface=before)
 
@@ -344,7 +349,7 @@ class PocketReport(PathReport[PocketDetail]):
         return f"Tool path over one level of {replace_unprintable(self.outcome.part.name)}, {strategy}"
 
     def _size(self) -> str:
-        """Return the size of the bounding box of several pockets; "" for a single pocket, whose size is already a
+        """Return the size of the bounding box of several pockets, or "" for a single pocket, whose size is already a
         fact.
         """
         boxes = [plan.pocket.outline.extents for plan in self.outcome.detail.plans]
@@ -394,7 +399,7 @@ def _strategy(row: StrategyFigures) -> dict[str, Any]:
 
 
 def _cells(row: StrategyFigures) -> tuple[str, ...]:
-    """Return the measures of a strategy as texts, in the order of `_TITLES`; empty if the strategy is refused."""
+    """Return the measures of a strategy as texts, in the order of `_TITLES`; nothing if the strategy is refused."""
     m = row.measures
     if m is None:
         return ()
@@ -420,7 +425,7 @@ def _length_change(now: PocketMeasures, usual: PocketMeasures) -> str:
 
 
 def toolpath_over_level(paths: Sequence[PocketPath], level: float, tool: Tool) -> Toolpath:
-    """Return the paths of all pockets on one level as a toolpath; the tool plunges after each gap in a path."""
+    """Return the paths of all pockets on one level as a toolpath. The tool plunges after each gap in a path."""
     builder = ToolpathBuilder()
     builder.tool(tool.number)
     builder.spindle(tool.spindle_rpm)

@@ -1,4 +1,4 @@
-"""Measures of pockets and their strategies, as plain values and as text."""
+"""Measures of pockets and their strategies, as numbers and as text."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from leafcut.report.wording import (
 
 @dataclass(frozen=True)
 class StrategyFigures:
-    """Measures of a strategy on one level of all pockets (sums and maxima); None if it is refused.
+    """Measures of a strategy on one level of all pockets (sums and maxima); they are None if the strategy is refused.
 
     `program_s` is the time of a program that clears all pockets by this strategy. `passed_over` is the reason why a
     cheaper strategy was rejected, from the first pocket that has a reason. `usual` states whether the written program
@@ -41,8 +41,8 @@ class StrategyFigures:
 def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
     """Return the measures of each strategy over all pockets.
 
-    If the written program, or the program for comparison, uses a single strategy in all pockets, the strategy gets the
-    machine time of that program.
+    If the written program, or the program with which it is compared, uses a single strategy in all pockets, the
+    strategy gets the machine time of that program.
     """
     detail = outcome.detail
     whole = {
@@ -54,7 +54,7 @@ def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
 
 
 def figures_by_strategy(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ()) -> list[StrategyFigures]:
-    """Return the measures of each strategy over all pockets; a strategy refused in any pocket is refused.
+    """Return the measures of each strategy over all pockets. A strategy that is refused in any pocket is refused.
 
     `programs` contains the times and rapids of programs for several pockets.
     """
@@ -112,7 +112,7 @@ def written_measures(outcome: Outcome[PocketDetail]) -> PocketMeasures:
 
 
 def plain_measures(m: PocketMeasures) -> dict[str, Any]:
-    """Return the measures on one level as plain numbers for the JSON answer; angles are in degrees."""
+    """Return the measures on one level as plain numbers for the JSON result; angles are in degrees."""
     return {
         "length_mm": plain_number(m.feed_mm + m.rapid_mm),
         "feed_mm": plain_number(m.feed_mm),
@@ -144,7 +144,7 @@ def several_depths(plans: Sequence[PocketPlan]) -> bool:
 def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
     """Return a text such as ``3 × 2 mm to Z-6`` for each set of levels.
 
-    If there are several sets, each text states the number of pockets.
+    If there are several sets, each text also states the number of pockets.
     """
     counted = Counter((plan.begin, plan.levels, plan.heights, plan.in_floor) for plan in plans)
     words = []
@@ -159,7 +159,9 @@ def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
 
 
 def wider_words(m: PocketMeasures, diameter: float) -> str:
-    """Return a sentence about cuts much wider than the step-over: their share of the path, and the widest cut."""
+    """Return a sentence about cuts that are much wider than the step-over: their share of the path, and the widest
+    cut.
+    """
     full = Message("the full width of the tool") if m.max_width > 0.99 * diameter else f"{m.max_width:.2f} mm"
     share = percent_words(100.0 * m.wide_mm / m.feed_mm) if m.feed_mm > 0.0 else NO_VALUE
     return Message("first cuts and corners, {} of the path, are wider than the step-over: up to {}", share, full)

@@ -1,1 +1,1 @@
-"""Planning of a reordered program: finds the cuts and holes that can move, and the blocks that must stay."""
+"""Planning of a reordered program: find the cuts and holes that can move, and the blocks that must stay."""

@@ -1,4 +1,4 @@
-"""Corners between rapids that the controller rounds, and the size of the rounding."""
+"""Find the corners between rapids that the controller rounds, and the size of the rounding."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _STRAIGHT = math.radians(2.0)
 
 
 def rows_with_free_rounding(path: Toolpath, machine: Machine, clearance: float) -> NDArray[np.bool_]:
-    """Return a mask of the rows in which the controller may round corners by more than `clearance` (mm)."""
+    """Return a mask of the rows in which the controller may round corners by more than `clearance`, mm."""
     if (machine.corners or machine.control) == "grbl":
         return np.zeros(len(path), dtype=np.bool_)
     blending = path.latest(Kind.BLENDING, path.ref, 640)
@@ -34,7 +34,7 @@ class RapidCorners:
     """Finds corners between rapids that a controller may round by more than the clearance from the material.
 
     The rounding starts at most v²/2a before the corner, the stopping distance of the slower move. A corner between a
-    rapid and a cut is therefore harmless. Between two rapids, one of them has to be slow at the corner.
+    rapid and a cut is therefore harmless. A corner between two rapids is harmless if one of them is slow at the corner.
     """
 
     #: Speed at which the rounding of a corner stays within `_ROUNDED`, mm/s.

@@ -1,4 +1,6 @@
-"""Divide a foreign program into pieces of work (cuts and holes) that can be reordered, and blocks that stay."""
+"""Divide a program from another CAM system into pieces of work (cuts and holes) that can be reordered, and blocks that
+stay.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,7 @@ _MOTIONS = frozenset(int(k) for k in MOTIONS)
 
 @dataclass(frozen=True, slots=True)
 class _TaskStart:
-    """A block at which a piece of work may start, with the first row that moves sideways and the height of that move,
+    """A block at which a piece of work may start, the first row that moves sideways, and the height of that move,
     mm.
     """
 
@@ -105,7 +107,9 @@ class SectionFinder:
             yield from self._sections_of_run(starts, begin, end)
 
     def _blocks_of_unknown_height(self) -> set[int]:
-        """Return the blocks with an unknown height: from a change of length offset to the next block that states Z."""
+        """Return the blocks with an unknown height, which extend from a change of length offset to the next block that
+        states Z.
+        """
         found: set[int] = set()
         offsets = np.flatnonzero(self.program.path.kind == Kind.OFFSET)
         for block in self.program.row_block[offsets].tolist():
@@ -119,7 +123,7 @@ class SectionFinder:
     # -- starts of pieces -------------------------------------------------------------------------------------------
 
     def _starts(self, begin: int, end: int) -> list[_TaskStart]:
-        """Return the starts of the pieces of work in a run of blocks.
+        """Return the starts of the pieces of work in a series of blocks.
 
         A start is a travel move of the retracted tool after the previous work has ended.
         """
@@ -173,11 +177,11 @@ class SectionFinder:
         return ""
 
     def _can_replace_arrival(self, start: _TaskStart, first: _TaskStart) -> bool:
-        """Return whether the second travel move to a piece can replace the first: it is not lower, and the beam state
-        is equal.
+        """Return whether the second travel move to a piece of work can replace the first. It must not be lower, and the
+        beam must be in the same state.
 
-        Otherwise, if another piece ended at the point between the two moves, the tool would leave it by an untested
-        move.
+        If it could not, and another piece ended at the point between the two moves, the tool would leave that piece by
+        an untested move.
         """
         if start.height < first.height - TOLERANCE:
             return False
@@ -200,7 +204,9 @@ class SectionFinder:
         return _TaskStart(block, row, height if not math.isnan(height) else -math.inf)
 
     def _highest_cut(self, begin: int, end: int) -> float:
-        """Return the height of the highest sideways cut in a run, mm; a travel move below it is not retracted."""
+        """Return the height of the highest sideways cut in a series of blocks, mm. The tool is not retracted in a
+        travel move below this height.
+        """
         if self.beam:
             return -math.inf
         rows = slice(int(self.first[begin]), int(self.first[end]))
@@ -217,11 +223,11 @@ class SectionFinder:
         return modal.radius == 40 and not modal.incremental
 
     def _spindle_state(self, modal: Modal) -> tuple[int, float]:
-        """Return the spindle direction and speed, which must be equal before and after a piece of work."""
+        """Return the direction and speed of the spindle, which must be the same before and after a piece of work."""
         return modal.spindle, modal.rpm if modal.spindle and not self.beam else 0.0
 
     def _switches(self, starts: list[_TaskStart]) -> list[int]:
-        """Return the blocks in a run that switch the spindle for the following work."""
+        """Return the blocks in a series that switch the spindle for the work after them."""
         found = []
         free = self._speeds_recur(starts)
         for one, other in pairwise(starts):
@@ -235,11 +241,11 @@ class SectionFinder:
         return found
 
     def _speeds_recur(self, starts: list[_TaskStart]) -> bool:
-        """Return whether a run returns to an earlier spindle speed by S words alone, so that reordering can save
-        changes of the speed.
+        """Return whether a series of blocks returns to an earlier spindle speed by S words alone, so that reordering
+        can save changes of the speed.
 
-        Speeds set together with M3 or M4 stay in place. So does an S word in its own block before a hole of a drilling
-        cycle.
+        Speeds that are set together with M3 or M4 stay in their position. So does an S word in a block of its own
+        before a hole of a drilling cycle.
         """
         path, first = self.program.path, self.first
         speeds = [self._spindle_state(self.program.modal(s.block)) for s in starts]
@@ -262,7 +268,7 @@ class SectionFinder:
     # -- pieces and sections -----------------------------------------------------------------------------------------
 
     def _sections_of_run(self, starts: list[_TaskStart], begin: int, end: int) -> Iterator[Section]:
-        """Yield the sections in a run of blocks from `begin` to `end` - 1."""
+        """Yield the sections in a series of blocks from `begin` to `end` - 1."""
         edges = [begin - 1, end]
         if starts and self.cuts[self.first[end]] == self.cuts[starts[-1].row]:
             # The last travel move goes to the end position, not to work.
@@ -292,8 +298,8 @@ class SectionFinder:
             self.why.update((start.block, (why, end if why == "goes-on" else -1)) for start in chosen)
 
     def _reason_single(self, before: int, after: int) -> tuple[str, int]:
-        """Return why a single piece of work between two barriers stays, and the barrier that separates it from other
-        work.
+        """Return the reason why a single piece of work between two barriers stays, and the barrier that separates it
+        from other work.
         """
         last = int(self.cuts[-1])
         if after < self.program.n_blocks and self.cuts[self.first[after]] < last:
@@ -307,8 +313,8 @@ class SectionFinder:
             self.why.update((b, (why, block)) for b in range(piece.begin, piece.end) if b in self.entries)
 
     def _end_after_retract(self, start: _TaskStart, end: int, clearance: float) -> int | None:
-        """Return the end of the last piece of a run, after the block that retracts the tool; None if the tool does not
-        retract.
+        """Return the end of the last piece of work in a series, which is after the block that retracts the tool. Return
+        None if the tool does not retract.
         """
         turning = self.program.modal(start.block).spindle
         low, high = int(self.first[start.block]), int(self.first[end])
@@ -329,7 +335,7 @@ class SectionFinder:
     def _end_of_retract(self, block: int, end: int) -> int:
         """Return the end of the retract after a piece of work, if the tool continues to other work from there.
 
-        A retract before a tool change or before the program end is not part of the piece.
+        A retract before a tool change or before the end of the program is not part of the piece.
         """
         row = int(self.first[end])
         while block < end and self._is_retract(block) and not stops_before_work(self.program, self.rows, row):
@@ -343,7 +349,9 @@ class SectionFinder:
         )
 
     def _dwells_end(self, block: int, end: int, last_cut: int) -> int:
-        """Return the end of the dwells after a cut; a dwell is part of the cut unless the tool retracted in between."""
+        """Return the end of the dwells after a cut. A dwell is part of the cut unless the tool has retracted before
+        it.
+        """
         if np.isin(self.program.path.kind[last_cut : int(self.first[block])], [Kind.RAPID, Kind.DRILL]).any():
             return block
         while block < end and set(self.reader.kinds(block)) == {int(Kind.DWELL)}:
@@ -379,7 +387,7 @@ class SectionFinder:
         )
 
     def _with_prefixes(self, pieces: list[ProgramTask], clearance: float) -> list[ProgramTask]:
-        """Extend every piece of work except the first by the preceding rapids at the clearance height."""
+        """Extend every piece of work except the first by the rapids at the clearance height that precede it."""
         result = pieces[:1]
         for piece in pieces[1:]:
             begin = piece.begin
@@ -405,7 +413,7 @@ class SectionFinder:
         )
 
     def _may_end(self, section: Section) -> bool:
-        """Return whether the block after a section can follow any piece of work in the section.
+        """Return whether the block after a section can follow any piece of work of the section.
 
         If that block is a hole that continues a cycle, every piece must end with the same cycle and at the same height.
         """
@@ -477,7 +485,7 @@ class SectionFinder:
         return FixedBlocks(begin, end, tuple(reasons))
 
     def line_of_reason(self, kept: FixedBlocks, reason: str) -> int:
-        """Return the line of the first block that stays for a reason."""
+        """Return the line of the first block that stays for a given reason."""
         blocks = range(kept.begin, kept.end)
         block = next((b for b in blocks if self.barriers.get(b) == reason), kept.begin)
         return int(self.program.line[block])
@@ -531,7 +539,7 @@ _MOST_HEIGHTS = 40
 def group_by_height(
     heights: Sequence[float], places: Sequence[tuple[float, float]]
 ) -> list[tuple[list[int], int, float]]:
-    """Group consecutive pieces of work by the travel height between them; each group can be reordered.
+    """Group consecutive pieces of work by the travel height between them. Each group can be reordered.
 
     Parameters
     ----------
@@ -543,8 +551,8 @@ def group_by_height(
     Returns
     -------
     list
-        For each group: the first piece of each member, the end of the last member, and the travel height, mm. A member
-        contains all pieces up to the next member and moves as a whole.
+        For each group: the first piece of each of its members, the end of the last member, and the travel height, mm. A
+        member contains all pieces up to the next member, and moves as a whole.
     """
     groups: list[tuple[list[int], int, float]] = []
     waiting = [(0, len(places), 0)]
@@ -565,5 +573,5 @@ def group_by_height(
 
 
 def _count_movable(places: Sequence[tuple[float, float]]) -> int:
-    """Return the number of pieces that can change places; passes with the same start point count once."""
+    """Return the number of pieces that can change places. Passes with the same start point count as one piece."""
     return len({(round(x, 1), round(y, 1)) for x, y in places}) - 1

@@ -1,4 +1,6 @@
-"""Check whether the last piece of work in a run must stay last, because the following blocks start at its end point."""
+"""Check whether the last piece of work in a series must stay last, because the blocks after it start at its end
+point.
+"""
 
 from __future__ import annotations
 
@@ -17,11 +19,11 @@ _FEEDS = [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)]
 
 
 def must_stay_last(program: Program, rows: Rows, piece: ProgramTask) -> bool:
-    """Return whether a piece of work must stay the last of its section, because of the fixed blocks after it.
+    """Return whether a piece of work must stay the last of its section because of the fixed blocks after it.
 
     This is the case if
 
-    - a dwell or radius compensation follows without a rapid, or a cut without a travel move;
+    - a dwell or cutter compensation follows without a rapid, or a cut follows without a travel move;
     - the tool retracts higher in a fixed block and continues to other work from there;
     - the piece moves elsewhere after its work, for example to the operator or to the end position;
     - the next travel move has the beam on, while the first travel move of the piece has it off.
@@ -68,7 +70,7 @@ def stops_before_work(program: Program, rows: Rows, row: int) -> bool:
 
 
 def follows_compensation(program: Program, row: int) -> bool:
-    """Return whether radius compensation is on in the move before a row, so that the compensation ends in this row."""
+    """Return whether cutter compensation is on in the move before a row, so that the compensation ends in this row."""
     kind = program.path.kind
     before = next((r for r in range(row - 1, -1, -1) if kind[r] <= Kind.DRILL), -1)
     if before < 0:

@@ -1,7 +1,7 @@
 """Find the reason why each fixed piece of work keeps its position, and the line of its cause.
 
-A piece of work is fixed if every other piece must come before it, or must come after it. The reason is the rule without
-which the piece could move; if no single rule suffices, it is a combination of rules.
+A piece of work is fixed if each other piece must come before it, or must come after it. The reason is the rule without
+which the piece could move. If no single rule is the reason, it is a combination of rules.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _NUMBER = re.compile(r"^[/ \t]*N[ \t]*[0-9]+(?:\.[0-9]+)?[ \t]*", re.IGNORECASE)
 def why_pieces_stay(section: Section, apart: Iterable[int]) -> tuple[StayReason | None, ...]:
     """Return the reason why each piece of work is fixed, or None for pieces that can move.
 
-    `apart` are the first pieces of CAM operations that are not mixed.
+    `apart` contains the first pieces of CAM operations that are not mixed.
     """
     n = len(section.pieces)
     ties = dict(section.ties)
@@ -74,8 +74,7 @@ def why_pieces_stay(section: Section, apart: Iterable[int]) -> tuple[StayReason 
 def _immovable_tasks(ties: list[NDArray[np.int32]], n: int) -> NDArray[np.bool_]:
     """Return a mask of the pieces of work that cannot change places with any other piece, bool[n].
 
-    All earlier pieces precede a piece if each of them has to come before that piece, or before a piece that is earlier
-    still.
+    A piece cannot move forward if each earlier piece has to come before it, or before another piece that precedes it.
     """
     if not ties or n < 2:
         return np.zeros(n, dtype=bool)
@@ -89,7 +88,7 @@ def _immovable_tasks(ties: list[NDArray[np.int32]], n: int) -> NDArray[np.bool_]
 
 
 def line_text(program: Program, line: int) -> str:
-    """Return the text of a program line without line number and comments, shortened for a message."""
+    """Return the text of a program line without its line number and comments, shortened for a message."""
     text = program.lines[line - 1].strip() if 0 < line <= len(program.lines) else ""
     body, comments = split_line(text, nested=True) if text.count("(") == text.count(")") else (text, ())
     body = " ".join(_NUMBER.sub("", body).split())
@@ -107,7 +106,7 @@ def group_stay_reasons(
 ) -> tuple[StayGroup, ...]:
     """Return the fixed pieces of work grouped by reason, the largest group first.
 
-    `refused` is the reason why a piece could not be written in a new order, by section number and piece number.
+    `refused` contains the reason why a piece could not be written in a new order, by section number and piece number.
     """
     stays = list(sequence.stays)
     for number, section in enumerate(sequence.sections):

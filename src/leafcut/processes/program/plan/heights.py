@@ -1,4 +1,4 @@
-"""Lower the retracts, R planes and cycle returns of a program to just above the material below each move."""
+"""Lower the retracts, R planes and cycle returns of a program to a height just above the material below each move."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _KEEP_INITIAL = ("G76", "G87", "G88")
 
 @dataclass
 class _MovesAtHeight:
-    """The moves at one stated height.
+    """The moves at a height that the program states.
 
     Attributes
     ----------
@@ -62,8 +62,8 @@ class HeightLowering:
     """Finds heights of a program that can be lowered while every move keeps its clearance from the material.
 
     If the controller rounds corners without a limit, retracts keep an extra height, because the sideways move may start
-    early. Moves over a named obstacle keep their height. `top` is the highest point of the material, mm, and the lowest
-    height for rapids that are not straight.
+    early. Moves over a named obstacle keep their height. `top` is the height of the highest point of the material, mm,
+    and the lowest height for rapids that are not straight.
     """
 
     #: Lines of the moves that keep their height because of a named obstacle.
@@ -112,7 +112,7 @@ class HeightLowering:
         return [*self.retracts(), *self.r_planes()]
 
     def returns(self) -> list[CycleReturn]:
-        """Return the G98 and G99 words that keep the tool at the R plane between the holes of a series.
+        """Return changes of G98 and G99 words that keep the tool at the R plane between the holes of a series.
 
         After the last hole of a series, the tool still retracts to the initial height, where the next move starts.
         """
@@ -163,7 +163,7 @@ class HeightLowering:
         return bool(over)
 
     def _least_height(self, row: int) -> float:
-        """Return the lowest height at which a move clears all obstacles under it, mm; −∞ without obstacles."""
+        """Return the lowest height at which a move clears all obstacles below it, mm; −∞ without obstacles."""
         assert self.obstacles is not None
         (x0, y0), (x1, y1) = self.path.before[row, :2].tolist(), self.path.end[row, :2].tolist()
         return self.obstacles.between((x0, y0), (x1, y1), int(self.path.tool[row]))
@@ -176,9 +176,7 @@ class HeightLowering:
         return row
 
     def contact_height(self, row: int, to_hole: bool = False) -> float:
-        """Return the height at which the tool would touch the material on a level move, or on its travel to a
-        hole, mm.
-        """
+        """Return the height at which the tool would touch the material, mm, on a level move or on its way to a hole."""
         which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))
         ends, over = self.loads.moves.ends[which], self.loads.removed.over[which]
         touches = np.minimum(ends[:, 2], ends[:, 5]) + over
@@ -194,7 +192,9 @@ class HeightLowering:
         return max(contact, self.top) if bent else contact
 
     def retracts(self) -> list[Lowered]:
-        """Return the retracts that can be lowered; each goes straight up, across at one height, and straight down."""
+        """Return the retracts that can be lowered. A retract goes straight up, across at a constant height, and
+        straight down.
+        """
         found: list[Lowered] = []
         path = self.path
         rises = np.isin(path.kind, _MOVES) & (np.abs(path.end - path.before)[:, :2] < _SAME).all(axis=1)
@@ -232,7 +232,7 @@ class HeightLowering:
 
     def initials(self) -> list[Lowered]:
         """Return the initial heights (G98) of drilling series that can be lowered, as changes of the words that state
-        them.
+        these heights.
 
         All moves at an initial height stay clear of the material. An initial height is never below an R plane of the
         series.
@@ -271,8 +271,8 @@ class HeightLowering:
         return [Lowered(self._block(one), "Z", lowest) for one in series.stated]
 
     def _at_height(self, first: int) -> _MovesAtHeight | None:
-        """Collect the cycles and travel moves at a stated height, up to the next vertical move; None if the height must
-        stay.
+        """Collect the cycles and travel moves at a stated height, up to the next vertical move. Return None if the
+        height must stay.
         """
         path, high = self.path, float(self.path.end[first, 2])
         there = _MovesAtHeight([first], [], [], [])
@@ -317,7 +317,7 @@ class HeightLowering:
         return True
 
     def _add_move(self, row: int, high: float, there: _MovesAtHeight) -> bool | None:
-        """Add a row between or after the holes, with the same result as `_add_hole`."""
+        """Add a row between or after the holes. The result has the same meaning as that of `_add_hole`."""
         path, kind = self.path, self.path.kind[row]
         if kind in _STILL:
             return True
@@ -360,7 +360,7 @@ class HeightLowering:
         )
 
     def r_planes(self) -> list[Lowered]:
-        """Return the R planes that can be lowered, with the block that states each of them."""
+        """Return the R planes that can be lowered, and the block that states each of them."""
         found: list[Lowered] = []
         drills = np.flatnonzero(self.path.kind == Kind.DRILL)
         stated: list[list[int]] = []
@@ -427,7 +427,9 @@ class HeightLowering:
         return not any(self.program.modal(self._block(row) + 1).incremental for row in rows)
 
     def _at_plane(self, row: int, plane: float) -> float:
-        """Return the highest contact of the rapids in a cycle that end at its R plane, mm."""
+        """Return the height of the highest contact of the rapids in a cycle that end at the R plane of the cycle,
+        mm.
+        """
         which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))
         moves, over = self.loads.moves, self.loads.removed.over[which]
         ends = moves.ends[which]

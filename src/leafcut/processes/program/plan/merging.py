@@ -87,7 +87,7 @@ class _Merger:
             at += not self.join(at)
 
     def join(self, at: int) -> bool:
-        """Merge a section into an earlier one; return whether that was possible."""
+        """Merge a section into an earlier section. Return whether that was possible."""
         later, change = self.items[at], self.items[at - 1]
         if not isinstance(later, Section) or not isinstance(change, FixedBlocks) or at < 2:
             return False
@@ -129,7 +129,7 @@ class _Merger:
         return [Kind(k) for k in self.program.path.kind[rows].tolist()]
 
     def _can_be_passed(self, kept: FixedBlocks) -> bool:
-        """Return whether work can move from after these fixed blocks to before them."""
+        """Return whether work after the fixed blocks can move to a position before them."""
         if not _BETWEEN.issuperset(self._kinds(kept)):
             return False
         for block in range(kept.begin, kept.end):

@@ -1,8 +1,8 @@
 """Find the CAM operations of a program by its comments, and divide sections at them.
 
 A comment line between two pieces of work starts an operation unless it labels a single piece. A comment is a label if
-the same text, apart from its numbers, occurs often with one or two pieces each. So is each of several consecutive
-comments with one piece each.
+the same text, apart from its numbers, occurs often and is followed by one or two pieces each time. Consecutive comments
+with one piece each are labels too.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ _WORD = re.compile(r"[^\W\d_]{2}")
 def keep_apart(program: Program, sequence: Sequence, rows: Rows, mix_operations: bool) -> Sequence:
     """Divide the sections at CAM operations, and before the cuts that detach parts.
 
-    Cuts that detach parts and have no other work after them form their own section. Operations are ignored for lasers
-    and torches, and with `mix_operations`.
+    Cuts that detach parts and have no other work after them form a section of their own. Operations are ignored for
+    lasers and torches, and with `mix_operations`.
     """
     items: list[FixedBlocks | Section] = []
     for item in sequence.items:

@@ -1,4 +1,4 @@
-"""Plan the speed of each stretch of a program: rapids through air, and feeds up to the load of the worst cut."""
+"""Plan the speed of each segment of a program: rapids through air, and feeds up to the load of the heaviest cut."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def plan_pace(
     check_cancelled: Heartbeat = ignore_heartbeat,
     chords: Collection[int] = (),
 ) -> Pace:
-    """Return the changed speeds of a program by stretch.
+    """Return the changed speeds of a program, segment by segment.
 
     Straight cuts are divided where their speed changes; an arc has one speed. Plunges into the material and finishing
     cuts are never made faster. Ramps are made faster only if the tool library states a plunge feed.
@@ -67,7 +67,7 @@ def plan_pace(
     Parameters
     ----------
     top
-        Highest point of the material, mm.
+        Height of the highest point of the material, mm.
     chords
         Rows of arcs that a rapid along their chord may replace (`arcs_in_air`).
     """
@@ -179,8 +179,8 @@ def _in_material(
 def _feed_factors(
     loads: Loads, limit: ToolLimits, diameter: float, mine: NDArray[np.bool_], rules: PaceRules
 ) -> dict[str, Floats]:
-    """Return for each limit the factor by which the feed of each move in `mine` may change; a factor below 1 reduces
-    it.
+    """Return, for each limit, the factor by which the feed of each move in `mine` may change. A factor below 1 reduces
+    the feed.
     """
     by_chip = limit.chip / np.where(mine, loads.chip, 1.0)
     none = np.full_like(by_chip, np.inf)
@@ -211,15 +211,15 @@ class KeptFeed(NamedTuple):
     Attributes
     ----------
     reason
-        Limit with the largest share of the cutting time: a key of `_feed_factors`, ``machine`` (maximum feed),
-        ``lines`` (lines cannot be changed) or ``short`` (a higher feed saves no time).
+        The limit that applies for the largest share of the cutting time: a key of `_feed_factors`, ``machine`` (maximum
+        feed), ``lines`` (lines cannot be changed) or ``short`` (a higher feed saves no time).
     line
-        First line with this reason. For a chip limit that the library does not state, it is the line of the worst cut,
-        with the thickest chip and then the greatest width.
+        First line with this reason. For a chip limit that the library does not state, this is the line of the heaviest
+        cut, which has the thickest chip and then the greatest width.
     share
-        Share of the cutting time, 0 to 1.
+        Share of the cutting time, from 0 to 1.
     width
-        Width of the cut at that line, mm.
+        Width of cut at that line, mm.
     """
 
     reason: str
@@ -276,9 +276,9 @@ def _round_to_steps(factor: Floats) -> Floats:
 
 
 def _limit_to_reachable(speed: Floats, own: Floats, length: Floats, acceleration: float) -> Floats:
-    """Reduce raised speeds that the machine cannot reach within their stretch: v² changes by at most 2as.
+    """Reduce raised speeds that the machine cannot reach within their segment, because v² changes by at most 2as.
 
-    Raised stretches that do not reach their speed are lowered in steps. Speeds at or below the programmed feed do not
+    The speed of raised segments that do not reach it is lowered in steps. Speeds at or below the programmed feed do not
     change.
     """
     speed = speed.copy()
@@ -302,7 +302,7 @@ def _limit_to_reachable(speed: Floats, own: Floats, length: Floats, acceleration
 
 
 def _may_change(program: Program, row: int) -> bool | None:
-    """Return whether a motion can be divided; None if even its feed must stay."""
+    """Return whether a motion can be divided, or None if even its feed must stay."""
     kind = int(program.path.kind[row])
     if kind not in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW):
         return None
@@ -320,13 +320,13 @@ def _may_change(program: Program, row: int) -> bool | None:
 
 
 def _speed_runs(speeds: Floats) -> list[PaceStretch]:
-    """Group moves of equal length into stretches of constant speed."""
+    """Group moves of equal length into segments of constant speed."""
     changes = np.append(np.flatnonzero(np.diff(speeds)), len(speeds) - 1)
     return [PaceStretch((k + 1) / len(speeds), float(speeds[k])) for k in changes.tolist()]
 
 
 def _merge_small_gains(found: list[PaceStretch], length: float, own: float) -> list[PaceStretch]:
-    """Undo raised speeds that save almost no time, and merge slowed stretches of similar speed at the lowest of their
+    """Undo raised speeds that save almost no time. Merge slowed segments of similar speed at the lowest of their
     speeds.
     """
     if len(found) == 1:
@@ -348,13 +348,13 @@ def _merge_small_gains(found: list[PaceStretch], length: float, own: float) -> l
 
 
 def _clear_intervals(clear: NDArray[np.bool_]) -> list[tuple[float, float]]:
-    """Return the clear intervals of a motion as shares of its length; all its moves have equal length."""
+    """Return the clear intervals of a motion as shares of its length. All moves of the motion have equal length."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], clear, [False]]).astype(np.int8)))
     return [(first / len(clear), last / len(clear)) for first, last in edges.reshape(-1, 2).tolist()]
 
 
 def _leaves_freely(pieces: StraightMoves, tools: Mapping[int, Tool]) -> NDArray[np.bool_]:
-    """Return a mask of the moves of tools that may retract at any speed, as in drilling cycles."""
+    """Return a mask of the moves of tools that may retract at any speed, as they do in drilling cycles."""
     slow = [number for number, tool in tools.items() if tool.kind in _FED_OUT]
     return ~np.isin(pieces.tool, slow)
 
@@ -383,7 +383,9 @@ class _StraightCut(NamedTuple):
     feed: float
 
     def interval_above_material(self, over: Floats, rules: PaceRules) -> list[tuple[float, float]]:
-        """Return the interval of a vertical move above all material and the clearance, as shares of its length."""
+        """Return the interval of a vertical move that is above all material and the clearance, as shares of its
+        length.
+        """
         z0, z1 = float(self.begin[2]), float(self.end[2])
         low, high = min(z0, z1), max(z0, z1)
         height = low + float(over.max()) + rules.clearance
@@ -397,7 +399,7 @@ class _StraightCut(NamedTuple):
     def without_rounded_ends(
         self, free: list[tuple[float, float]], rounds: tuple[bool, bool]
     ) -> list[tuple[float, float]]:
-        """Return the clear intervals without the ends next to corners that the controller may round."""
+        """Return the clear intervals without those ends that are next to corners that the controller may round."""
         keeps = _SLOWLY / float(np.linalg.norm(self.end - self.begin))
         low, high = (keeps if rounds[0] else 0.0), (1.0 - keeps if rounds[1] else 1.0)
         return [(max(a, low), min(b, high)) for a, b in free if max(a, low) < min(b, high)]

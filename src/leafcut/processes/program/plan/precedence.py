@@ -1,4 +1,4 @@
-"""Pairs of cuts and holes whose order must be kept, by the order rules with the thresholds `KEEP`."""
+"""Pairs of cuts and holes whose order must be kept. They follow from the order rules with the thresholds `KEEP`."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ TOUCHES, PASSES, INSIDE, FREES = "touches", "passes", "inside", "frees"
 
 
 class Precedence(NamedTuple):
-    """Pieces of work, marked if they detach a part; the pairs whose order is kept; and `Section.ties`."""
+    """Pieces of work, with a mark on those that detach a part; the pairs whose order is kept; and `Section.ties`."""
 
     pieces: tuple[ProgramTask, ...]
     pairs: NDArray[np.int32]
@@ -57,7 +57,7 @@ class Precedence(NamedTuple):
 
 
 class _OrderRuleInput:
-    """Input of the order rules for pieces of work; the pieces of several sections are concatenated.
+    """Input of the order rules for pieces of work. The pieces of several sections are concatenated.
 
     `owner`, int64[m], is the piece of each feature, and `section`, int64[n], is the section of each piece.
     """
@@ -97,13 +97,13 @@ def with_precedence(
 ) -> Precedence:
     """Mark the pieces of work that detach a part, and return the pairs whose order is kept.
 
-    - Cuts keep their order if they are closer than the tool width (from a comment or from `rows`), or than `TOUCHING`
-    if the width is unknown. Examples are repeated passes, finishing passes and holes drilled twice.
+    - Cuts keep their order if they are closer than the tool width (from a comment or from `rows`), or closer than
+      `TOUCHING` if the width is unknown. Examples are repeated passes, finishing passes and holes drilled twice.
     - A closed cut stays after the earlier work inside it. With a mill, later work inside it also stays after it,
     because the closed cut may be a roughing pass.
     - A piece that detaches a part stays after all earlier work.
 
-    Implied pairs are left out.
+    Pairs that other pairs imply are left out.
     """
     n = len(pieces)
     work = _OrderRuleInput(program, rows, [pieces])
@@ -129,7 +129,9 @@ def are_related(
 
 
 def _related_pairs(work: _OrderRuleInput, process: str, check_cancelled: Heartbeat) -> dict[str, NDArray[np.int64]]:
-    """Return the pairs whose order matters, int64[k, 2] by cause; with several sections, only pairs across sections."""
+    """Return the pairs whose order matters, int64[k, 2], by cause. If there are several sections, return only pairs of
+    different sections.
+    """
     across = len(work.sections) > 1
     widths = [tool_width(work.program, pieces[0].begin) or work.rows.tool_diameter for pieces in work.sections]
     lines = work.lines()
@@ -170,7 +172,9 @@ def _distinct_pairs(pairs: list[NDArray[np.int64]]) -> NDArray[np.int64]:
 
 
 def _mark_detaching_tasks(work: _OrderRuleInput, process: str, check_cancelled: Heartbeat) -> tuple[ProgramTask, ...]:
-    """Mark the pieces of work that detach a part; the deepest sideways cut of the mill counts as the underside."""
+    """Mark the pieces of work that detach a part. The deepest sideways cut of a mill counts as the underside of the
+    part.
+    """
     pieces = tuple(work.pieces)
     if process in BEAMS or has_no_mill(work.program):
         return pieces
@@ -187,9 +191,10 @@ def _mark_detaching_tasks(work: _OrderRuleInput, process: str, check_cancelled: 
 
 
 def detaching_stages(pieces: Sequence[ProgramTask]) -> list[int]:
-    """Return the first pieces of the final stages, ascending; every piece in these stages detaches a part.
+    """Return, in ascending order, the first piece of each final stage; a final stage is a stage in which every piece
+    detaches a part.
 
-    All work before such a first piece precedes all work after it, so each stage becomes its own section.
+    No work moves across the start of such a stage, so each of these stages becomes a section of its own.
     """
     may, detaches, bottoms = _detaching_columns(pieces)
     if not may.any():
@@ -205,8 +210,8 @@ def detaching_stages(pieces: Sequence[ProgramTask]) -> list[int]:
 def work_before_detaching(pieces: Sequence[ProgramTask]) -> NDArray[np.int64]:
     """Return the pairs (before, after) of a piece of work and a later piece that detaches a part, int64[k, 2].
 
-    Pieces that detach parts at the same depth may change places. Pairs of different stages are left out. If there are
-    too many pairs, parts are detached in the original order.
+    Pieces that detach parts at the same depth may change places. Pairs whose pieces belong to different stages are left
+    out. If there are too many pairs, parts are detached in the original order.
     """
     may, detaches, bottoms = _detaching_columns(pieces)
     found = []
@@ -228,7 +233,7 @@ def _detaching_columns(
 
 
 def ties_of(pairs: NDArray[np.int64], n: int) -> NDArray[np.int32]:
-    """Return `Section.ties` of n pieces of work from the pairs (before, after), int64[k, 2]."""
+    """Return `Section.ties` of n pieces of work, given the pairs (before, after), int64[k, 2]."""
     ties = no_ties(n)
     np.minimum.at(ties[:, 0], pairs[:, 0], pairs[:, 1].astype(np.int32))
     np.maximum.at(ties[:, 1], pairs[:, 1], pairs[:, 0].astype(np.int32))
@@ -241,14 +246,15 @@ def no_ties(n: int) -> NDArray[np.int32]:
 
 
 def nearer_ties(one: NDArray[np.int32] | None, other: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Combine the ties of two causes, and keep the nearer tie of each piece."""
+    """Combine the ties that two causes create, and keep the nearer tie of each piece."""
     if one is None:
         return other
     return np.stack([np.minimum(one[:, 0], other[:, 0]), np.maximum(one[:, 1], other[:, 1])], axis=1)
 
 
 def ties_at_edges(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
-    """Return `Section.ties` of n pieces of work that must not cross the edges in the order; None without edges.
+    """Return `Section.ties` of n pieces of work that must not cross the given edges in the order, or None without
+    edges.
 
     An edge is the number of a piece of work: pieces before it stay before all pieces from it on.
     """
@@ -263,9 +269,10 @@ def ties_at_edges(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
 def _without_implied(
     pairs: NDArray[np.int64], n: int, check_cancelled: Heartbeat = ignore_heartbeat
 ) -> NDArray[np.int32]:
-    """Remove implied pairs (transitive reduction); every pair goes from a lower to a higher number.
+    """Remove pairs that other pairs imply (transitive reduction). Every pair goes from a lower to a higher number.
 
-    Connected groups are reduced separately, in blocks of `_BITS` pieces, so that memory grows linearly with n.
+    Connected groups of pieces are reduced separately, in blocks of `_BITS` pieces, so that memory grows linearly with
+    n.
     """
     if not len(pairs):
         return np.zeros((0, 2), dtype=np.int32)

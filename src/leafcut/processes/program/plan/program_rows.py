@@ -1,4 +1,6 @@
-"""Classify the rows of a foreign program as cuts or travel moves, and find the blocks that separate pieces of work."""
+"""Classify the rows of a program from another CAM system as cuts or travel moves, and find the blocks that separate
+pieces of work.
+"""
 
 from __future__ import annotations
 
@@ -62,16 +64,17 @@ class Rows:
     Attributes
     ----------
     cut, travel
-        Rows that cut, and rows that move sideways without cutting, bool[n]; a canned cycle does both.
+        Masks of the rows that cut, and of the rows that move sideways without cutting, bool[n]; a canned cycle does
+        both.
     sideways
-        Rows that move in X or Y, bool[n].
+        Mask of the rows that move in X or Y, bool[n].
     beam
-        Rows of a laser or torch program with the beam on, bool[n].
+        Mask of the rows of a laser or torch program with the beam on, bool[n].
     deepest
-        Z of the deepest sideways cut in the work offset of each entry of `Program.modals`, mm, float64[m]; NaN without
-        a cut.
+        For each entry of `Program.modals`, Z of the deepest sideways cut in its work offset, mm, float64[m]; NaN
+        without a cut.
     tool_diameter
-        Diameter of the tools that no comment describes, mm; 0 if unknown.
+        Diameter of the tools that no comment describes, mm; 0 if it is unknown.
     """
 
     program: Program
@@ -133,13 +136,13 @@ def _deepest(program: Program, block: NDArray[np.int32], aside: NDArray[np.bool_
 
 
 def dark_rows(program: Program, process: str) -> NDArray[np.bool_]:
-    """Return a mask of the feed moves with the beam off, bool[n]; all False for a cutting tool."""
+    """Return a mask of the feed moves with the beam off, bool[n]. For a cutting tool, the mask is False everywhere."""
     dark: NDArray[np.bool_] = (program.path.kind == Kind.FEED) & (process in BEAMS)
     return dark & ~_beam_mask(program) if dark.any() else dark
 
 
 def _beam_mask(program: Program) -> NDArray[np.bool_]:
-    """Return a mask of the rows with the beam on; if the program states power, the power must be above zero."""
+    """Return a mask of the rows with the beam on. If the program states the power, it must be above zero."""
     path = program.path
     switched = path.kind == Kind.SPINDLE
     on = path.value != 0.0
@@ -151,7 +154,9 @@ def _beam_mask(program: Program) -> NDArray[np.bool_]:
 
 
 def known_process(program: Program) -> str:
-    """Detect the kind of program. A beam is switched on before each cut, but a spindle only before the first move."""
+    """Detect the kind of a program. A beam is switched on before each cut, whereas a spindle is switched on only before
+    the first move.
+    """
     path = program.path
     feed = np.isin(path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
     before = path.before
@@ -181,7 +186,9 @@ def known_process(program: Program) -> str:
 
 
 def _is_torch(program: Program, spindle: NDArray[np.bool_]) -> bool:
-    """Return whether a beam is a torch: the program text names one, or the rapids have more than one height."""
+    """Return whether the program cuts with a torch: its text names a torch, or its rapids run at more than one
+    height.
+    """
     if any(_TORCH.search(line) for line in program.lines[:400]):
         return True
     z = program.path.end[program.path.kind == Kind.RAPID, 2]
@@ -192,7 +199,7 @@ def _is_torch(program: Program, spindle: NDArray[np.bool_]) -> bool:
 
 
 def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
-    """Return the blocks that always stay in place, with the reason of each."""
+    """Return the blocks that always stay in their position, with the reason for each block."""
     barriers: dict[int, str] = {}
     path = program.path
     hard = np.isin(path.kind, [int(k) for k in _BARRIERS])
@@ -262,8 +269,8 @@ def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, en
 def _idle_rows(program: Program, rows: Rows) -> list[int]:
     """Return the rows that dwell or switch the spindle between pieces of work, for an unknown purpose.
 
-    Such rows come after a cut and a retract, and before the next travel move. Dwells at positions without a cut count
-    too. A beam is switched on and off in every cut, so its switching does not count.
+    Such rows come after a cut and a retract, and before the next travel move. Dwells at positions without a cut are
+    included. A beam is switched on and off in every cut, so its switching is not included.
     """
     kind = program.path.kind
     n = len(kind)
@@ -295,7 +302,7 @@ def _changed_mode(one: Modal, other: Modal) -> str:
 
 
 def free_runs(program: Program, barriers: dict[int, str]) -> list[tuple[int, int]]:
-    """Return the runs of blocks (begin, end) without barriers; only comments may be between their lines."""
+    """Return the series of blocks (begin, end) without barriers. Only comments may be between their lines."""
     edges = {0, program.n_blocks}
     for block in barriers:
         edges |= {block, block + 1}

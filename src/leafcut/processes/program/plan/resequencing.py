@@ -1,7 +1,7 @@
-"""Find the cuts and holes of a foreign program that can be reordered, and the blocks that must stay.
+"""Find the cuts and holes of a program from another CAM system that can be reordered, and the blocks that must stay.
 
-A piece of work extends from the rapid to its start point to the next such rapid. All blocks outside pieces of work keep
-their place and their text.
+A piece of work (a cut or a hole) extends from the rapid to its start point to the next such rapid. All blocks outside
+pieces of work keep their position and their text.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def find_sequence(
     mix_operations
         Allow work of different CAM operations to be mixed (`operations`).
     tool_diameter
-        Diameter of the mills that no comment describes, mm; 0 if unknown.
+        Diameter of the mills that no comment describes, mm; 0 if it is unknown.
     """
     if process != "auto" and process not in tuple(ProgramKind):
         raise PlanError("unknown process '{}'{}", process, name_suggestion(process, ["auto", *ProgramKind]))
@@ -71,7 +71,9 @@ def find_sequence(
 
 
 def unchanged_sequence(program: Program, process: str, reason: str) -> Sequence:
-    """Return a sequence in which all work keeps its position, for a single reason (a key of `staying.PHRASES`)."""
+    """Return a sequence in which all work keeps its position for the same reason, which is a key of
+    `staying.PHRASES`.
+    """
     rows = read_rows(program, process)
     ways, cuts = np.cumsum(rows.travel), np.flatnonzero(rows.cut)
     begins = cuts[np.flatnonzero(np.diff(ways[cuts], prepend=-1))]
@@ -106,14 +108,16 @@ def build_problem(section: Section, metric: Metric, start: Point | None, end: Po
 
 
 def piece_order(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the pieces in the order of the nodes of `build_problem`, int32[n]; ~k is piece k reversed."""
+    """Return the pieces of work in the order of the nodes of `build_problem`, int32[n]; ~k means piece k reversed."""
     piece = np.concatenate([np.arange(len(section.pieces), dtype=np.int32), ~_reversible_tasks(section)])
     order: NDArray[np.int32] = piece[nodes]
     return order
 
 
 def nodes_in_order(section: Section, order: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the nodes of `build_problem` for an order of pieces, int32[n]; this is the inverse of `piece_order`."""
+    """Return the nodes of `build_problem` for an order of pieces, int32[n]. This function is the inverse of
+    `piece_order`.
+    """
     reversible = _reversible_tasks(section)
     turned = len(section.pieces) + np.searchsorted(reversible, ~order)
     nodes: NDArray[np.int32] = np.where(order < 0, turned, order).astype(np.int32)

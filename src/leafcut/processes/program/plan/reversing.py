@@ -1,8 +1,8 @@
-"""Find reversible cuts: open cuts at one depth that are uniform from start to end, if the user permits reversal.
+"""Find the cuts that can be reversed if the user permits it: open cuts at one depth that are uniform from start to end.
 
 A cut is not reversible if it is closed or crosses itself, if it dwells, switches or retracts on the way, or if an end
-has another feed or kind of move. A dwell of a mill at one end moves to the other end. A dwell of a beam is a pierce, so
-that cut stays.
+has another feed or kind of move. A dwell of a mill at one end moves to the other end. A cut in which a beam dwells is
+not reversible, because the dwell is a pierce.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _BACK = -0.866
 
 
 def with_reversible(program: Program, sequence: Sequence, rows: Rows) -> Sequence:
-    """Mark the reversible cuts of a sequence, and add a note that says how many there are."""
+    """Mark the reversible cuts of a sequence, and add a note that states their number."""
     finder = _ReversalFinder(program, rows, sequence.process)
     items = tuple(
         replace(item, pieces=tuple(map(finder.mark_reversible, item.pieces))) if isinstance(item, Section) else item
@@ -64,7 +64,9 @@ class _ReversalFinder:
         return self._matches_task(piece, stroke) and is_uniform(cuts) and is_simple(cuts) and _is_open(cuts)
 
     def _same_height(self, piece: ProgramTask) -> bool:
-        """Return whether the tool arrives and leaves at the same height, so that both ends are equally clear."""
+        """Return whether the tool arrives and leaves at the same height, so that the moves at both ends are equally
+        clear.
+        """
         height = [piece.arrive_z, piece.leave_z]
         return bool(np.isnan(height).all() and self.beam) or abs(height[0] - height[1]) < TOLERANCE
 
@@ -79,7 +81,7 @@ class _ReversalFinder:
 
 
 def _is_open(cuts: Features) -> bool:
-    """Return whether the ends of a cut are far apart, and the cut does not turn back at an arc, where it may cross
+    """Return whether the ends of a cut are far apart, and the cut does not turn back at an arc, where it might cross
     itself.
     """
     pieces = traces_of(cuts).flattened(SAGITTA)

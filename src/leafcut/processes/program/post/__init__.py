@@ -1,1 +1,1 @@
-"""Write a program with its cuts and holes in a new order, mostly with the text of the original."""
+"""Write a program with its cuts and holes in a new order, and keep the text of the original where possible."""

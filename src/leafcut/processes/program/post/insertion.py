@@ -1,4 +1,4 @@
-"""Insert words into the lines of a foreign program in the style of each line, and renumber lines."""
+"""Insert words into the lines of a program from another CAM system, in the style of each line, and renumber lines."""
 
 from __future__ import annotations
 
@@ -57,11 +57,11 @@ def insert_words_within(line: str, front: Sequence[str], back: Sequence[str], lo
     """Insert words into a line; if it gets too long for the controller, write the modal words as a separate block
     before it.
 
-    `longest` is the maximum length of a line without its line ending. The length `was` of the original line is always
+    `longest` is the maximum length of a line without its line ending; the length of the original line, `was`, is always
     permitted. Raises PostError if the line is still too long, because motion words need the coordinates of the line.
 
-    >>> insert_words_within("X5 (a hole)", ["G99", "G81"], ["Z-3.0", "F100"], 24, 11)
-    ['G99 F100', 'G81 X5 Z-3.0 (a hole)']
+    >>> insert_words_within("X5 (a hole)", ["G99", "G81"], ["Z-3.0", "F100"], 24, 11) ['G99 F100', 'G81 X5 Z-3.0 (a
+    hole)']
     """
     most = max(longest, was)
     whole = insert_words(line, front, back)
@@ -111,19 +111,18 @@ def format_value(value: float) -> str:
 
 
 def format_length(mm: float, unit: float | None) -> str:
-    """Format a length in mm in program units of `unit` mm; None stands for 1.
+    """Format a length, given in mm, in program units of `unit` mm; None means 1.
 
-    >>> format_length(-25.4, 25.4)
-    '-1.0'
+    >>> format_length(-25.4, 25.4) '-1.0'
     """
     return format_value(mm / (unit or 1.0))
 
 
 def renumbered(lines: Sequence[tuple[str, bool]], longest: int) -> list[str]:
-    """Renumber the lines of a program with its own first number and step.
+    """Renumber the lines of a program, starting with its first line number and using its step.
 
     `lines` are pairs of a text and a flag for inserted lines. Inserted lines get a number; original lines without a
-    number stay without.
+    number do not get one.
 
     Raises
     ------

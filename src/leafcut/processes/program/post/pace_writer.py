@@ -1,4 +1,4 @@
-"""Write new speeds and heights into the text of a program; cuts are divided where their speed changes."""
+"""Write new speeds and heights into the text of a program. Cuts are divided where their speed changes."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class _PaceWriter:
         return "".join(lines)
 
     def _restore_modal_words(self, line: str, block: int) -> str:
-        """Return an unchanged line with the motion and feed words that it no longer inherits from earlier lines."""
+        """Return an unchanged line with the motion and feed words that it can no longer inherit from earlier lines."""
         need, after = self.program.modal(block), self.program.modal(block + 1)
         modal_use = self.reader.modal_use(block, block + 1)
         front, back = [], []
@@ -144,7 +144,7 @@ class _PaceWriter:
         return "".join(written) + self._last_stretch_line(line, block, row, last, own, unit)
 
     def _last_stretch_line(self, line: str, block: int, row: int, last: PaceStretch, own: float, unit: float) -> str:
-        """Return the original line with the speed of the last stretch of its cut."""
+        """Return the original line with the speed of the last segment of its cut."""
         was = len(line.rstrip("\r\n"))
         code = code_without_comments(line)
         states_feed = _FEED_WORD.search(code) is not None
@@ -180,7 +180,7 @@ class _PaceWriter:
         return ["F" + format_value(value)]
 
     def _value(self, stretch: PaceStretch, row: int, own: float, unit: float) -> float:
-        """Return the speed of a stretch in program units per minute, rounded down; an unchanged feed keeps its exact
+        """Return the speed of a segment in program units per minute, rounded down. An unchanged feed keeps its exact
         value.
         """
         if abs(stretch.speed - float(self.program.path.value[row])) <= 1e-9 * stretch.speed:
@@ -202,7 +202,7 @@ def _without_centre(line: str) -> str:
 
 
 def _in_code(line: str, pattern: re.Pattern[str], text: str) -> tuple[str, int]:
-    """Replace the first match of a pattern outside comments; return the line and the number of replacements."""
+    """Replace the first match of a pattern outside comments. Return the line and the number of replacements."""
     match = pattern.search(code_without_comments(line))
     if match is None:
         return line, 0

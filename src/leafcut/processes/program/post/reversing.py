@@ -1,6 +1,6 @@
 """Write an open cut in reverse, with the words and numbers of its own lines.
 
-Each block leads back to its start point, and arcs change direction about the same centre. Coordinates are copied as
+Each block leads back to its start point, and arcs change direction but keep their centre. Coordinates are copied as
 text.
 """
 
@@ -39,9 +39,9 @@ class ReversedCut:
     lines
         All lines of the cut, including comments.
     offset
-        Number of program lines before them.
+        Number of lines of the program before the cut.
     spelled
-        Writes a feed or a speed in the spelling of the program.
+        Function that writes a feed or a speed in the spelling of the program.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class ReversedCut:
         return self._lines_up_to(block) - 1
 
     def _lead(self) -> list[str]:
-        """Return the lines before the cut, changed so that they lead to its former end."""
+        """Return the lines before the cut, changed so that they lead to the former end of the cut."""
         lines = self.lines[: self._lines_up_to(self.stroke.body - 1)]
         for block in range(self.stroke.begin, self.stroke.body):
             lines[self._line_of_block(block)] = replace_words(
@@ -88,7 +88,7 @@ class ReversedCut:
         return lines
 
     def _body(self) -> list[str]:
-        """Return the lines of the cut, the last block first; comments above a block move with the block."""
+        """Return the lines of the cut, the last block first. Comments above a block move with the block."""
         stroke = self.stroke
         found: list[str] = []
         for block in range(stroke.tail - 1, stroke.body - 1, -1):
@@ -97,7 +97,7 @@ class ReversedCut:
         return found
 
     def _tail(self) -> list[str]:
-        """Return the lines after the cut, which now retract at its former start."""
+        """Return the lines after the cut, changed so that they retract at the former start of the cut."""
         lines = self.lines[self._lines_up_to(self.stroke.tail - 1) :]
         begin = self._lines_up_to(self.stroke.tail - 1)
         for block in range(self.stroke.tail, self.stroke.end):
@@ -123,7 +123,7 @@ class ReversedCut:
         }
 
     def _cut(self, block: int) -> str:
-        """Return the line of one block of the cut, reversed."""
+        """Return the line of one block of the cut in reverse."""
         number = block - self.stroke.body
         line, row = self.lines[self._line_of_block(block)], self.stroke.rows[number]
         words = self.reader.words(block)
@@ -146,7 +146,7 @@ class ReversedCut:
         return with_words(line, texts)
 
     def _motion_word(self, line: str, motion: int) -> str:
-        """Return G1, G2 or G3; it gets a leading zero if the original line uses one."""
+        """Return G1, G2 or G3, with a leading zero if the original line uses one."""
         return f"G0{motion}" if re.search(r"[Gg]0[123](?![0-9])", code_without_comments(line)) else f"G{motion}"
 
     def _centre(self, letters: dict[str, str], number: int, need: Modal) -> list[str]:

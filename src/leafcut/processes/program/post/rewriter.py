@@ -1,7 +1,7 @@
-"""Write a foreign program with its pieces of work in a new order.
+"""Write a program from another CAM system with its pieces of work (cuts and holes) in a new order.
 
-Pieces of work and fixed blocks keep their text. The first block of a piece gains the modal words that its new
-predecessor does not leave active. If the heights differ, a rapid is inserted before the piece.
+Pieces of work and fixed blocks keep their text. Modal words that the previous piece no longer leaves active are added
+to the first block of a piece. If the heights differ, a rapid is inserted before the piece.
 """
 
 from __future__ import annotations
@@ -71,19 +71,19 @@ def rewrite(
     Parameters
     ----------
     orders
-        A permutation of the pieces of each section, integers; ~k is piece k, reversed.
+        For each section, a permutation of its pieces; ~k means piece k reversed.
     renumber
         Whether to renumber the lines.
     longest
-        Maximum length of a line with inserted words, unless the original line is longer, characters.
+        Maximum length of a line with inserted words, in characters, unless the original line is longer.
     obstacles
-        Obstacles that rapids pass over, or around if the tool cannot be lifted.
+        Obstacles that rapids must pass over, or around if the tool cannot be raised.
 
     Raises
     ------
     PostError
-        An order is invalid; the blocks after a section rely on a state of its last piece that no word restores; the
-        program jumps to line numbers that would change; a line gets too long; or no rapid leads past an obstacle.
+        An order is invalid, the blocks after a section depend on a state of its last piece that no word restores, the
+        program jumps to line numbers that would change, a line gets too long, or no rapid leads past an obstacle.
     """
     permutations: list[NDArray[np.int64]] = []
     for number, (section, order) in enumerate(zip(sequence.sections, orders, strict=True)):
@@ -100,7 +100,7 @@ def rewrite(
 
 @contextmanager
 def _of_section(number: int) -> Iterator[None]:
-    """Add the section number to each PostError that is raised in the block."""
+    """Add the number of the section to each PostError that is raised in the block."""
     try:
         yield
     except PostError as problem:
@@ -156,7 +156,7 @@ class _Rewriter:
         return [*before, *self.out[-1:]]
 
     def _copy_lines(self, lines: Many[str]) -> None:
-        """Write lines of the original unchanged."""
+        """Write lines of the original program unchanged."""
         self.out.extend((line, False) for line in lines)
 
     def _write_block(self, *words: str) -> None:
@@ -164,7 +164,7 @@ class _Rewriter:
         self.out.append((" ".join(words) + self.end, True))
 
     def _write_rapid(self, x: float | None = None, y: float | None = None, z: float | None = None) -> None:
-        """Write a new rapid; if a cycle is active, G80 precedes it."""
+        """Write a new rapid. If a canned cycle is active, write G80 before it."""
         if self.have.cycle is not None:
             self._write_block("G80")
         axes = [(letter, v) for letter, v in zip("XYZ", (x, y, z), strict=True) if v is not None]
@@ -174,7 +174,7 @@ class _Rewriter:
         self.have = replace(self.have, motion=0, cycle=None, cycle_words=())
 
     def _set_state_of_original(self, block: int) -> None:
-        """Set the modal state and the tool position to the state of the original before a block."""
+        """Set the modal state and the tool position to those of the original program before a block."""
         self.have = self.program.modal(block)
         self.stated = self.reader.states(0, block)
         self.place = self.original.place_before(block)
@@ -185,7 +185,7 @@ class _Rewriter:
     def _write_section(self, section: Section, order: NDArray[np.int64]) -> None:
         """Write the pieces of work of a section in a given order.
 
-        At the new first piece, the tool arrives no lower than the original program at its first piece.
+        The tool arrives at the new first piece no lower than it does at the first piece of the original program.
         """
         pieces = section.pieces
         entry = self.original.crossing_height(pieces[0])
@@ -203,12 +203,12 @@ class _Rewriter:
                 floor = max(floor, self.original.departure_height(pieces[-1]))
 
     def _restated_fields(self, section: Section) -> frozenset[str]:
-        """Return the fields that the new first piece of a section states."""
+        """Return the modal fields that the new first piece of a section must state."""
         pieces = section.pieces
         return frozenset({"feed"} | (_RESTATED & self.reader.states(pieces[0].begin, pieces[-1].end)))
 
     def _write_task(self, piece: ProgramTask, floor: float, turned: bool, restated: frozenset[str]) -> None:
-        """Write a piece of work; the tool arrives at height `floor` (mm) or above.
+        """Write a piece of work. The tool arrives at the height `floor` (mm) or above.
 
         The fields in `restated` are stated even if they are already active.
         """
@@ -272,7 +272,7 @@ class _Rewriter:
         return {} if words is None else words.letters
 
     def _write_arrival(self, piece: ProgramTask, arrival: int, floor: float, entry: tuple[float, float]) -> None:
-        """Move the tool to the height that a piece of work needs before its first sideways rapid."""
+        """Move the tool to the height that a piece of work requires before its first sideways rapid."""
         z, original = self.place[2], self.original.place_before(piece.begin)[2]
         matters = depends_on_height(self.reader, range(piece.begin, piece.end))
         level = max(floor, original) if matters and not math.isnan(original) else floor
@@ -286,13 +286,13 @@ class _Rewriter:
             self._write_rapid(z=original)
 
     def _stated_z(self, block: int) -> float | None:
-        """Return the height stated in a block before the cut, mm, or None."""
+        """Return the height that a block before the cut states, mm, or None."""
         if "Z" not in self._letters(block):
             return None
         return float(self.program.path.end[int(self.program.first[block + 1]) - 1, 2])
 
     def _arrive_drilling(self, piece: ProgramTask, row: int, floor: float) -> None:
-        """Move the tool to the height that a canned cycle needs for its sideways move and for its retract."""
+        """Move the tool to the height that a canned cycle requires for its sideways move and for its retract."""
         path = self.program.path
         if _below(max(self.place[2], path.cycles[int(path.ref[row])].r_plane), floor):
             self._write_rapid(z=floor)
@@ -332,7 +332,7 @@ class _Rewriter:
     def _missing_words(
         self, modal_use: ModalUse, need: Modal, block: int, restated: frozenset[str] = frozenset()
     ) -> tuple[list[str], list[str]]:
-        """Return the words at the start and at the end of a block that set the modal state it needs.
+        """Return the words to add at the start and at the end of a block, so that it has the modal state that it needs.
 
         The fields in `restated` are stated even if they are already active.
         """
@@ -372,7 +372,9 @@ class _Rewriter:
         return front, back
 
     def _word_text(self, letter: str, value: float, block: int) -> str:
-        """Return a word in the spelling that the program last used before a block, or else formatted from its value."""
+        """Return a word as the program last wrote it before a block. If the program does not contain it, format the
+        word from its value.
+        """
         if letter == "F" and value in self.program.feed_words:
             return self.program.feed_words[value]
         blocks, texts = self.reader.blocks_by_letter.get(letter, ([], []))
@@ -384,7 +386,7 @@ class _Rewriter:
     # -- fixed blocks ------------------------------------------------------------------------------------------------
 
     def _write_fixed_blocks(self, kept: FixedBlocks) -> None:
-        """Write fixed blocks; before a rapid that would hit an obstacle, insert rapids over or around the obstacle."""
+        """Write fixed blocks. Before a rapid that would hit an obstacle, insert rapids over or around the obstacle."""
         lines, done = self.task_lines.of(kept.begin, kept.end), 0
         if self.obstacles is None:
             self._copy_lines(lines)
@@ -405,10 +407,10 @@ class _Rewriter:
         self._copy_lines(lines[done:])
 
     def _hits_obstacle(self, block: int, row: int) -> bool:
-        """Return whether a fixed block crosses an obstacle too low with a rapid from the current position.
+        """Return whether a rapid from the current position in a fixed block crosses an obstacle too low.
 
-        In an active series of cycles, or with incremental coordinates, the result is False, because an inserted rapid
-        would change the motion.
+        Return False in an active series of cycles, and with incremental coordinates, because an inserted rapid would
+        change the motion.
         """
         obstacles, path, modal = self.obstacles, self.program.path, self.program.modal(block)
         if obstacles is None or path.kind[row] not in (Kind.RAPID, Kind.DRILL) or modal.cycle or modal.incremental:
@@ -423,7 +425,7 @@ class _Rewriter:
         return _below(level, over) or over == math.inf
 
     def _move_past_obstacles(self, x: float, y: float, *, down: bool) -> None:
-        """Move to a point over or around all obstacles; with `down`, return to the previous height."""
+        """Move to a point over or around all obstacles. With `down`, descend to the previous height afterwards."""
         height = self.place[2]
         level = self._height_past_obstacles((x, y), -math.inf, self.have.tool)
         if level > height:
@@ -433,7 +435,7 @@ class _Rewriter:
             self._write_rapid(z=height)
 
     def _restore_state(self, kept: FixedBlocks) -> None:
-        """Restore the state on which fixed blocks rely, and then track the state after them."""
+        """Restore the state on which fixed blocks depend, then track the state after these blocks."""
         program, blocks = self.program, range(kept.begin, kept.end)
         original = self.original.place_before(kept.begin)
         if _below(self.place[2], original[2]):
@@ -518,8 +520,8 @@ class TaskLines:
     """Assigns the lines of a program to its pieces of work.
 
     Comments directly above the first block of a piece belong to that piece. If a blank line divides the comments, only
-    the comments below the blank line belong to the piece. The first piece gets as many lines above it as the second;
-    comments farther up belong to the section.
+    the comments below the blank line belong to the piece. The first piece gets as many lines above it as the second
+    piece; comments farther up belong to the section.
     """
 
     def __init__(self, program: Program, sequence: Sequence) -> None:
@@ -544,13 +546,11 @@ class TaskLines:
         return self._lines[self._lines_before(begin) : self._lines_before(end)]
 
     def first_block_in(self, begin: int, block: int) -> int:
-        """Return the index of a block's line among the lines of a piece of work, given the first block of that
-        piece.
-        """
+        """Return the index of the line of a block among the lines of a piece of work whose first block is `begin`."""
         return int(self._line[block]) - 1 - self._lines_before(begin)
 
     def _lines_before(self, block: int) -> int:
-        """Return the number of lines before the block, or before the piece of work that starts with it."""
+        """Return the number of lines before a block, or before the piece of work that starts with the block."""
         if block in self._cut:
             return self._cut[block]
         return int(self._line[block - 1]) if block else 0
@@ -579,9 +579,10 @@ class TaskLines:
 
 
 def checked_order(section: Section, order: ArrayLike) -> NDArray[np.int64]:
-    """Return an order of pieces of work as an array; ~k is piece k, reversed.
+    """Return an order of pieces of work as an array; ~k means piece k reversed.
 
-    Raises PostError if the order is no permutation, breaks a precedence, or reverses a piece that cannot be reversed.
+    Raises PostError if the order is not a permutation, violates a precedence, or reverses a piece that cannot be
+    reversed.
     """
     given = np.asarray(order, dtype=np.int64)
     chosen = np.where(given < 0, ~given, given)

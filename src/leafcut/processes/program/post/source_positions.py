@@ -1,4 +1,4 @@
-"""Tool positions in the original program, by which the rewriter chooses its own heights and positions."""
+"""Tool positions in the original program, from which the rewriter derives its own heights and positions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _STOPS = (Kind.TOOL, Kind.PAUSE, Kind.MACHINE, Kind.END, Kind.FRAME, Kind.SHIFT,
 
 
 class OriginalPositions:
-    """The original program with the tool position before every row (`before`, float64[n, 3], mm)."""
+    """The original program, with the tool position before every row (`before`, float64[n, 3], mm)."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -27,8 +27,8 @@ class OriginalPositions:
         return list(self.program.path.place_before(int(self.program.first[block])))
 
     def initial_before(self, block: int) -> float:
-        """Return the initial height of the cycles that are active before a block, mm; without a cycle, it is the
-        current height.
+        """Return the initial height of the canned cycles that are active before a block, mm. Without an active cycle,
+        return the current height.
         """
         if self.program.modal(block).cycle is None:
             return self.place_before(block)[2]
@@ -39,8 +39,8 @@ class OriginalPositions:
         return float(self.before[row, 2]) if row < len(kinds) else math.nan
 
     def follows_work(self, block: int) -> bool:
-        """Return whether there is a cut, or a dwell after a sideways rapid, between the last stop or tool change and a
-        block.
+        """Return whether there is a cut, or a dwell after a sideways rapid, between a block and the last stop or tool
+        change before it.
         """
         kinds = self.program.path.kind
         row = int(self.program.first[block]) - 1
@@ -53,7 +53,7 @@ class OriginalPositions:
         return False
 
     def departure_height(self, piece: ProgramTask) -> float:
-        """Return the height of the travel move after a piece of work, mm, or −∞.
+        """Return the height of the travel move after a piece of work, mm, or −∞ if there is none.
 
         The height is at most the approach height of the piece, because the original may retract higher before a stop.
         """
@@ -75,7 +75,7 @@ class OriginalPositions:
         return min(top, float(path.end[ways[-1], 2])) if ways else -math.inf
 
     def crossing_height(self, piece: ProgramTask) -> float:
-        """Return the lowest height at which the original moves to the start of a piece of work, mm."""
+        """Return the lowest height at which the original program moves to the start of a piece of work, mm."""
         row = self.arrival(piece)[1]
         z0, z1 = float(self.before[row, 2]), float(self.program.path.end[row, 2])
         path = self.program.path
@@ -92,7 +92,7 @@ class OriginalPositions:
         raise PostError("line {}: the move to the start of this task is missing", piece.line)
 
     def is_without_xy(self, row: int) -> bool:
-        """Return whether a row does not move X and Y."""
+        """Return whether a row does not move in X or Y."""
         return bool((np.abs(self.program.path.end[row, :2] - self.before[row, :2]) < _TOLERANCE).all())
 
     def heights_of_first_return(self, rows: range) -> tuple[float, float] | None:

@@ -1,7 +1,8 @@
-"""Find new moves across areas that the original avoided, where there may be an unknown obstacle such as a clamp.
+"""Find new moves across areas that the original program avoided, where there may be an unknown obstacle such as a
+clamp.
 
-A point that the tool reached in the original is clear down to that height. Elsewhere or lower, there may be an
-obstacle.
+A point that the tool reached in the original program is clear down to that height. Elsewhere, or at lower heights,
+there may be an obstacle.
 """
 
 from __future__ import annotations
@@ -35,16 +36,16 @@ _CHORD_ERROR = 0.02
 
 
 class _Moves(NamedTuple):
-    """Straight moves.
+    """Straight moves of a program, in columns.
 
     Attributes
     ----------
     ends
         Start and end of each move, float64[n, 6], mm.
     row
-        Row of the program.
+        Row of each move in the program.
     crosses
-        Whether the move is a sideways rapid at a known height.
+        Whether each move is a sideways rapid at a known height.
     """
 
     ends: Floats
@@ -56,9 +57,10 @@ class _Moves(NamedTuple):
 
 
 def avoided_areas(original: Program, new: Program, safe_z: float = 0.0) -> AvoidedAreas:
-    """Return the rapids of a new program across areas where the original was never as low.
+    """Return the rapids of a new program across areas where the original program was never as low.
 
-    `safe_z` is the height in machine coordinates, mm, from which on a tool is retracted after a machine move.
+    `safe_z` is the height in machine coordinates, mm, at and above which a tool counts as retracted after a move in
+    machine coordinates.
     """
     number: dict[object, int] = {}
     level = not any(np.isfinite(p.path.end[p.path.kind <= Kind.DRILL, 2]).any() for p in (original, new))
@@ -80,9 +82,10 @@ def avoided_areas(original: Program, new: Program, safe_z: float = 0.0) -> Avoid
 
 
 def _moves_of(program: Program, number: dict[object, int], level: bool, safe_z: float) -> _Moves:
-    """Return the moves of a program; moves under different work offsets are shifted apart.
+    """Return the moves of a program. Moves under different work offsets are shifted apart.
 
-    A move with an unknown start becomes a point at its end. `level`: no program states Z, so all moves are at Z0.
+    A move with an unknown start becomes a point at its end. `level` means that neither program states Z, so that all
+    moves are at Z0.
     """
     path = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
     if level:
@@ -106,7 +109,9 @@ def _rounded_ends(moves: _Moves) -> list[tuple[float, ...]]:
 
 
 def _unproven_moves(was: Floats, now: Floats) -> Mask:
-    """Return a mask of the new moves with a point that is not `NEAR` any original move at its height or lower."""
+    """Return a mask of the new moves that contain a point which is not `NEAR` any original move at its height or
+    lower.
+    """
     found = np.zeros(len(now), dtype=bool)
     lines: Any = np.asarray(shapely.linestrings(was.reshape(-1, 2, 3)[:, :, :2]))
     # A vertical move shows that its whole height range is clear.

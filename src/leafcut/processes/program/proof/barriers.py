@@ -1,4 +1,6 @@
-"""Barriers that must keep their order (pauses, tool changes, work offsets …), and the groups of work between them."""
+"""Barriers, such as pauses, tool changes and work offsets, which must keep their order, and the groups of work between
+them.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +39,7 @@ _FROM_HERE = re.compile(r"\bG92(?![.0-9][0-9])|\bL(?:10|11|20)\b")
 
 
 class Barrier(NamedTuple):
-    """A barrier, or a dwell that belongs to a barrier.
+    """A barrier of a program, or a dwell that belongs to a barrier.
 
     Attributes
     ----------
@@ -46,7 +48,7 @@ class Barrier(NamedTuple):
     kind
         A `Kind`, `SKIPPED`, `OBEYED` or `MESSAGE`.
     key
-        Row number; minus 0.5 for a barrier before the row.
+        Row number; 0.5 is subtracted for a barrier before the row.
     line
         Line of the program.
     place
@@ -71,7 +73,7 @@ class Barrier(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class BarrierGroup:
-    """Barriers without work between them; `after` is the number of features before them."""
+    """Consecutive barriers without work between them. `after` is the number of features before the barriers."""
 
     marks: tuple[Barrier, ...]
     after: int
@@ -83,7 +85,7 @@ class BarrierGroup:
 
     @property
     def is_tool_change(self) -> bool:
-        """Whether the barriers only change the tool."""
+        """Whether the barriers do nothing but change the tool."""
         kinds = {mark.kind for mark in self.marks}
         return Kind.TOOL in kinds and kinds <= set(_PART_OF_CHANGE)
 
@@ -139,8 +141,8 @@ def barriers_of(program_path: ProgramPath) -> list[Barrier]:
 
 
 def _modal_context(m: Modal, kind: Kind, description: BlockDescription) -> tuple[object, ...]:
-    """Return the part of the modal state `m` that may affect a barrier block; for a block that is not understood, it is
-    the whole state.
+    """Return the part of the modal state `m` that may affect a barrier block. For a block that is not understood,
+    return the whole state.
 
     A shift of the origin depends only on the units, the distance mode, the tool and the active offsets.
     """
@@ -160,7 +162,7 @@ _READ = tuple(field.name for field in fields(Modal) if field.name != "shift")
 
 
 def _skipped_blocks_and_messages(program: Program, source: Indices) -> Iterator[Barrier]:
-    """Yield the blocks with block delete (/), and the messages in blocks that are no other barrier."""
+    """Yield the blocks with block delete (/), and the messages in blocks that are not barriers of another kind."""
     nowhere = (np.nan, np.nan, np.nan)
     kinds = program.path.kind
     for block, description in program.descriptions.items():
@@ -193,7 +195,9 @@ def _obeyed_comments(program: Program, source: Indices) -> Iterator[Barrier]:
 
 
 def compare_unreached_settings(before: Program, after: Program) -> Iterator[Difference]:
-    """Yield differences between settings in lines that never run, such as an uncalled subprogram."""
+    """Yield differences between settings in lines that never run, such as the lines of a subprogram that is never
+    called.
+    """
     run = [set(p.line.tolist()) if p.obeyed else set() for p in (before, after)]
     one, other = (
         [setting for setting in p.obeyed if setting.line not in lines]
@@ -216,9 +220,9 @@ def with_dwells(
 ) -> tuple[list[Barrier], Mask]:
     """Return the barriers including the dwells that belong to them, and a mask of the features that are such dwells.
 
-    A dwell before the first cut of a stage belongs to the barrier, and so does a dwell after the last cut and a rapid
-    (or after a drilling cycle, which ends with a rapid). A dwell that leads into a cut without a rapid, such as a
-    pierce delay, belongs to that cut.
+    A dwell before the first cut of a stage belongs to the barrier. So does a dwell that follows the last cut and a
+    rapid, or a drilling cycle, which ends with a rapid. A dwell that leads into a cut without a rapid, such as a pierce
+    delay, belongs to that cut.
 
     `travel` and `across` are the rows of all rapids, and of rapids in X or Y, int64[k].
     """
@@ -258,7 +262,9 @@ def _last_row_before(among: Indices, rows: Indices | Floats) -> Floats:
 
 
 def group_barriers(marks: list[Barrier], work: Ints) -> list[BarrierGroup]:
-    """Group consecutive barriers without work between them; `work` are the ascending rows of the features, int32[n]."""
+    """Group consecutive barriers without work between them. `work` contains the rows of the features in ascending
+    order, int32[n].
+    """
     walls: list[BarrierGroup] = []
     ranks = np.searchsorted(work, [mark.key for mark in marks]).tolist()
     together: list[Barrier] = []
@@ -276,15 +282,15 @@ class ComparisonGroups(NamedTuple):
     Attributes
     ----------
     before, after
-        Number of features up to the end of each group except the last, in the original and in the new program.
+        Number of features up to the end of each group except the last, in the original program and in the new program.
     mark_of
-        New barrier by the key of the equal original barrier.
+        Barrier of the new program, by the key of the equal barrier of the original program.
     differences
         Differences between the barriers.
     states
-        Barriers that differ only in the machine state, with the changes of `matching.change_of_state`.
+        Barriers that differ only in the machine state, with their changes as from `matching.change_of_state`.
     implied
-        Changes that follow from removed or added tool changes and work offsets.
+        Changes that are consequences of removed or added tool changes and work offsets.
     """
 
     before: list[int]
@@ -296,10 +302,10 @@ class ComparisonGroups(NamedTuple):
 
 
 def compare_barrier_groups(before: list[BarrierGroup], after: list[BarrierGroup]) -> ComparisonGroups:
-    """Match the barriers of both programs; return the groups of work between them, and the differences.
+    """Match the barriers of both programs. Return the groups of work between the barriers, and the differences.
 
     Both programs must have the same barriers in the same order. Only whole tool changes may be missing in the new
-    program; the work on both sides of a missing one forms a single group.
+    program; the work on both sides of a missing tool change forms a single group.
     """
     if _tool_changes(after) >= _tool_changes(before):
         return _match_groups(before, after)
@@ -318,8 +324,8 @@ def compare_barrier_groups(before: list[BarrierGroup], after: list[BarrierGroup]
 
 
 def _other_tool_change(wall: BarrierGroup, others: list[BarrierGroup]) -> Difference:
-    """Report a tool change that is not in the original, together with the original change to the same tool if there is
-    one.
+    """Report a tool change that the original program does not contain. If the original program changes to the same tool
+    elsewhere, report that change as well.
     """
     text, tools = Message.joined(", ", (mark.text for mark in wall.marks)), _tools(wall)
     for other in others:
@@ -348,8 +354,8 @@ def _only_tool_changes(walls: list[BarrierGroup]) -> list[BarrierGroup]:
 
 
 def _match_groups(before: list[BarrierGroup], after: list[BarrierGroup]) -> ComparisonGroups:
-    """Match barriers from both ends; unmatched barriers in the middle differ, and the work between them forms one
-    group.
+    """Match barriers from both ends of the programs. Barriers in the middle without a match differ, and the work
+    between them forms one group.
     """
     one, other = ([(mark, wall.after) for wall in walls for mark in wall.marks] for walls in (before, after))
     shorter = min(len(one), len(other))
@@ -440,7 +446,7 @@ def _barrier_noun(mark: Barrier) -> Message:
 
 
 def _state_changes(one: Barrier, other: Barrier) -> list[FeatureChange]:
-    """Return the differences in machine state between two barriers that are otherwise equal, or an empty list."""
+    """Return the differences in machine state between two otherwise identical barriers, or an empty list."""
     if one.kind != other.kind or one.kind in (SKIPPED, OBEYED, MESSAGE):
         return []
     names = ("spindle", "coolant") if one.kind == Kind.DWELL else ("spindle", "coolant", "radius")
@@ -457,7 +463,7 @@ def _state_changes(one: Barrier, other: Barrier) -> list[FeatureChange]:
 
 
 def _implied_changes(marks: list[Barrier], which: str) -> Iterator[StateChange]:
-    """Yield the changes of tool and work offset that follow from removed or added barriers."""
+    """Yield the changes of tool and work offset that are consequences of removed or added barriers."""
     for mark in marks:
         if mark.kind in (Kind.TOOL, Kind.FRAME) and isinstance(ref := mark.values[1], int):
             name = "tool" if mark.kind == Kind.TOOL else "frame"
@@ -467,7 +473,9 @@ def _implied_changes(marks: list[Barrier], which: str) -> Iterator[StateChange]:
 def find_misplaced_barriers(
     marks: list[Barrier], mark_of: dict[float, Barrier], tolerance: float
 ) -> Iterator[Difference]:
-    """Yield the barriers at which the tool is lower, at an unknown height, or not at the required position."""
+    """Yield the barriers at which the tool is lower than in the original program, at an unknown height, or not at the
+    required position.
+    """
     for mark in marks:
         new = mark_of.get(mark.key)
         if new is None or mark.kind in PLACELESS:

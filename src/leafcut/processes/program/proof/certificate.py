@@ -1,6 +1,6 @@
 """The proof of a rewritten program: `certify` compares the work of two programs and returns a `Certificate`.
 
-The comparison uses only the two programs; it does not know how the second was derived from the first.
+The comparison uses only the two programs; it does not know how the second program was derived from the first.
 """
 
 from __future__ import annotations
@@ -83,23 +83,23 @@ def certify(
 ) -> Certificate:
     """Return a proof that two programs do the same work, or the differences between them.
 
-    - Barriers (`barriers`): both programs have the same barriers in the same order, with the tool no lower. At an
-    unknown block, the tool is at the same position. Only whole tool changes may be missing.
+    - Barriers (`barriers`): both programs have the same barriers in the same order, and the tool is no lower there. At
+      an unknown block, the tool is at the same position. Only whole tool changes may be missing.
     - Between two barriers (`matching`): both programs have the same holes, cuts and dwells, in any order, except for
     the rules below.
     - Cuts that touch each other keep their order (`order_rules`).
-    - Work inside a closed cut, or inside an outline with tabs, stays before or after it (`outlines`). With a laser or
-    torch, only work before the cut must stay before it.
+    - Work inside a closed cut, or inside an outline with tabs, stays before or after that cut (`outlines`). With a
+      laser or torch, only work before the cut must stay before it.
     - Passes of a mill at two levels or side by side, and rows, keep their order (`order_rules`).
-    - Work before a mill detaches a part stays before it (`order_rules`).
-    - Rapids depart, cross and arrive no lower than in the original at the same point (`rapids`).
-    - The new program reaches no farther than the original. If the work offset of the machine is known, it stays within
-    the travel.
+    - Work that comes before a cut by which a mill detaches a part stays before that cut (`order_rules`).
+    - Rapids depart, cross and arrive no lower than in the original program at the same point (`rapids`).
+    - The new program reaches no farther than the original program. If the work offset of the machine is known, the new
+      program stays within the travel.
 
-    Feed moves above the work count as cuts; feed moves of a laser or torch that is off do not. If only one program uses
-    drilling cycles, both are compared as single moves. Coordinates agree within `tolerance_mm` on every axis. A line
-    may be divided into several feed moves if the intermediate points are within half of `tolerance_mm` of it. Moves of
-    zero length do not count.
+    Feed moves above the work count as cuts; feed moves with a laser or torch that is off do not. If only one program
+    uses drilling cycles, both are compared as single moves. Coordinates agree within `tolerance_mm` on every axis. A
+    line may be divided into several feed moves if the intermediate points are within half of `tolerance_mm` of it.
+    Moves of zero length do not count.
 
     Parameters
     ----------
@@ -161,7 +161,9 @@ def _digest(program: Program) -> str:
 
 
 class _Comparison:
-    """A comparison of two programs: the first differences of each check, the number of all differences, and notes."""
+    """A comparison of two programs: the first differences that each check finds, the number of all differences, and
+    notes.
+    """
 
     def __init__(
         self,
@@ -188,7 +190,9 @@ class _Comparison:
         self.count += max(count, len(new))
 
     def certificate(self, straight: float | None, machine: Machine | None, beyond: Bounds | None) -> Certificate:
-        """Compare the programs; `straight` is the tolerance for merging straight cuts, mm, or None for no merging."""
+        """Compare the programs. `straight` is the tolerance for merging the moves of straight cuts, mm; None means that
+        they are not merged.
+        """
         original, new = self.programs
         written_out = works_without_cycles(original.path) != works_without_cycles(new.path)
         before, after = (
@@ -217,8 +221,8 @@ class _Comparison:
         )
 
     def _compare_work(self, before: ProgramWork, after: ProgramWork, grouping: ComparisonGroups) -> tuple[Pairing, int]:
-        """Add the differences of the work between barriers; return the matched features and the number of reversed
-        cuts.
+        """Compare the work between barriers and add the differences. Return the matched features and the number of
+        reversed cuts.
         """
         both = [
             in_reference_direction(work) if self.allow_reverse else unchanged_work(work) for work in (before, after)
@@ -250,7 +254,7 @@ class _Comparison:
 
 
 def _other_units(programs: tuple[Program, Program]) -> Iterator[Difference]:
-    """Yield a difference if the programs state different units, because that may explain all other differences."""
+    """Yield a difference if the programs state different units, because this may explain all other differences."""
     units = [{m.unit for m in program.modals if m.unit} for program in programs]
     stated = [first_with_units(program) for program in programs]
     written = all(block < program.n_blocks for block, program in zip(stated, programs, strict=True))
@@ -263,7 +267,7 @@ def _other_units(programs: tuple[Program, Program]) -> Iterator[Difference]:
 
 
 def _known_bounds(features: list[Feature]) -> Bounds | None:
-    """Return the bounds of features that are already reported as different, including R planes and retracts."""
+    """Return the bounds of features that have already been reported as different, including R planes and retracts."""
     places = [f.place[k : k + 3] for f in features for k in (0, 3) if k == 0 or f.exact[0] < FIRST_CYCLE]
     places += [(*f.place[:2], height) for f in features if f.exact[0] >= FIRST_CYCLE for height in f.height]
     if not places:
@@ -276,9 +280,9 @@ def _known_bounds(features: list[Feature]) -> Bounds | None:
 def _wider_travel(
     before: Toolpath, after: Toolpath, tolerance: float, beyond: list[Bounds | None]
 ) -> Iterator[Difference]:
-    """Yield the axes on which the new program reaches farther than the original.
+    """Yield the axes on which the new program reaches farther than the original program.
 
-    The ends of moves suffice, because the cuts are equal.
+    Checking the ends of moves is sufficient, because the cuts are equal.
     """
     bounds = [one for one in beyond if one is not None]
     lowest = np.fmin.reduce([(math.inf,) * 3, *(low for low, _ in bounds)])
@@ -302,8 +306,8 @@ def _wider_travel(
 
 
 def _farthest_move(path: Toolpath, axis: int, sign: float) -> tuple[int, float]:
-    """Return the move that ends farthest along an axis (`sign` 1) or against it (`sign` -1), and its coordinate times
-    `sign`.
+    """Return the move that ends farthest along an axis (`sign` 1) or against it (`sign` -1), and the coordinate of its
+    end multiplied by `sign`.
 
     Without a move, the row is -1.
     """
@@ -316,8 +320,8 @@ def _farthest_move(path: Toolpath, axis: int, sign: float) -> tuple[int, float]:
 
 
 def _outside(path: Toolpath, machine: Machine | None) -> list[Difference]:
-    """Return the moves outside the travel of the machine, up to the first shift of the origin; later positions are
-    unknown.
+    """Return the moves outside the travel of the machine, up to the first shift of the origin. Positions after the
+    shift are unknown.
     """
     if machine is None or machine.work_offset is None:
         return []

@@ -1,4 +1,4 @@
-"""Find changes of order that matter, by the order rules with the thresholds `FREE`."""
+"""Find changes of order that matter, using the order rules with the thresholds `FREE`."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class ChangedOrder:
         self.run: Indices = np.subtract(run, run[:1], dtype=np.int64)
 
     def touching(self, tolerance: float) -> Iterator[Difference]:
-        """Yield touching cuts in changed order, and features with unknown position that moved in the order."""
+        """Yield touching cuts whose order changed, and features at unknown positions that moved in the order."""
         if self.unchanged:
             return
         known = np.isfinite(self.features.end[:, :2]).all(axis=1)
@@ -88,9 +88,9 @@ class ChangedOrder:
             )
 
     def work_inside_contours(self) -> Iterator[Difference]:
-        """Yield work that changed sides in the order with a closed cut or a tabbed outline around it.
+        """Yield work that was before a closed cut or a tabbed outline around it and is now after it, or vice versa.
 
-        With a beam or a pen, only work that is now cut later counts.
+        With a beam or a pen, only work that is now after the outline counts.
         """
         if self.unchanged or not len(self.traces.feature):
             return
@@ -121,7 +121,9 @@ class ChangedOrder:
                 yield self._difference(kind, int(first[k]), int(last[closes]), message)
 
     def reordered_passes(self, width: float) -> Iterator[Difference]:
-        """Yield nearby passes in changed order for a mill of this width (mm), and parts that are detached too early."""
+        """Yield nearby passes whose order changed, for a mill of the given width (mm), and parts that are detached too
+        early.
+        """
         if self.unchanged or not len(self.features):
             return
         first = ~self.gaps.opened_by_feature[self.gaps.gap_of]
@@ -164,7 +166,7 @@ class ChangedOrder:
     def _detached_too_early(self, visits: Visits, visit: Indices) -> Iterator[tuple[int, int]]:
         """Yield (feature, last feature of an outline) if the outline now detaches its part before the feature is cut.
 
-        Another part at the same depth or deeper may be detached in either order.
+        Parts that are detached at the same depth or deeper may be detached in either order.
         """
         features = self.features
         shifts = [mark.key for mark in self.before.marks if mark.kind == Kind.SHIFT]
@@ -220,7 +222,7 @@ class ChangedOrder:
         ]
 
     def _part_outlines(self) -> Indices:
-        """Return the runs that are outlines of parts: closed cuts inside an even number of other outlines."""
+        """Return the runs that are outlines of parts, which are closed cuts inside an even number of other outlines."""
         lines = list(lines_of(self.features, self.traces, self.run, FREE.sagitta))
         outlines = list(outlines_of(lines, None, FREE, self.check_cancelled))
         if not outlines:
@@ -244,7 +246,9 @@ class ChangedOrder:
 
 
 def _changed_side(tabs: bool, later: bool, flat: bool, place: Message, end: Message) -> Message:
-    """Return the message about work inside a closed cut or an outline with tabs that is now done later or earlier."""
+    """Return the message about work inside a closed cut, or inside an outline with tabs, that is now done later or
+    earlier than that cut.
+    """
     message = Message(
         "{} lies inside an outline with tabs that ends at {}; originally it was cut {} this cut, and now it is "
         "cut {} it"
@@ -263,7 +267,7 @@ def _changed_order(relation: Message, place: Message, other: Message) -> Message
 
 
 def _moved_visits(begins: Indices) -> Mask:
-    """Return a mask of the visits that changed their order relative to any other visit."""
+    """Return a mask of the visits whose order relative to any other visit changed."""
     here = begins >= 0
     most = np.maximum.accumulate(begins) > begins
     least = np.minimum.accumulate(np.where(here, begins, np.iinfo(np.int64).max)[::-1])[::-1] < begins
@@ -272,7 +276,7 @@ def _moved_visits(begins: Indices) -> Mask:
 
 
 def _reordered_features(rank: Indices, which: Indices) -> list[int]:
-    """Return the features in `which` that changed their order relative to any other feature."""
+    """Return the features in `which` whose order relative to any other feature changed."""
     highest = np.maximum.accumulate(np.concatenate([[-1], rank]))[:-1]
     lowest = np.minimum.accumulate(np.where(rank >= 0, rank, len(rank) + rank.max(initial=0))[::-1])[::-1]
     here = rank[which]

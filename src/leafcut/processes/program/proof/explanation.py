@@ -1,6 +1,6 @@
-"""Explain unmatched features in a machinist's terms: each change once, without its consequences.
+"""Explain unmatched features in a machinist's terms: report each change once, without its consequences.
 
-A changed feed word is a single difference. A cut that only starts at the changed end of its predecessor is no
+A changed feed word is a single difference. A cut that only starts at the changed end of its predecessor is not a
 difference.
 """
 
@@ -45,9 +45,9 @@ _Item = TypeVar("_Item")
 
 
 class Explanation(NamedTuple):
-    """The explained differences in the order of their lines.
+    """The explained differences, sorted by line.
 
-    `found` is the minimum number of differences. `changes` are the changes of work that occurs in both programs.
+    `found` is the minimum number of differences. `changes` contains the changes of work that occurs in both programs.
     """
 
     differences: list[Difference]
@@ -56,7 +56,9 @@ class Explanation(NamedTuple):
 
 
 class _ChangedFeature(NamedTuple):
-    """A feature, its counterpart in the new program, and their differences: at the start point, and others."""
+    """A feature, its counterpart in the new program, and their differences, separately for the start point and for all
+    other values.
+    """
 
     one: Feature
     other: Feature
@@ -67,7 +69,7 @@ class _ChangedFeature(NamedTuple):
 def explain(pairing: Pairing, room: MatchTolerance, implied: Sequence[StateChange] = ()) -> Explanation:
     """Explain each unmatched feature as done elsewhere, changed, moved, missing or new.
 
-    Changes in `implied` are left out.
+    The changes in `implied` are consequences of other differences and are left out.
     """
     elsewhere, missing, extra = _moved_past_barrier(pairing, room)
     counted = max(len(missing) - _MOST_EXPLAINED, 0)
@@ -93,7 +95,9 @@ def explain(pairing: Pairing, room: MatchTolerance, implied: Sequence[StateChang
 def _moved_past_barrier(
     pairing: Pairing, room: MatchTolerance
 ) -> tuple[list[Difference], list[Feature], list[Feature]]:
-    """Return the differences for features that moved to the other side of a barrier, and the remaining features."""
+    """Return the differences for features that moved to the other side of a barrier, and the remaining features of both
+    programs.
+    """
     missing, extra = pairing.missing, pairing.extra
     if not any(f.group for f in (*missing, *extra)):
         return [], missing, extra
@@ -117,7 +121,9 @@ def _moved_past_barrier(
 
 
 def _grouped(items: Iterable[_Item], goes_on: Callable[[_Item, _Item], bool]) -> Iterator[list[_Item]]:
-    """Yield groups of consecutive items; `goes_on` decides whether an item joins the group of its predecessor."""
+    """Yield groups of consecutive items. `goes_on` returns whether an item belongs to the group of the item before
+    it.
+    """
     group: list[_Item] = []
     for item in items:
         if group and not goes_on(group[-1], item):
@@ -131,7 +137,7 @@ def _grouped(items: Iterable[_Item], goes_on: Callable[[_Item, _Item], bool]) ->
 def _changed_features(
     missing: list[Feature], extra: list[Feature], room: MatchTolerance, implied: Sequence[StateChange]
 ) -> tuple[list[_ChangedFeature], list[Feature], list[Feature]]:
-    """Return the features that changed in place, the missing features and the new features."""
+    """Return the features that changed but kept their place, the missing features, and the new features."""
     cells = sorted_into_cells(extra, room.place, 2)
     pairs, gone = [], []
     for feature in missing:
@@ -152,7 +158,9 @@ def _changed_features(
 
 
 def _grouped_changes(pairs: list[_ChangedFeature], gone: list[Feature], new: list[Feature]) -> Iterator[Difference]:
-    """Yield the changes; equal changes form one difference, and consequences of other changes are left out."""
+    """Yield the changes as differences. Equal changes form a single difference, and consequences of other changes are
+    left out.
+    """
     differing = [pair for pair in pairs if pair.rest]
     ends = [
         {f.number: f.place[:3] for f in side}
@@ -211,7 +219,7 @@ def _adjacent(one: Stretch, other: Stretch) -> bool:
 
 
 def _group_difference(change: str, group: list[Stretch], side: Features) -> Difference:
-    """Return the difference for adjacent stretches that are all missing or all new."""
+    """Return the difference for adjacent runs of features that are all missing or all new."""
     features = [feature for stretch in group for feature in stretch]
     holes = [_hole(stretch, side) for stretch in group]
     text = _group_text(group, holes)
@@ -240,7 +248,9 @@ def _group_text(group: list[Stretch], holes: list[Message | None]) -> Message:
 
 
 def _stretch_text(stretch: Stretch, hole: Message | None) -> Message:
-    """Describe a stretch; the last value is its end, after its start if the stretch is no hole of several cuts."""
+    """Describe a run of features. The last value is the end of the run; unless the run is a hole made by several cuts,
+    its start comes before it.
+    """
     first, last = stretch[0], stretch[-1]
     if hole and not _is_cycle(first) and len(stretch) > 1:
         return Message("{}, of {},", hole, _count_text(stretch))
@@ -251,9 +261,10 @@ def _stretch_text(stretch: Stretch, hole: Message | None) -> Message:
 
 
 def _hole(stretch: Stretch, side: Features) -> Message | None:
-    """Describe a hole: a cycle, or vertical cuts without adjoining cuts; the last value is its place.
+    """Describe a hole, which is a canned cycle, or vertical cuts without adjoining cuts. The last value is the position
+    of the hole.
 
-    None for other work.
+    Return None for other work.
     """
     first, last = stretch[0], stretch[-1]
     if _is_cycle(first):
@@ -272,7 +283,7 @@ def _hole(stretch: Stretch, side: Features) -> Message | None:
 def _moved(
     gone: list[Stretch], new: list[Stretch], sides: tuple[Features, Features], room: MatchTolerance
 ) -> Iterator[Difference]:
-    """Yield the features that only moved, and remove them from both lists."""
+    """Yield differences for the features that only moved, and remove these features from both lists."""
     if len(new) > _MOST_MOVED or len(gone) > _MOST_MOVED:
         return
     groups: dict[tuple[float, ...], list[tuple[Stretch, Stretch]]] = defaultdict(list)
@@ -312,7 +323,7 @@ def _moved(
 
 
 def _differs_only_in_position(one: Stretch, other: Stretch, room: MatchTolerance) -> bool:
-    """Return whether two stretches differ only in position, or two single cuts only in their end."""
+    """Return whether two runs of features differ only in position, or two single cuts only in their end."""
     if len(one) != len(other) or any(a.exact != b.exact for a, b in zip(one, other, strict=True)):
         return False
     if not all(map(math.isfinite, (*one[0].place[:2], *other[0].place[:2]))):
@@ -361,7 +372,7 @@ def _further_lines(lines: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
 
 
 def _same_point(a: tuple[float, ...] | None, b: tuple[float, ...]) -> bool:
-    """Return whether two points are equal; two unknown coordinates are equal."""
+    """Return whether two points are equal. Two unknown coordinates count as equal."""
     if a is None:
         return False
     return all(abs(p - q) <= _NEAR or (math.isnan(p) and math.isnan(q)) for p, q in zip(a, b, strict=True))

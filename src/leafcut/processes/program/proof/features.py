@@ -1,4 +1,4 @@
-"""Features: the holes, cuts and dwells of a toolpath as columns, with all values that the proof compares.
+"""Features are the holes, cuts and dwells of a toolpath, in columns with all values that verification compares.
 
 A million features must fit into memory, so values that rarely change are kept in tables.
 """
@@ -48,7 +48,7 @@ _ALL = slice(None)
 
 @dataclass(frozen=True, eq=False)
 class ProgramPath:
-    """The toolpath of a program, possibly with expanded cycles and merged lines.
+    """The toolpath of a program. Its cycles may be expanded, and its straight moves merged.
 
     `source`, int64[n], is the program row of each row of `path`.
     """
@@ -59,7 +59,7 @@ class ProgramPath:
 
     @classmethod
     def of(cls, program: Program) -> ProgramPath:
-        """Return the toolpath of a program unchanged."""
+        """Return the unchanged toolpath of a program."""
         return cls(program, program.path, np.arange(len(program.path)))
 
     def modal(self, field: str, rows: Selection = _ALL) -> NDArray:
@@ -72,7 +72,7 @@ class ProgramPath:
 
 
 class TextHistory(NamedTuple):
-    """Facts about the earlier text that no modal value shows, by row or by feature, [n].
+    """Facts about the earlier text of a program that no modal value shows, for each row or each feature, [n].
 
     `stated` has a bit for stated units, for a spindle start since the tool change, and for a length offset that is not
     cancelled. `obeyed` is the number of earlier comments and settings that the controller obeys. `table` is the number
@@ -85,7 +85,7 @@ class TextHistory(NamedTuple):
 
 
 class Tables(NamedTuple):
-    """Data of arcs and cycles. Entry 0 of each column is 0, for features that are neither arcs nor cycles.
+    """Data of arcs and cycles. Entry 0 of each column is 0; features that are neither arcs nor cycles refer to it.
 
     Arcs have `center` (float64[a, 3], mm), `plane` and `turns`; cycles have `r_plane` and `peck` (mm).
     """
@@ -99,19 +99,19 @@ class Tables(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """Holes, cuts and dwells in program order; `of` returns the columns named in `EXACT`, `PLACE`, `AMOUNT` and
-    `HEIGHT`.
+    """Holes, cuts and dwells in program order. `of` returns the columns that `EXACT`, `PLACE`, `AMOUNT` and `HEIGHT`
+    name.
 
     Attributes
     ----------
     row, line
-        int32[n]: row of the toolpath, line of the text.
+        int32[n]: row of the toolpath, and line of the text.
     kind
         int64[n]: `Kind` of a cut; for a cycle, its name as a number from `FIRST_CYCLE` up.
     end, start
         float64[n, 3], mm. The end of a hole is its bottom, and its start is at the retract height.
     feed, dwell
-        float64[n]: mm/s, s.
+        float64[n]: feed, mm/s, and dwell, s.
     state, arc, cycle
         int32[n]: rows in `modals` and in `tables`.
     group
@@ -137,7 +137,7 @@ class Features:
         return len(self.row)
 
     def of(self, name: str, rows: Selection = _ALL) -> NDArray:
-        """Return the column with this name for the given rows."""
+        """Return the column with the given name for the given rows."""
         column: NDArray
         match name:
             case "x" | "y" | "depth":
@@ -173,11 +173,11 @@ class Features:
         return column
 
     def several(self, names: Iterable[str], rows: Selection = _ALL) -> NDArray:
-        """Return several columns side by side, [n, names]."""
+        """Return several columns side by side, as an array [n, names]."""
         return np.column_stack([self.of(name, rows) for name in names])
 
     def pick(self, which: Mask | Indices) -> Features:
-        """Return the features with these indices, or those that a mask selects."""
+        """Return the features with the given indices, or those that a mask selects."""
         history = TextHistory(*(column[which] for column in self.history))
         return replace(self, history=history, **{name: getattr(self, name)[which] for name in _BY_FEATURE})
 
@@ -206,13 +206,13 @@ _MODAL = (
 
 
 def _columns(modals: Iterable[Modal]) -> dict[str, NDArray]:
-    """Return the compared fields of modal states as columns; an unknown tool is 0."""
+    """Return the compared fields of modal states as columns; an unknown tool counts as 0."""
     every = list(modals)
     return {name: np.array([getattr(modal, name) or 0 for modal in every]) for name in _MODAL}
 
 
 def _history(program: Program) -> TextHistory:
-    """Return the history at each row of a program."""
+    """Return the text history at each row of a program."""
     path, length = program.path, program.modal_at_rows("length")
     stated = (program.row_block >= first_with_units(program)) + 2 * _started(path, program.modal_at_rows("spindle"))
     return TextHistory(
@@ -225,7 +225,7 @@ def _history(program: Program) -> TextHistory:
 def _started(path: Toolpath, spindle: Indices) -> Indices:
     """Return 0 for rows where the spindle turns without a start since the last tool change, and 1 for all others.
 
-    M6 stops the spindle in LinuxCNC and on Haas machines; other controllers differ.
+    M6 stops the spindle on LinuxCNC and on Haas machines; on other controllers it may not.
     """
     starts = (path.kind == Kind.SPINDLE) & (path.ref != SPEED_ALONE)
     last = [last_rows(which) for which in (starts, path.kind == Kind.TOOL)]
@@ -234,7 +234,7 @@ def _started(path: Toolpath, spindle: Indices) -> Indices:
 
 
 def same_state(rows: ProgramPath) -> Mask:
-    """Return a mask of the rows after the first whose state equals that of the previous row."""
+    """Return a mask of all rows except the first: whether the machine state equals that of the row before."""
     number = rows.program.row_modal[rows.source]
     changed = np.flatnonzero(number[1:] != number[:-1])
     equal = np.ones(max(len(number) - 1, 0), dtype=bool)
@@ -247,7 +247,9 @@ def same_state(rows: ProgramPath) -> Mask:
 
 
 def compensated_moves(rows: ProgramPath) -> Mask:
-    """Return a mask of the moves under radius compensation, and of the first move after it, which is still affected."""
+    """Return a mask of the moves under cutter compensation, and of the first move after each of them, which is still
+    affected.
+    """
     moving = np.flatnonzero(rows.path.kind <= Kind.DRILL)
     on = np.abs(rows.modal("radius", moving)) != 40
     mask = np.zeros(len(rows.path), dtype=bool)
@@ -279,7 +281,7 @@ _UNITS = re.compile(r"G0*(?:20|21|70|71)(?![0-9.])")
 
 
 def features_of(program_path: ProgramPath, which: Mask) -> Features:
-    """Return the features in the rows `which`: cuts, cycles, dwells, and rapids under radius compensation."""
+    """Return the features in the rows `which`: cuts, cycles, dwells, and rapids under cutter compensation."""
     program, path = program_path.program, program_path.path
     rows = np.flatnonzero(which)
     source = program_path.source[rows]
@@ -316,8 +318,8 @@ def features_of(program_path: ProgramPath, which: Mask) -> Features:
 
 
 def is_uniform(cuts: Features) -> bool:
-    """Return whether the first and last cuts have the usual kind and feed of all cuts, as without lead-in and
-    lead-out.
+    """Return whether the first and the last cuts have the same kind and feed as most cuts, so that there is no lead-in
+    or lead-out.
     """
     if len(cuts) == 1:
         return True

@@ -1,4 +1,4 @@
-"""Match the features of two programs one to one, and describe the changes of features without a match."""
+"""Match the features of two programs one to one, and describe the changes of features that have no match."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _MOST_LOOKS = 3_000_000
 
 
 class MatchTolerance(NamedTuple):
-    """Tolerance of positions, mm. With a `beam`, S is the beam power."""
+    """Tolerance of positions, mm. With a `beam`, the S word is the power of the beam."""
 
     place: float
     beam: bool = False
@@ -48,8 +48,8 @@ class Feature(NamedTuple):
 class Pairing(NamedTuple):
     """Matched features of two programs.
 
-    `new_of`, int64[n], is the new feature for each original feature, or -1. `missing` and `extra` are the unmatched
-    features of the original and of the new program.
+    `new_of`, int64[n], is the new feature that matches each original feature, or -1. `missing` and `extra` are the
+    unmatched features of the original program and of the new program.
     """
 
     new_of: Indices
@@ -60,7 +60,9 @@ class Pairing(NamedTuple):
 
 
 def match_features(before: Features, after: Features, room: MatchTolerance) -> Pairing:
-    """Match the features of two programs within the tolerances `room`; equal features are matched in order."""
+    """Match the features of two programs within the tolerances `room`. If several features are equal, they are matched
+    in order.
+    """
     new_of = np.full(len(before), -1, dtype=np.int64)
     old, new = _match_by_hash(before, after, room.place)
     new_of[old] = new
@@ -74,7 +76,7 @@ def match_features(before: Features, after: Features, room: MatchTolerance) -> P
 
 
 def _match_by_hash(before: Features, after: Features, tolerance: float) -> tuple[Indices, Indices]:
-    """Return the matching rows of both programs that agree except for rounding errors."""
+    """Return the matching rows of both programs, whose values agree except for rounding errors."""
     hashed = np.concatenate([_hashed(side) for side in (before, after)])
     _, number = np.unique(hashed, return_inverse=True)
     old, new = _match_equal_numbers(number[: len(before)], number[len(before) :])
@@ -89,7 +91,9 @@ def _match_by_hash(before: Features, after: Features, tolerance: float) -> tuple
 
 
 def _match_equal_numbers(one: Indices, other: Indices) -> tuple[Indices, Indices]:
-    """Match equal numbers from both ends as long as they agree, then in order, so that neighbours stay matched."""
+    """Match equal numbers from both ends as long as they agree, and match the others in order, so that neighbours stay
+    matched.
+    """
     n, m = len(one), len(other)
     differs = np.flatnonzero(one[: min(n, m)] != other[: min(n, m)])
     head = int(differs[0]) if len(differs) else min(n, m)
@@ -116,7 +120,7 @@ def _rounded(features: Features) -> Iterator[Indices]:
 
 
 def _hashed(features: Features) -> NDArray[np.uint64]:
-    """Return a hash of each feature; callers must check matches for collisions."""
+    """Return a hash of each feature. Callers must check matching hashes for collisions."""
     mixed = np.zeros(len(features), dtype=np.uint64)
     for column in _rounded(features):
         mixed = (mixed ^ column.astype(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
@@ -125,7 +129,9 @@ def _hashed(features: Features) -> NDArray[np.uint64]:
 
 
 def _counted(number: Indices) -> Indices:
-    """Return a key for each row, which combines its number with the count of earlier rows with this number."""
+    """Return a key for each row, which combines the number of the row with the count of earlier rows that have the same
+    number.
+    """
     order = np.argsort(number, kind="stable")
     ordered = number[order]
     begins = np.flatnonzero(np.diff(ordered, prepend=-1))
@@ -184,8 +190,8 @@ def sorted_into_cells(features: list[Feature], tolerance: float, axes: int) -> d
 
 
 def cells_around(feature: Feature, tolerance: float, axes: int) -> Iterator[CellKey]:
-    """Yield the grid cells near a feature in x, y (and z), its own cell first; unknown coordinates get a separate far
-    cell.
+    """Yield the grid cells near a feature in x, y (and z), starting with its own cell. An unknown coordinate has a
+    separate cell far away.
     """
     size, room = 4.0 * max(tolerance, 1e-6), tolerance + 1e-9
     at = feature.place[:axes]
@@ -206,7 +212,8 @@ def _shown_work_offset(tenths: int) -> str:
 class FeatureChange(NamedTuple):
     """A difference between two features.
 
-    `name` is the name of a value in `EXACT`, with the value before and after, or a group of other values.
+    `name` is the name of a value in `EXACT`, whose value before and after is stored, or the name of a group of other
+    values.
     """
 
     name: str
@@ -215,7 +222,7 @@ class FeatureChange(NamedTuple):
     now: int | None = None
 
     def matches(self, change: StateChange) -> bool:
-        """Return whether this is the given change; None stands for any value."""
+        """Return whether this change equals the given change, in which None stands for any value."""
         name, was, now = change
         return self.name == name and was in (None, self.was) and now in (None, self.now)
 
@@ -265,7 +272,7 @@ def change_of_state(name: str, was: int, now: int) -> FeatureChange:
 
 
 def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[FeatureChange]:
-    """Return the differences of feature `b` from `a` beyond the tolerances; the list is empty if there are none."""
+    """Return the differences of feature `b` from feature `a` that exceed the tolerances, or an empty list."""
     near = room.place + 1e-9
     found: list[FeatureChange] = []
     if a.exact[0] != b.exact[0]:
@@ -307,7 +314,7 @@ def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[Featur
 
 
 def _path_changes(a: Feature, b: Feature, near: float) -> Iterator[FeatureChange]:
-    """Return the changes of arc and start point. A centre that moves together with the start is not reported
+    """Return the changes of an arc and of a start point. A centre that moves together with the start is not reported
     separately.
     """
     if a.exact[2] != b.exact[2]:

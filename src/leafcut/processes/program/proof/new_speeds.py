@@ -1,5 +1,5 @@
-"""Prove new speeds and heights: the path is the same, speeds stay within limits, and lower moves pass only
-through air.
+"""Verify new speeds and heights: the path must be the same, speeds must stay within limits, and lower moves must pass
+only through air.
 """
 
 from __future__ import annotations
@@ -31,7 +31,9 @@ _ARCS = (Kind.ARC_CW, Kind.ARC_CCW)
 
 
 def changed_stretches(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStretch, ...]]:
-    """Return the changed speeds by row of the original. Raises VerifyError if the path or the work differs."""
+    """Return the segments with changed speeds by row of the original program. Raises VerifyError if the path or the
+    work differs.
+    """
     found: dict[int, tuple[PaceStretch, ...]] = {}
     at = 0
     count = len(after)
@@ -61,7 +63,9 @@ def changed_stretches(before: Toolpath, after: Toolpath) -> dict[int, tuple[Pace
 
 
 def _match_stretches(before: Toolpath, after: Toolpath, row: int, at: int) -> tuple[tuple[PaceStretch, ...], int]:
-    """Return the stretches of a straight cut, and the row after the cut in the new program."""
+    """Return the segments of constant speed into which a straight cut was divided, and the row after the cut in the new
+    program.
+    """
     begin, end = before.before[row], before.end[row]
     way = end - begin
     known = bool(np.isfinite(way).all())
@@ -117,7 +121,7 @@ def _path_error(before: Toolpath, after: Toolpath, row: int, at: int) -> VerifyE
 
 
 def new_speeds(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]]) -> Floats:
-    """Return the highest new speed of every simulated move, mm/s; infinite for a rapid."""
+    """Return the highest new speed of every simulated move, mm/s; the speed of a rapid is infinite."""
     speed = loads.feed.copy()
     every = np.arange(int(loads.source.max(initial=-1)) + 2)
     first = np.searchsorted(loads.source, every, side="left")
@@ -181,7 +185,7 @@ def check_limits(
 
 
 def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]], rules: PaceRules) -> list[int]:
-    """Return the plunges with a raised speed below the clearance above the material."""
+    """Return the plunges whose speed is raised at a height below the clearance above the material."""
     wrong = []
     for at in np.flatnonzero(loads.is_vertical & ~loads.moves.rapid).tolist():
         parts = stretches.get(int(loads.source[at]), ())
@@ -198,7 +202,9 @@ def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]
 def rows_changed_to_rapid(
     before: Toolpath, stretches: dict[int, tuple[PaceStretch, ...]]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the rows of the new program that changed from cuts to rapids, and the subset that replaces arcs."""
+    """Return the rows of the new program in which a cut became a rapid, and those among them in which the rapid
+    replaces an arc.
+    """
     rows: list[int] = []
     chords: list[int] = []
     at = 0
@@ -217,7 +223,7 @@ def rows_changed_to_rapid(
 def check_lowered(
     before: Toolpath, after: Toolpath, loads: Loads, rules: PaceRules, bent_above: float = -math.inf
 ) -> None:
-    """Raise VerifyError unless a program differs only in lower moves, and these stay clear of the material.
+    """Raise VerifyError unless a program differs only in lower moves, and these moves stay clear of the material.
 
     `loads` are the loads of the program with lower heights. If rapids are not straight, lowered rapids in both X and Y
     must stay above `bent_above` plus the clearance, mm.

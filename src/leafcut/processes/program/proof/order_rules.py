@@ -1,7 +1,7 @@
-"""Order rules, which find the pieces of work whose order matters. The planner and the proof share them.
+"""Order rules, which find the pieces of work whose order matters. Planning and verification share these rules.
 
-Rules that depend on unknown facts, such as tool width, have two sets of thresholds. The planner uses `KEEP` and gets
-every pair whose order may matter. The proof uses `FREE` and gets the pairs whose order certainly matters.
+Rules that depend on unknown facts, such as the tool width, have two sets of thresholds. Planning uses `KEEP` and gets
+every pair whose order may matter. Verification uses `FREE` and gets the pairs whose order certainly matters.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _WIDEST_ROW, _LEAST_ROWS = 100.0, 3
 
 @dataclass(frozen=True, eq=False)
 class Visits:
-    """Work between two travel moves; each visit is one row.
+    """Visits, in columns. A visit is the work between two travel moves.
 
     Attributes
     ----------
@@ -59,9 +59,9 @@ class Visits:
     cuts
         Whether the visit cuts sideways, bool[n].
     level
-        Whether much of its length is at its lowest level, bool[n].
+        Whether a large part of the visit is at its lowest level, bool[n].
     closed
-        Whether its sideways cuts end where they start, bool[n].
+        Whether the sideways cuts of the visit end where they start, bool[n].
     ends
         Start and end of the sideways cuts, float64[n, 2, 2], mm; NaN without a cut.
     length
@@ -84,9 +84,9 @@ class Visits:
 
 
 def visits_of(features: Features, traces: Traces, visit: Indices, n: int, doubt: OrderThresholds) -> Visits:
-    """Return n visits; `visit` is the ascending visit number of each feature, and every number occurs.
+    """Return n visits. `visit` is the visit number of each feature, in ascending order; every number occurs.
 
-    `doubt` has the minimum length of a sideways move.
+    `doubt` contains the minimum length of a sideways move.
     """
     kind, z, start = features.kind, features.end[:, 2], features.of("start z")
     made = kind != Kind.DWELL
@@ -146,7 +146,8 @@ def line_index(lines: Iterable[Line]) -> tuple[NearLines, Indices]:
 def touching_in_new_order(
     features: Features, traces: Traces, new_of: Indices, tolerance: float, check_cancelled: Heartbeat = ignore_heartbeat
 ) -> tuple[Indices, bool]:
-    """Return touching features whose order changed, int64[k, 2], the earlier first, and whether the search is complete.
+    """Return the pairs of touching features whose order changed, int64[k, 2], the earlier feature first, and whether
+    the search is complete.
 
     `new_of`, int64[n], is the position of each feature in the new order, or -1 if it is missing. The search ends after
     `_ENOUGH` pairs.
@@ -179,8 +180,8 @@ def passes_at_levels(
 ) -> Iterator[Indices]:
     """Yield pairs of cuts at different depths that are closer than the tool width, int64[k, 2].
 
-    A pair with a cut that follows a surface, or with a hole, is exempt. With `KEEP`, it is exempt only if both cuts
-    follow a surface or both are holes.
+    A pair that contains a hole, or a cut that follows a surface, is exempt. With `KEEP`, a pair is exempt only if both
+    cuts follow a surface or both are holes.
     """
     both = np.logical_and if doubt.keep else np.logical_or
     follows, still = visits.cuts & ~visits.level, ~visits.cuts
@@ -201,8 +202,8 @@ def passes_at_levels(
 def passes_side_by_side(
     visits: Visits, near: NearLines, owner: Indices, doubt: OrderThresholds, width: float, wanted: PairFilter
 ) -> Iterator[Indices]:
-    """Yield pairs of cuts at one depth within a finishing allowance of each other, int64[k, 2], unless both are
-    closed.
+    """Yield pairs of cuts at the same depth that are within a finishing allowance of each other, int64[k, 2], unless
+    both cuts are closed.
     """
     both = np.logical_and if doubt.keep else np.logical_or
     follows, reach = visits.cuts & ~visits.level, min(doubt.beside, width)
@@ -223,7 +224,7 @@ def passes_side_by_side(
 def passes_beside(
     visits: Visits, near: NearLines, owner: Indices, doubt: OrderThresholds, width: float, wanted: PairFilter
 ) -> Iterator[tuple[Message, Indices]]:
-    """Yield pairs of nearby passes, int64[k, 2], each with a description of their relation; a pair may occur several
+    """Yield pairs of nearby passes, int64[k, 2], each with a description of the relation. A pair may occur several
     times.
     """
     for relation, rule in (
@@ -235,7 +236,7 @@ def passes_beside(
 
 
 def _at_different_depths(visits: Visits, a: Indices, b: Indices) -> Mask:
-    """Return a mask of the pairs at different depths; False if a depth is unknown."""
+    """Return a mask of the pairs at different depths. If a depth is unknown, the value is False."""
     with np.errstate(invalid="ignore"):
         gap = np.abs(visits.bottom[a] - visits.bottom[b])
     different: Mask = (gap > LEVEL) & np.isfinite(gap)
@@ -243,7 +244,9 @@ def _at_different_depths(visits: Visits, a: Indices, b: Indices) -> Mask:
 
 
 def _shares_beside(lines: NDArray[np.object_], owner: Indices, pairs: Indices, reach: float) -> Floats:
-    """Return for each pair the share of the shorter cut within `reach` (mm) of the longer cut, float64[k]."""
+    """Return, for each pair, the fraction of the shorter cut that lies within `reach` (mm) of the longer cut,
+    float64[k].
+    """
     used, number = np.unique(pairs, return_inverse=True)
     mine = np.flatnonzero(np.isin(owner, used) & (shapely.get_type_id(lines) == 1))
     whole = np.full(len(used), shapely.MultiLineString(), dtype=object)
@@ -283,9 +286,9 @@ def rows_in_order(visits: Visits, doubt: OrderThresholds, width: float = math.in
 
 
 def _row_spacing(row: Floats, follower: Floats, lean: float, widest: float) -> float:
-    """Return the signed distance from a row to the next, mm; NaN if they are not parallel.
+    """Return the signed distance from a row to the next row, mm, or NaN if the rows are not parallel.
 
-    It is positive to the left of the row, with the row directed along +x (or +y).
+    The distance is positive if the next row is to the left of this row when the row is directed along +x (or +y).
     """
     along, other = row[1] - row[0], follower[1] - follower[0]
     length, other_length = float(np.hypot(*along)), float(np.hypot(*other))
@@ -302,7 +305,7 @@ def _row_spacing(row: Floats, follower: Floats, lean: float, widest: float) -> f
 
 
 def lowest_level(features: Features, visits: Visits, visit: Indices, doubt: OrderThresholds) -> Mask:
-    """Return a mask of the features that cut sideways at the lowest level of their visit; tabs are higher.
+    """Return a mask of the features that cut sideways at the lowest level of their visit. Tabs are above this level.
 
     A cut that never rises has no tabs, so all of it belongs to the lowest level.
     """
@@ -329,7 +332,7 @@ def detaching_visits(
     doubt: OrderThresholds,
     check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> tuple[Mask, Mask]:
-    """Return the masks of visits that may detach a part, and that certainly detach one, bool[n] each.
+    """Return two masks of visits, bool[n]: those that may detach a part, and those that certainly detach a part.
 
     `visit` is the visit of each feature; `above` is the distance of each visit from the deepest cut, mm.
     """
@@ -344,7 +347,7 @@ def detaching_visits(
 def detaching_visits_of_outlines(
     visits: Visits, outlines: Sequence[Outline], above: Floats, doubt: OrderThresholds
 ) -> tuple[Mask, Mask]:
-    """Return the masks of visits that may detach a part, and that certainly detach one, bool[n] each.
+    """Return two masks of visits, bool[n]: those that may detach a part, and those that certainly detach a part.
 
     The area of an outline inside another outline through the material is scrap, unless other work starts inside it.
 

@@ -19,28 +19,30 @@ class OrderThresholds:
     sagitta
         Maximum distance of an arc from its chords, mm.
     gap, open_part
-        A line is closed if the gap between its ends is within `gap`, mm, or within this part of its length.
+        A line counts as closed if the gap between its ends is at most `gap`, mm, or at most this part of its length.
     alone
-        Maximum gap of a line that is certainly closed, mm.
+        Maximum gap between the ends of a line that is certainly closed, mm.
     still
-        Maximum length of a move that does not count as sideways, mm: a plunge may drift by rounding.
+        Maximum length of a move that does not count as sideways, mm, because a plunge may drift by rounding.
     width
-        Assumed width of an unknown tool, mm; passes at different depths keep their order within this distance.
+        Assumed width of an unknown tool, mm. Passes at different depths keep their order if they are within this
+        distance of each other.
     beside, beside_part
-        Two passes at one depth run side by side if this part of the shorter pass is within this distance of the other,
-        mm.
+        Two passes at the same depth run side by side if at least the part `beside_part` of the shorter pass is within
+        `beside`, mm, of the other pass.
     lean, widening
-        Rows are parallel if they diverge by at most this part of their length. Their spacing grows by at most this
-        factor.
+        Rows are parallel if they diverge by at most the part `lean` of their length, and their spacing grows by at most
+        the factor `widening`.
     through, surely_through, around_through
-        Distances from the deepest cut, mm. A cut within them may go through the material, certainly goes through, or is
-        an outline that may contain scrap.
+        Distances from the deepest cut, mm. Within these distances, a cut may go through the material, certainly goes
+        through, or is an outline that may contain scrap.
     area, sure_area
         Minimum area of a part that may be detached, and of a part that is certainly detached, mm².
     tab
-        Minimum height of a tab, mm; lower rises belong to the lowest level.
+        Minimum height of a tab, mm. A lower rise belongs to the lowest level.
     smaller
-        An inner area is smaller than this part of the outer area; otherwise both are passes of one outline.
+        An area inside another area is separate if it is smaller than this part of the outer area. Otherwise both are
+        passes of the same outline.
     same_depth
         Parts may be detached in any order if their outlines differ in depth by at most this distance, mm.
     """

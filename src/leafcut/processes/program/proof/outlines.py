@@ -1,4 +1,4 @@
-"""Find the areas that a single cut encloses, or several cuts with tabs between them."""
+"""Find the areas that a single cut encloses, and those that several cuts with tabs between them enclose."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Line(NamedTuple):
 
 
 class Outline(NamedTuple):
-    """An area, and the ascending numbers of the pieces of work that cut its outline.
+    """An area, and the numbers of the pieces of work that cut its outline, in ascending order.
 
     `alone` means that a single line certainly closes the area. `joined` means that several lines enclose it, or a
     single line with a tab.
@@ -65,7 +65,7 @@ class Outline(NamedTuple):
 
 
 def lines_of(features: Features, traces: Traces, owner: Indices, sagitta: float) -> Iterator[Line]:
-    """Yield the lines of all pieces of work; holes and dwells become lines of zero length.
+    """Yield the lines of all pieces of work. Holes and dwells become lines of zero length.
 
     `owner` is the piece of work of each feature; features with -1 are left out.
     """
@@ -114,7 +114,7 @@ def area_of(points: Floats, doubt: OrderThresholds) -> tuple[Any, bool]:
 
 
 def _enclosed_area(lines: Any, meeting: float) -> Any:
-    """Return the area that lines with gaps up to `meeting` (mm) enclose, or None."""
+    """Return the area that lines enclose if gaps of up to `meeting` (mm) are bridged, or None."""
     # The chords of round ends must reach half the gap.
     reach = 0.5 * meeting / math.cos(math.pi / (4 * _END_SEGMENTS)) + _EDGE
     strip: Any = shapely.get_parts(shapely.buffer(lines, reach, quad_segs=_END_SEGMENTS))
@@ -139,7 +139,7 @@ def _exteriors(polygons: NDArray[np.object_]) -> Indices:
 def joined_outlines(
     lines: Sequence[Line], tab: float, doubt: OrderThresholds, check_cancelled: Heartbeat = ignore_heartbeat
 ) -> Iterator[Outline]:
-    """Yield the areas that several open lines enclose. With `FREE`, a single line with one tab counts too.
+    """Yield the areas that several open lines enclose. With `FREE`, also yield the areas of single lines with one tab.
 
     Lines are joined if they touch. They are also joined if their ends are nearest to each other and within `tab` (mm).
     """
@@ -188,7 +188,8 @@ def _has_tab(line: Any) -> bool:
 def _joints(
     lines: NDArray[np.object_], tab: float, clear: bool
 ) -> tuple[Indices, Indices, Indices, NDArray[np.object_]]:
-    """Return the joints at both ends of each line, int64[n, 2], and for each tab its two lines and its gap as a line.
+    """Return the joints at both ends of each line, int64[n, 2]. Also return, for each tab, its two lines and its gap as
+    a line.
 
     A tab connects two joints that are nearest to each other and within `tab` (mm). With `clear`, no third joint may be
     almost as near. Gaps within a joint are at the end of the list.
@@ -228,7 +229,7 @@ def _joints(
 
 
 def _rings_of_group(members: Indices, joint: Indices, shapes: NDArray[np.object_]) -> list[Indices]:
-    """Return the lines of each ring in a group; exactly two distinct lines meet at each joint of a ring."""
+    """Return the lines of each ring in a group of lines. In a ring, exactly two distinct lines meet at each joint."""
     lengths, centres = shapely.length(shapes[members]), shapely.get_coordinates(shapely.centroid(shapes[members]))
     same: list[list[int]] = []
     between: dict[tuple[int, int], list[int]] = {}
@@ -261,8 +262,8 @@ def outlines_of(
     check_cancelled: Heartbeat = ignore_heartbeat,
     chosen: Mask | None = None,
 ) -> Iterator[Outline]:
-    """Yield the outlines of single lines, and then the outlines that are joined across tabs up to `tab` (mm, None for
-    none).
+    """Yield the outlines of single lines, followed by the outlines that are joined across tabs of at most `tab` mm
+    (None: no tabs).
 
     `chosen` is a mask of the pieces of work whose single outlines are yielded, bool[n]; None means all.
     """
@@ -286,7 +287,7 @@ def _is_open(points: Floats) -> bool:
 
 
 def lines_starting_inside(lines: Sequence[Line], outlines: Iterable[Outline]) -> Iterator[tuple[Outline, Indices]]:
-    """Yield outlines, each with the ascending pieces of work that have a line which starts inside it."""
+    """Yield each outline with the pieces of work, in ascending order, that have a line which starts inside it."""
     if not lines:
         return
     starts: Any = shapely.points(np.array([line.points[0] for line in lines]))

@@ -1,4 +1,4 @@
-"""`ProgramWork`: the features, travel moves and barriers of a program, for the proof."""
+"""`ProgramWork`: the features, travel moves and barriers of a program, for verification."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ STILL = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class ProgramWork(ProgramPath):
-    """One of the two compared programs; its cycles are expanded if the other program has none.
+    """The work of one of the two compared programs. Its cycles are expanded if the other program has none.
 
     Attributes
     ----------
@@ -34,9 +34,9 @@ class ProgramWork(ProgramPath):
     travel
         Rows of moves without cutting, int64[k]: rapids, and feed moves of a beam that is off.
     travel_from, drill_from
-        Positions before these rows and before the drilling cycles, mm.
+        Positions before the rows of travel moves, and before the drilling cycles, mm.
     marks, walls
-        Barriers, single and grouped.
+        The barriers, and the same barriers in groups.
     dark_rapids
         See `Program`.
     """
@@ -56,9 +56,9 @@ def read_work(program: Program, *, written_out: bool, beam: bool, straight: floa
     Parameters
     ----------
     written_out
-        Expand drilling cycles into single moves.
+        Whether to expand drilling cycles into single moves.
     beam
-        Treat feed moves with the beam off as travel.
+        Whether to treat feed moves with the beam off as travel moves.
     straight
         Tolerance for merging the feed moves of a straight cut into one feature, mm; None for no merging.
 
@@ -101,19 +101,21 @@ def read_work(program: Program, *, written_out: bool, beam: bool, straight: floa
 
 
 def works_without_cycles(path: Toolpath) -> bool:
-    """Return whether a program works without drilling cycles; False for a program without work."""
+    """Return whether a program works without drilling cycles. For a program without work, return False."""
     working = (path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL)
     return bool(working.any()) and not bool((path.kind == Kind.DRILL).any())
 
 
 def goes_across(begin: Floats, end: Floats) -> Mask:
-    """Return a mask of the moves that change x or y; the first position of an axis counts as a move."""
+    """Return a mask of the moves that change x or y. The first move to a position on an axis counts as a change."""
     moved: Mask = np.isfinite(end[:, :2]) & ~(np.abs(end[:, :2] - begin[:, :2]) <= STILL)
     return moved[:, 0] | moved[:, 1]
 
 
 def cuts_with_beam(program: Program) -> bool:
-    """Return whether the spindle is off between two cuts without a barrier between them, as it is for a beam."""
+    """Return whether the spindle is off between two cuts without a barrier between them, which means that it is a
+    beam.
+    """
     path, direction = program.path, program.modal_at_rows("spindle")
     stage = np.cumsum(np.isin(path.kind, (Kind.PAUSE, Kind.TOOL, Kind.FRAME, Kind.SHIFT, Kind.MACHINE)))
     moving = path.kind <= Kind.ARC_CCW
@@ -123,7 +125,7 @@ def cuts_with_beam(program: Program) -> bool:
 
 
 def has_no_mill(program: Program) -> bool:
-    """Return whether a program cuts with a beam, or never moves its tool in Z, as for a plotter."""
+    """Return whether a program cuts with a beam, or never moves its tool in Z, as a plotter does."""
     path = program.path
     z = path.end[path.kind <= Kind.DRILL, 2]
     rises = (np.abs(np.diff(z[np.isfinite(z)])) > STILL).any() or (path.kind == Kind.DRILL).any()
@@ -131,7 +133,7 @@ def has_no_mill(program: Program) -> bool:
 
 
 def _add_end_row(program: Program) -> Program:
-    """Return the program with a row for its end even if M2 and M30 are missing, so that the position there is
+    """Return the program with a row for its end even if M2 and M30 are missing, so that the position at the end is
     checked.
     """
     path = program.path
@@ -158,9 +160,9 @@ _STOPPING = (610, 611)
 def merged_rows(program_path: ProgramPath, *, still: float, tolerance: float) -> Indices:
     """Return the rows of a toolpath that remain if every straight cut becomes a single row.
 
-    Feed moves of no length (up to `still`, mm) are left out. Consecutive feed moves with the same feed and state become
-    one move if all intermediate points are within `tolerance`, mm, and in order; the last row of them remains. Feed
-    moves under or directly after radius compensation, in inverse time or with exact stops are unchanged.
+    Feed moves with a length of at most `still`, mm, are left out. Consecutive feed moves with the same feed and state
+    become one move if all intermediate points are within `tolerance`, mm, and in order; the last row of them remains.
+    Feed moves under or directly after cutter compensation, in inverse time or with exact stops are unchanged.
     """
     path = program_path.path
     before, end = path.before, path.end
@@ -190,14 +192,16 @@ def _take(program_path: ProgramPath, rows: Indices) -> ProgramPath:
 
 
 def _continues_feed(moves: ProgramPath, feeds: Mask) -> Mask:
-    """Return a mask of the rows after the first that are feed moves in the same state as the previous row."""
+    """Return a mask of all rows except the first: whether the row is a feed move in the same state as the row
+    before.
+    """
     value = moves.path.value
     alike: Mask = feeds[1:] & feeds[:-1] & same_state(moves) & (value[1:] == value[:-1])
     return alike
 
 
 def _end_of_line(path: Toolpath, rows: Indices, tolerance: float) -> int:
-    """Return the number of consecutive feed moves from the first that form a straight line, at least 1."""
+    """Return the number of consecutive feed moves, starting with the first, that form a straight line; at least 1."""
     start = path.before[rows[0]]
     count = 1
     while count < min(len(rows), _MOST_ROWS):

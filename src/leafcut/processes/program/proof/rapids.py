@@ -1,4 +1,6 @@
-"""Check rapids between cuts: they are never lower than in the original at the same point, and they interrupt no cut."""
+"""Check that rapids between cuts are never lower than in the original program at the same point, and that they
+interrupt no cut.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,8 @@ FROM, TO = 1, 2
 
 @dataclass(frozen=True, eq=False)
 class RapidGaps:
-    """Rapids between stops, which are features and barriers. Gap k is before stop k; the last gap is after all stops.
+    """Rapids by gap. A gap lies between two stops, which are features and barriers. Gap k is before stop k; the last
+    gap is after all stops.
 
     An unknown height (after a move in machine coordinates) counts as infinite, because the tool is retracted there.
     Sideways rapids are those that move in x or y.
@@ -47,10 +50,10 @@ class RapidGaps:
     line
         Line of the first rapid, int64[n + 1].
     leave, arrive, cross
-        Height at the start of the first sideways rapid, height at the end of the last, and lowest height between them,
-        mm; infinite without sideways rapids.
+        Height at the start of the first sideways rapid, height at the end of the last sideways rapid, and lowest height
+        between them, mm; infinite without sideways rapids.
     down_here, down_there
-        Lowest height of descents before the first sideways rapid, and after the last, mm.
+        Lowest height of descents before the first sideways rapid, and after the last sideways rapid, mm.
     top
         Greatest height, mm; minus infinity without rapids.
     unknown, unknown_first, unknown_last
@@ -79,12 +82,12 @@ class RapidGaps:
 
     @cached_property
     def closed_by_feature(self) -> Mask:
-        """Whether the stop after each gap is a feature, bool[n + 1]."""
+        """Mask of the gaps with a feature at their end, bool[n + 1]."""
         return np.append(self.feature >= 0, False)
 
     @cached_property
     def opened_by_feature(self) -> Mask:
-        """Whether the stop before each gap is a feature, bool[n + 1]."""
+        """Mask of the gaps with a feature at their start, bool[n + 1]."""
         return np.concatenate([[False], self.feature >= 0])
 
 
@@ -154,7 +157,7 @@ def _minimum_by_gap(n: int, gap: Indices, value: Floats) -> Floats:
 
 
 def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
-    """Return all rapids in order, including those to the R planes of cycles, as key, row, start and end."""
+    """Return all rapids in order, including those to the R planes of cycles, as columns: key, row, start and end."""
     path = work.path
     drill = np.flatnonzero(path.kind == Kind.DRILL)
     over, level = path.end[drill].copy(), work.drill_from.copy()
@@ -174,7 +177,8 @@ def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
 
 @dataclass(frozen=True, eq=False)
 class AllowedHeights:
-    """Lowest heights that the original permits at each feature, mm; infinite if only unknown heights are permitted.
+    """Lowest heights that the original program permits at each feature, mm; infinite if only unknown heights are
+    permitted.
 
     Attributes
     ----------
@@ -238,8 +242,8 @@ def allowed_heights(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
 
 
 def _limits_of_reversed_runs(heights: AllowedHeights, turned: Indices) -> AllowedHeights:
-    """Return the heights for reversed runs: both ends of a run, which are exchanged, get the higher of their two
-    limits.
+    """Return the allowed heights with reversed runs taken into account: both ends of such a run, which are exchanged,
+    get the higher of their two limits.
     """
     if not (turned >= 0).any():
         return heights
@@ -260,16 +264,17 @@ def compare_rapids(
     tolerance: float,
     beam: bool,
 ) -> tuple[list[Difference], int]:
-    """Return the rapids of the new program that are lower than in the original or interrupt a cut, and their number.
+    """Return the rapids of the new program that are lower than in the original program or interrupt a cut, and their
+    number.
 
     Parameters
     ----------
     new_of
         New feature of each original feature, or -1 if it is missing.
     turned
-        Run of each feature if the run is reversed, or else -1.
+        Run of each feature if this run is reversed, otherwise -1.
     mark_of
-        New barrier by the key of the original barrier.
+        Barrier of the new program, by the key of the original barrier.
     """
     both = original, group_rapids(original), new, group_rapids(new)
     found = list(_after_length_change(original, new, tolerance + 1e-9))
@@ -375,7 +380,9 @@ def _checks_of_features(
 def _newly_lit(
     old_gaps: RapidGaps, gaps: RapidGaps, old: Indices, now: Indices, previous: Indices, first: Mask
 ) -> Iterator[Mask]:
-    """Yield masks of the rapids to, from and between features in which the beam is now on and was off before."""
+    """Yield masks of the rapids to, from and between features in which the beam is on although it was off in the
+    original program.
+    """
     before, was = gaps.gap_of[now], old_gaps.gap_of[old]
     yield gaps.lit_last[before] & old_gaps.across[was] & ~old_gaps.lit_last[was] & ~first[old]
     yield gaps.lit_first[before + 1] & old_gaps.across[was + 1] & ~old_gaps.lit_first[was + 1]
@@ -449,7 +456,7 @@ def _heights_by_feature(
 
 
 def _unknown_flags(gaps: RapidGaps, gap: Indices | Ints, first: bool) -> NDArray[np.int8]:
-    """Return the flags of unknown heights at each feature; next to a barrier, only the nearest sideways rapid
+    """Return the flags of unknown heights at each feature. Next to a barrier, only the nearest sideways rapid
     counts.
     """
     nearest, inside = gaps.unknown_last, gaps.opened_by_feature
@@ -459,13 +466,15 @@ def _unknown_flags(gaps: RapidGaps, gap: Indices | Ints, first: bool) -> NDArray
 
 
 def _newly_unknown(now: NDArray[np.int8], before: NDArray[np.int8]) -> Mask:
-    """Return a mask of the rapids whose height was known before and is unknown now."""
+    """Return a mask of the rapids whose height was known in the original program and is unknown in the new program."""
     less: Mask = (now & ~before) != 0
     return less
 
 
 def _lowest_crossing(work: ProgramWork, gaps: RapidGaps) -> Floats:
-    """Return the lowest sideways rapid in the group and with the tool of each feature, or else in its group, mm."""
+    """Return the height of the lowest sideways rapid with the tool of each feature in its group, mm. If there is none,
+    return that of any tool in the group.
+    """
     group, tool = work.features.group, work.features.of("tool")
     cross = np.minimum(gaps.cross[gaps.gap_of], gaps.cross[gaps.gap_of + 1])
     lowest = np.full(len(group), np.inf)
@@ -560,18 +569,22 @@ def _checks_by_barrier(both: Both, mark_of: dict[float, Barrier], room: float) -
 
 
 def _departure_heights(gaps: RapidGaps) -> Floats:
-    """Return the departure height at the start of each gap, mm; without a sideways rapid, it is the greatest height."""
+    """Return the departure height at the start of each gap, mm. Without a sideways rapid, this is the greatest height
+    in the gap.
+    """
     return np.where(gaps.across, gaps.leave, gaps.top)
 
 
 def _first_descents(gaps: RapidGaps) -> Floats:
-    """Return the lowest descent at the start of each gap, mm, or of the whole gap if it has no sideways rapid."""
+    """Return the lowest height of descents at the start of each gap, mm. If a gap has no sideways rapid, the whole gap
+    counts.
+    """
     return np.where(gaps.across, gaps.down_here, gaps.down_there)
 
 
 def _after_length_change(original: ProgramWork, new: ProgramWork, room: float) -> Iterator[Difference]:
     """Yield the rapids right after a change of length offset (G43, G49) that are lower than any such rapid in the
-    original.
+    original program.
 
     Heights before and after the change are not comparable.
     """
@@ -589,7 +602,8 @@ def _after_length_change(original: ProgramWork, new: ProgramWork, room: float) -
 
 
 def _lowest_by_length(work: ProgramWork) -> dict[int, tuple[float, int]]:
-    """Return the lowest rapid between a change of length offset and the next feature, with its line, by register.
+    """Return, for each register of a length offset, the height and line of the lowest rapid between a change to this
+    offset and the next feature.
 
     Rapids after the first sideways rapid at a known height are left out, because their heights are compared elsewhere.
     """

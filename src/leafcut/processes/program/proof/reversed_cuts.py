@@ -1,4 +1,5 @@
-"""Compare programs with reversed cuts: every open cut at one level gets a reference direction in both programs.
+"""Compare programs with reversed cuts. For the comparison, every open cut at one level is put in a reference direction
+in both programs.
 
 The conditions are checked again here, from the motion alone: a cut is at one level, it does not close or cross itself,
 it has no lead-in or lead-out, and the tool arrives and leaves by rapids.
@@ -31,7 +32,7 @@ class DirectedWork(NamedTuple):
     """The work of a program with its open cuts in the reference direction.
 
     The features are sorted run by run, and a reversed run keeps its place in the order. `run`, int64[n], is the run of
-    each feature if that run is reversible, or else -1. `turned` marks the features that are reversed.
+    each feature if that run is reversible, otherwise -1. `turned` marks the features that were reversed.
     """
 
     work: ProgramWork
@@ -70,7 +71,7 @@ def in_reference_direction(work: ProgramWork) -> DirectedWork:
 
 
 def _cuts_of_run(features: Features, gaps: RapidGaps, first: int, end: int) -> Indices | None:
-    """Return the cuts of a run without plunge and retract, or None if the run is not reversible."""
+    """Return the cuts of a run without its plunge and retract, or None if the run is not reversible."""
     rows = np.arange(first, end)
     level = rows[~_vertical_mask(features, rows)]
     if not len(level):
@@ -109,7 +110,9 @@ def _is_constant(features: Features, rows: Indices, body: Indices) -> bool:
 
 
 def _reverse_run(new: Features, old: Features, first: int, end: int, body: Indices) -> None:
-    """Reverse each cut of a run in `new` (kind, start and end), and move plunge and retract to the other end."""
+    """Reverse each cut of a run in `new` (kind, start and end), and move the plunge and the retract to the other
+    end.
+    """
     new.end[body], new.start[body] = old.start[body], old.end[body]
     kind = old.kind[body]
     back = np.where(kind == Kind.ARC_CW, int(Kind.ARC_CCW), np.where(kind == Kind.ARC_CCW, int(Kind.ARC_CW), kind))
@@ -120,7 +123,7 @@ def _reverse_run(new: Features, old: Features, first: int, end: int, body: Indic
 
 
 def reversed_runs(one: DirectedWork, other: DirectedWork, new_of: Indices) -> Indices:
-    """Return the run of each feature if the other program has it in the opposite direction, or else -1."""
+    """Return the run of each feature if the other program cuts it in the opposite direction, otherwise -1."""
     paired = np.flatnonzero((new_of >= 0) & (one.run >= 0))
     differs = paired[one.turned[paired] != other.turned[new_of[paired]]]
     turned = np.isin(one.run, one.run[differs]) & (one.run >= 0)

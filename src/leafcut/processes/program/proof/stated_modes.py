@@ -1,4 +1,4 @@
-"""Check that the new program states the modes of a safe-start line: G90, G17, G40, G94 and others.
+"""Check that the new program states the modes of a safe start line: G90, G17, G40, G94 and others.
 
 A mode that is not stated keeps the last state of the machine, which a comparison of motion does not show.
 """
@@ -29,7 +29,8 @@ _MOVES = (*_CUTS, Kind.RAPID)
 
 
 class _Mode(NamedTuple):
-    """A mode: its name, its G words (a regular expression of their numbers), and the kinds of rows that rely on it.
+    """A mode: its name, its G words (a regular expression for their numbers), and the kinds of rows that depend on the
+    mode.
 
     A `rare` word is unknown to some controllers, so the new program must not add it.
     """
@@ -68,10 +69,11 @@ def find_lost_modes(
     new_of: Indices,
     mark_of: dict[float, Barrier],
 ) -> Iterator[Difference]:
-    """Yield the modes that the original states before the work that relies on them, and the new program does not.
+    """Yield the modes that the original program states before the work that depends on them, but the new program does
+    not.
 
     `new_of` and `mark_of` are the matched features and barriers. Only cuts in both programs count, because an added cut
-    relies on the same modes as its neighbours.
+    depends on the same modes as its neighbours.
     """
     words = [_words(program) for program in programs]
     counted = _common_rows(works, new_of, mark_of)
@@ -96,7 +98,7 @@ def find_lost_modes(
 def _common_rows(
     works: tuple[ProgramWork, ProgramWork], new_of: Indices, mark_of: dict[float, Barrier]
 ) -> tuple[Mask, Mask]:
-    """Return masks of the rows that both programs have; all rows if no work is missing or new."""
+    """Return masks of the rows that both programs have. If no work is missing or new, return all rows."""
     old = np.flatnonzero(new_of >= 0)
     features = old, new_of[old]
     keys = set(mark_of), {mark.key for mark in mark_of.values()}
@@ -117,8 +119,8 @@ def _common_rows(
 
 
 class _FirstUse(NamedTuple):
-    """Whether the first row that relies on a mode precedes the word, the line of the row, and the number of cuts before
-    the word.
+    """The first use of a mode: whether the first row that depends on the mode comes before the word, the line of that
+    row, and the number of cuts before the word.
     """
 
     first: bool
@@ -127,7 +129,7 @@ class _FirstUse(NamedTuple):
 
 
 def _words(program: Program) -> dict[int, str]:
-    """Return the normalized text of all lines with a G word except G0 to G3, by line number."""
+    """Return the normalized text of all lines with a G word other than G0 to G3, by line number."""
     return {number: normalized(text) for number, text in enumerate(program.lines, 1) if _OTHER.search(text)}
 
 
@@ -157,6 +159,6 @@ def _cuts_before(program: Program, work: ProgramWork, end: int, counted: Mask, m
 
 
 def _first_block_on(program: Program, lines: list[int]) -> int:
-    """Return the first block on any of these lines, or the number of blocks."""
+    """Return the first block on any of the given lines, or the number of blocks."""
     found = np.isin(program.line, lines)
     return int(np.argmax(found)) if found.any() else program.n_blocks

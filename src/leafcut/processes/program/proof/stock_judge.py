@@ -1,6 +1,7 @@
-"""The second proof of a reordered program: it leaves the same stock, as a height field, and has no worse collisions.
+"""The second proof of a reordered program: the program leaves the same stock, as a height field, and has no deeper
+collisions.
 
-It shares only the interpretation of the programs with the first proof (`certificate`), which compares the cuts.
+This proof shares only the interpretation of the programs with the first proof (`certificate`), which compares the cuts.
 """
 
 from __future__ import annotations
@@ -41,19 +42,19 @@ class _ToolCollisions:
 
 @dataclass(frozen=True, eq=False)
 class StockJudge:
-    """Compares the stock that programs leave, and their collisions, with the original.
+    """Compares the stock that programs leave, and their collisions, with those of the original program.
 
     Attributes
     ----------
     tools, cutters, bodies
-        Tools of the original with a known shape or assumed to be flat, the shapes of their edges, and of their shanks
-        and holders, by number.
+        By number: the tools of the original program with a known shape or assumed to be flat, the shapes of their
+        cutting edges, and the shapes of their shanks and holders.
     stock, given
         Stock before the first cut, and whether the user described it; otherwise it is a block around the cuts.
     left, met
-        Stock that the original leaves, and its collisions by tool and kind.
+        Stock that the original program leaves, and its collisions by tool and kind.
     touched
-        Whether the original cuts at all.
+        Whether the original program cuts at all.
     """
 
     tools: Mapping[int, Tool]
@@ -76,12 +77,14 @@ class StockJudge:
         given: bool,
         check_cancelled: Heartbeat = ignore_heartbeat,
     ) -> StockJudge:
-        """Simulate the original and return its judge. Raises PlanError if the simulation has too many moves."""
+        """Simulate the original program and return its judge. Raises PlanError if the simulation has too many moves."""
         left, met, touched = _simulate(original, cutters, bodies, stock, check_cancelled)
         return cls(tools, cutters, bodies, stock, given, left, met, touched)
 
     def check(self, new: Program, check_cancelled: Heartbeat = ignore_heartbeat) -> None:
-        """Raise VerifyError unless a program leaves the same stock, without deeper collisions."""
+        """Raise VerifyError unless a program leaves the same stock as the original program, without deeper
+        collisions.
+        """
         left, met, _ = _simulate(new, self.cutters, self.bodies, self.stock, check_cancelled)
         differences = stock_differences(self.left, left, TOLERANCE)
         if differences:
@@ -108,7 +111,7 @@ class StockJudge:
                 )
 
     def issues(self) -> Iterator[Issue]:
-        """Yield the collisions of the original, one issue per tool and kind of collision."""
+        """Yield the collisions of the original program, one issue per tool and kind of collision."""
         for (tool, kind), found in self.met.items():
             deep = Message("up to {:.2f} mm deep", found.deepest)
             if kind == "rapid":

@@ -1,4 +1,4 @@
-"""Traces: cuts projected to the XY plane, as straight segments and arcs of at most an eighth of a turn."""
+"""Traces: cuts projected onto the XY plane, as straight segments and arcs of at most an eighth of a turn."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _COLUMNS = ("feature", "begin", "end", "bow", "arc", "low", "high")
 
 @dataclass(frozen=True, eq=False)
 class Arcs:
-    """Arcs as curves with a parameter s from 0 to 1; each arc is one row.
+    """Arcs in columns, as curves with a parameter s from 0 to 1.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Arcs:
         return places[:, :2]
 
     def bow(self, which: Indices, length: Floats) -> Floats:
-        """Return the maximum distance of an arc segment from its chord, mm; `length` is the range of s in the
+        """Return the maximum distance between an arc segment and its chord, mm; `length` is the range of s in the
         segment.
         """
         radius = self.radius[which] + np.abs(self.grows[which])
@@ -88,7 +88,7 @@ class Traces:
     bow
         Maximum distance of the segment from the straight line between its ends, mm.
     arc, low, high
-        Row in `arcs`, or -1, and the range of its parameter.
+        Row in `arcs`, or -1 for a straight segment, and the range of the parameter.
     """
 
     feature: Indices
@@ -105,7 +105,9 @@ class Traces:
         return replace(self, **{name: getattr(self, name)[which] for name in _COLUMNS})
 
     def flattened(self, sagitta: float) -> Traces:
-        """Return the segments with each arc divided into chords; the arc is at most `sagitta` (mm) away from them."""
+        """Return the segments with each arc divided into chords, from which the arc deviates by at most `sagitta`
+        (mm).
+        """
         # The chord error is proportional to the square of the angle for a circle, and to the angle for a spiral.
         spiral = (self.arc >= 0) & (np.abs(self.arcs.grows[self.arc]) > _SAME_RADIUS) if len(self.arcs.grows) else False
         ratio = self.bow / sagitta
@@ -124,7 +126,9 @@ class Traces:
 
 
 def traces_of(features: Features) -> Traces:
-    """Return the traces of features; a feature with unknown end has none, and one with unknown start is a point."""
+    """Return the traces of features. A feature with an unknown end has none, and a feature with an unknown start is a
+    point.
+    """
     x_y, start = features.end[:, :2], features.start[:, :2]
     pointed = (features.kind != Kind.FEED) & (features.kind != Kind.RAPID)
     start = np.where(np.isnan(start) | pointed[:, None], x_y, start)

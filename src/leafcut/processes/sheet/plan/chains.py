@@ -6,7 +6,7 @@ or an outline and the hole around it, which comes last and detaches the scrap. A
 no kerf of a third contour.
 
 The search for chains is a routing problem. Clusters are contours, nodes are positions on them, and a move costs either
-a bridge, or the time to retract, travel and pierce again. For the best order, the positions are then chosen again. If
+a bridge, or the time to retract, travel and pierce again. The positions are then chosen again for the best order. If
 two bridges cross, the bridge that saves more time is kept.
 """
 
@@ -67,10 +67,9 @@ class Bridges:
     """Positions on contours, and the bridges between them, as columns.
 
     For each position, `contour`, int64[n], is the index of its contour, and `at`, float64[n], is its distance along the
-    contour, mm. `arrive` and `leave`, float64[n, 2], mm, are the end of the arriving bridge and the start of the next.
-
-    For each bridge, `begin` and `end`, int64[m], are its positions, and `length` is in mm. `saving` maps a pair of
-    positions to the time saved by a bridge, s; it contains only bridges that save time.
+    contour, mm. `arrive` and `leave`, float64[n, 2], mm, are the end of the arriving bridge and the start of the next
+    bridge. For each bridge, `begin` and `end`, int64[m], are its positions, and `length` is in mm. `saving` contains,
+    by pair of positions, the time that a bridge saves, s; it contains only bridges that save time.
     """
 
     contour: Indices
@@ -83,7 +82,7 @@ class Bridges:
     saving: dict[tuple[int, int], float] = field(default_factory=dict)
 
     def step(self, cutting: Cutting, n: int) -> CutStart:
-        """Return position `n` as a step of a chain."""
+        """Return position number `n` as a step of a chain."""
         return chain_step(cutting, int(self.contour[n]), float(self.at[n]))
 
 
@@ -93,8 +92,8 @@ class Bridges:
 def chain_blocks(cutting: Cutting, bands: Sequence[Sequence[int]], taken: Sequence[Chain] = ()) -> list[list[int]]:
     """Return the contours that may form chains, in blocks of neighbours small enough for one search.
 
-    All closed contours qualify, except small holes, contours in the existing chains `taken`, and contours fixed by a
-    plan file. Each block is inside one of the `bands` (`cutting.bands`).
+    All closed contours may, except small holes, contours in the existing chains `taken`, and contours that a plan file
+    fixes. Each block is inside one of the `bands` (`cutting.bands`).
     """
     held = {k for pair in cutting.order for k in pair} | set(cutting.fixed)
     held |= {step.contour for chain in taken for step in chain}
@@ -110,7 +109,7 @@ def chain_blocks(cutting: Cutting, bands: Sequence[Sequence[int]], taken: Sequen
 def chain_problem(
     cutting: Cutting, members: Sequence[int], overhead: float, rapid: float
 ) -> tuple[RoutingProblem, Bridges] | None:
-    """Return the routing problem for the chains of a block, and its bridges; None if no bridge saves time.
+    """Return the routing problem for the chains of a block, and its bridges, or None if no bridge saves time.
 
     `members` is a block from `chain_blocks`. `overhead` is the time to lower and raise the head at each cut, s; `rapid`
     is the velocity of rapids, mm/s.
@@ -168,7 +167,7 @@ def chain_step(cutting: Cutting, contour: int, at: float, clockwise: bool | None
 
 
 def _best_positions(bridges: Bridges, order: Sequence[int]) -> list[int]:
-    """Choose one position for each contour in `order` so that the bridges save the most time (dynamic programming).
+    """Choose a position for each contour in `order` so that the bridges save the most time, by dynamic programming.
 
     The angle between two bridges at a position is at least `LEAST_ANGLE`.
     """
@@ -225,7 +224,7 @@ def _angle(a: Point, b: Point) -> float:
 
 
 def _connected_runs(nodes: Sequence[int], kept: set[tuple[int, int]]) -> Iterable[list[int]]:
-    """Yield the runs of positions connected by bridges."""
+    """Yield the runs of positions that bridges connect."""
     run = [nodes[0]]
     for a, b in itertools.pairwise(nodes):
         if (a, b) not in kept:
@@ -248,8 +247,8 @@ def _split_long_run(run: list[int]) -> Iterable[list[int]]:
 def scrap_of(contour: CutContour) -> int:
     """Return a number that identifies the scrap next to a contour.
 
-    It is the index of the hole that contains the scrap, -1 for the sheet, or -2 minus the index of the outline for the
-    scrap in a closed notch.
+    The number is the index of the hole that contains the scrap, -1 for the sheet, or -2 minus the index of the outline
+    for the scrap in a closed notch.
     """
     if contour.hole:
         return contour.index
@@ -259,7 +258,7 @@ def scrap_of(contour: CutContour) -> int:
 def exit_position(contour: CutContour, at: float, clockwise: bool) -> float:
     """Return the position at which a chain leaves a contour, mm along its path.
 
-    This is the start, or a position before the start if a micro-joint remains.
+    This position is the start, or lies before the start if a micro-joint remains.
     """
     return at + (contour.closing_joint if clockwise else -contour.closing_joint)
 
