@@ -1,4 +1,4 @@
-"""Moves shared by all spindle programs: retract, tool change, spindle on and off, end."""
+"""Moves that all spindle programs share: retract, tool change, spindle on and off, and end."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def check_spindle_heights(machine: Machine, job: JobOptions, work: str) -> None:
 
 
 def check_speeds(tool: Tool, machine: Machine, spindle_speed: float | None = None) -> None:
-    """Raise PlanError for a drilling tool without a speed or feed, or with one out of the range of the machine.
+    """Raise PlanError for a drilling tool whose speed or feed is missing or out of the range of the machine.
 
     `spindle_speed` is the speed of assumed tools that the user gave, rpm.
     """
@@ -74,7 +74,7 @@ def check_speeds(tool: Tool, machine: Machine, spindle_speed: float | None = Non
 def take_tool(
     builder: ToolpathBuilder, machine: Machine, tool: Tool, clearance: float, *, coolant: bool, pause: bool = False
 ) -> None:
-    """Change to a tool, and start spindle and coolant.
+    """Change to a tool, and start the spindle and the coolant.
 
     `clearance` is the height after the change on a machine without a safe height, mm. `pause` adds M0 for a controller
     whose M6 does not wait.
@@ -93,7 +93,9 @@ def take_tool(
 
 
 def rise(builder: ToolpathBuilder, machine: Machine, clearance: float) -> None:
-    """Retract to the safe height of the machine; if it has none, to the `clearance` height, mm."""
+    """Retract to the safe height of the machine. If the machine has no safe height, retract to the `clearance` height,
+    mm.
+    """
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
     elif builder.position[2] != clearance:
@@ -101,7 +103,7 @@ def rise(builder: ToolpathBuilder, machine: Machine, clearance: float) -> None:
 
 
 def stop_spindle(builder: ToolpathBuilder, coolant: bool) -> None:
-    """Stop spindle and coolant."""
+    """Stop the spindle and the coolant."""
     builder.spindle(0.0)
     if coolant:
         builder.coolant(0)
@@ -120,7 +122,7 @@ def leave_tool(builder: ToolpathBuilder, machine: Machine, height: float, *, coo
 def end_program(
     builder: ToolpathBuilder, machine: Machine, clearance: float, end: Point | None, *, coolant: bool
 ) -> None:
-    """Move to the end point, if any, retract, stop the spindle, and end the program."""
+    """Move to the end point, if there is one, retract, stop the spindle, and end the program."""
     if end is not None:
         builder.rapid(*end)
     rise(builder, machine, clearance)

@@ -1,4 +1,4 @@
-"""Suitability of a drawing for each kind of work, rated by the numbers of its holes and outlines."""
+"""Suitability of a drawing for each kind of work, judged by the numbers of its holes and outlines."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ _JOIN_TOLERANCE = 0.05
 
 @dataclass(frozen=True)
 class Suitability:
-    """The rating of a drawing by a process.
+    """How well a drawing suits a process.
 
     Attributes
     ----------
     score
         Rating from 0 (possible) to 1 (clearly intended).
     reason, figures
-        Key of the message, and its values.
+        Key of the message that explains the rating, and the values in this message.
     contours, holes
-        Masks of the geometry that the process would machine, bool[n]; None for none.
+        Masks of the geometry that the process would machine, bool[n], or None if there is none.
     """
 
     score: float
@@ -54,7 +54,7 @@ class WholeDrawing:
 
     @property
     def layers(self) -> list[str]:
-        """The names of the layers in use."""
+        """The names of the layers that contain geometry."""
         return sorted({item.layer for items in (self.part.contours, self.part.holes) for item in items} - {""})
 
     def layers_named(self, patterns: Sequence[str]) -> list[str]:
@@ -62,11 +62,11 @@ class WholeDrawing:
         return [layer for layer in self.layers if layer_matcher(patterns)(layer)]
 
     def holes_on(self, layers: Sequence[str]) -> NDArray[np.bool_]:
-        """Return the mask of the holes on these layers."""
+        """Return a mask of the holes on the given layers."""
         return np.array([h.layer in layers for h in self.part.holes], dtype=np.bool_)
 
     def contours_on(self, layers: Sequence[str]) -> NDArray[np.bool_]:
-        """Return the mask of the contours on these layers."""
+        """Return a mask of the contours on the given layers."""
         return np.array([c.layer in layers for c in self.part.contours], dtype=np.bool_)
 
     @property
@@ -76,20 +76,22 @@ class WholeDrawing:
 
     @cached_property
     def worked_mask(self) -> NDArray[np.bool_]:
-        """Mask of contours to machine, bool[n]: all except texts, marks, and contours on layers named for marks."""
+        """Mask of the contours to machine, bool[n]: all except texts, marks, and contours on layers that are named for
+        marks.
+        """
         kinds = np.array([c.kind not in ("text", "mark") for c in self.part.contours], dtype=np.bool_)
         plain = kinds & ~self.contours_on(self.layers_named(MARK_NAMES))
         return plain if plain.any() else kinds
 
     @cached_property
     def drilled_mask(self) -> NDArray[np.bool_]:
-        """Mask of contours that are circles small enough to drill, bool[n]."""
+        """Mask of the contours that are circles small enough to drill, bool[n]."""
         widths = np.array([_diameter(c) for c in self.part.contours], dtype=np.float64)
         return self.worked_mask & (widths > 0.0) & (widths <= WIDEST_DRILLED)
 
     @cached_property
     def narrow(self) -> NDArray[np.bool_]:
-        """Mask of holes small enough to drill, bool[n]; points are included."""
+        """Mask of the holes that are small enough to drill, bool[n]; points are included."""
         return self.part.diameters <= WIDEST_DRILLED
 
     @cached_property
@@ -108,13 +110,13 @@ class WholeDrawing:
 
     @cached_property
     def n_outlines(self) -> int:
-        """Number of outlines that are not drilled; open lines that meet count as one outline."""
+        """Number of outlines that are not drilled. Open lines that meet count as a single outline."""
         wide = int(np.count_nonzero(~self.narrow))
         return wide + sum(c.path.closed for c in self._outlines) + _count_chains(self._open_lines)
 
     @cached_property
     def has_openings(self) -> bool:
-        """Whether a closed outline surrounds a round hole or another contour; open lines that meet are joined."""
+        """Whether a closed outline surrounds a round hole or another contour. Open lines that meet are joined first."""
         outlines: list[Any] = [_area(c) for c in self._outlines if c.path.closed]
         outlines += _areas(self._open_lines)
         inside = [(hole.x, hole.y) for hole in self.part.holes if hole.diameter > 0.0]
@@ -130,7 +132,7 @@ class WholeDrawing:
 
     @property
     def share_of_outlines(self) -> float:
-        """Weight of the outlines relative to outlines and holes together, 0 to 1."""
+        """Weight of the outlines relative to outlines and holes together, from 0 to 1."""
         weight = HOLES_PER_OUTLINE * self.n_outlines
         return weight / max(weight + self.n_holes, 1)
 
@@ -141,7 +143,7 @@ class WholeDrawing:
 
 
 def _diameter(contour: Contour) -> float:
-    """Return the diameter of a circle, which readers store as two half circles; 0 for other contours."""
+    """Return the diameter of a circle, which readers store as two half circles, or 0 for other contours."""
     vertices = contour.path.vertices
     if not contour.path.closed or len(vertices) != 2 or not np.all(np.abs(np.abs(vertices[:, 2]) - 1.0) < 1e-6):
         return 0.0
@@ -154,7 +156,7 @@ def _area(outline: Contour) -> shapely.Polygon:
 
 
 def _areas(lines: Sequence[Contour]) -> list[shapely.Geometry]:
-    """Return the areas that open lines enclose; ends within the tolerance are joined."""
+    """Return the areas that open lines enclose. Ends within the tolerance of each other are joined."""
     if not lines:
         return []
     paths = [line.path.flattened() for line in lines]

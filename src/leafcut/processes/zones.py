@@ -25,8 +25,8 @@ def _coordinate(text: str) -> float:
 def parse_zones(rectangles: Sequence[str]) -> NDArray[np.float64]:
     """Parse texts such as "x0 y0 x1 y1" or "x0 y0 x1 y1 height" to rectangles, float64[k, 4], mm.
 
-    Each number may have a unit, and the corners may be in any order. The heights are left out, see `crossing_heights`.
-    Raises OptionError if a text does not have four or five finite numbers.
+    Each number may have a unit, and the corners may be in any order. The heights are left out; `crossing_heights`
+    returns them. Raises OptionError if a text does not have four or five finite numbers.
     """
     rows = [(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)) for x0, y0, x1, y1, _ in map(_zone, rectangles)]
     return np.array(rows, dtype=np.float64).reshape(-1, 4)
@@ -35,15 +35,15 @@ def parse_zones(rectangles: Sequence[str]) -> NDArray[np.float64]:
 def crossing_heights(rectangles: Sequence[str], otherwise: float) -> NDArray[np.float64]:
     """Return the lowest height at which a rapid may cross each zone, float64[k], mm.
 
-    This is `ABOVE` mm over the height of the zone, or `otherwise` for a zone without a height.
+    This height is `ABOVE` mm above the height of the zone, or `otherwise` for a zone without a height.
     """
     tops = np.array([top for *_, top in map(_zone, rectangles)], dtype=np.float64)
     return np.where(np.isnan(tops), otherwise, tops + ABOVE)
 
 
 def boxes_of(rectangles: Sequence[str], bottom: float) -> NDArray[np.float64]:
-    """Return the zones with a height as boxes from height `bottom` up, float64[k, 6]: lower corner, upper
-    corner, mm.
+    """Return the zones that have a height as boxes that start at the height `bottom`, float64[k, 6]: lower corner and
+    upper corner, mm.
     """
     heights = crossing_heights(rectangles, math.nan) - ABOVE
     rows = np.column_stack([parse_zones(rectangles), np.full(len(heights), bottom), heights])
@@ -64,7 +64,7 @@ def refuse_higher_zones(rectangles: Sequence[str], clearance: float) -> None:
 
 
 def _zone(text: str) -> tuple[float, float, float, float, float]:
-    """Return the corners and the height of a zone, mm; NaN without a height."""
+    """Return the corners and the height of a zone, mm. The height of a zone without a height is NaN."""
     try:
         numbers = [_coordinate(word) for word in text.split()]
     except (OptionError, ValueError):

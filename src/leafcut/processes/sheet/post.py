@@ -1,4 +1,4 @@
-"""Write cutting programs for a torch or a beam, with the commands in the table ``[torch]`` of the dialect."""
+"""Write cutting programs for a torch or a beam, with the commands in the table ``[torch]`` of a dialect."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ class _TorchWriter(Writer):
         super()._arc(row)
 
     def _set_feed_share(self, row: Motion) -> None:
-        """Write the feed of a row as a percentage of the feed in the chart (M67), if it changes."""
+        """Write the feed of a row as a percentage of the feed in the chart (M67), if the percentage changes."""
         if self.torch.feed_output is None or self.lit is None:
             return
         percent = self._feed_share(row)
@@ -144,7 +144,7 @@ class _TorchWriter(Writer):
         self.percent = percent
 
     def _feed_share(self, row: Motion) -> float:
-        """Return the feed of a row as a percentage of the feed in the chart; 100 if the F word gives the feed."""
+        """Return the feed of a row as a percentage of the feed in the chart, or 100 if the F word states the feed."""
         percent = round(100.0 * row.value / self.plan.data.feed, _PERCENT_DECIMALS)
         assert self.lit is not None
         marks = self.lit.ref != 0
@@ -187,7 +187,7 @@ class _TorchWriter(Writer):
         self.out.write(f"T{row.ref}", "M6")
 
     def _activate_offset(self, row: Motion) -> None:
-        """Write the tool offset, and make the next move contain both X and Y."""
+        """Write the tool offset. The next move will contain both X and Y, which activates the offset."""
         self.out.write("G43", f"H{row.ref}")
         self.out.forget(["motion", *"XY"])
         for axis in range(2):

@@ -90,8 +90,8 @@ class SheetCutting(Process):
         return for_cutting(settings)
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Return the suitability of cutting: high if the name of a layer suggests a sheet, otherwise by the share of
-        outlines.
+        """Return the suitability of a drawing for cutting. It is high if the name of a layer suggests a sheet, and
+        otherwise depends on the share of outlines.
         """
         from leafcut.processes.suitability import COUNTED, Suitability
 
@@ -105,14 +105,14 @@ class SheetCutting(Process):
         return Suitability(COUNTED * drawing.share_of_outlines, "outlines", drawing.figures, *works)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Return the plan: a stage for each band of the sweep, and a choice for each start and direction of a cut."""
+        """Return a plan with a stage for each band of the sweep, and a choice for each start and direction of a cut."""
         from leafcut.processes.sheet.spec import plan_sheet
 
         return plan_sheet(job, sources[0])
 
     @property
     def passes(self) -> Sequence[Pass]:
-        """The passes that adjust the order of the search (`passes.PASSES`)."""
+        """The passes that adjust the order found by the search (`passes.PASSES`)."""
         from leafcut.processes.sheet.passes import PASSES
 
         return PASSES
@@ -124,13 +124,13 @@ class SheetCutting(Process):
         return self.generate(plan, Order((plan.work.given,)))
 
     def nearest(self, plan: Plan) -> Candidate:
-        """Return the motion in nearest-neighbour order, in which detached parts are avoided in the same way."""
+        """Return the motion in nearest-neighbour order. The head avoids detached parts in the same way."""
         from leafcut.processes.sheet.passes import detached_nearest
 
         return self.generate(plan, detached_nearest(plan))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Return the motion of an order."""
+        """Return the motion for an order of cuts."""
         from leafcut.processes.sheet.passes import cached_motion
 
         return cached_motion(plan, order)
@@ -146,7 +146,7 @@ class SheetCutting(Process):
         )
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
-        """Compare the program with the motion, the limits of the machine, and the drawing."""
+        """Return the differences of the program from the planned motion, the limits of the machine, and the drawing."""
         from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
         from leafcut.processes.sheet.proof.sheet import check_sheet
         from leafcut.processes.sheet.proof.sheet_shapes import check_divided
@@ -179,7 +179,9 @@ class SheetCutting(Process):
         return order_issues(plan, best)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> SheetDetail:
-        """Return the cuts in the given, nearest-neighbour and best order, with times and costs."""
+        """Return the cuts in the order of the input, in nearest-neighbour order and in the best order, with times and
+        costs.
+        """
         from leafcut.processes.sheet.model import SheetDetail
 
         return SheetDetail((given.detail[0], None if nearest is None else nearest.detail[0], best.detail[0]))
@@ -199,7 +201,7 @@ class SheetCutting(Process):
         return {str(plan): plan_text(outcome.detail.plan.file)}
 
     def report(self, outcome: Outcome[SheetDetail]) -> SheetReport:
-        """Return the facts and pictures of an outcome."""
+        """Return the report of an outcome with its facts and pictures."""
         from leafcut.processes.sheet.report.sheet_report import SheetReport
 
         return SheetReport(outcome)

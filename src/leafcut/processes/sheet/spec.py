@@ -1,4 +1,4 @@
-"""Preparation of a sheet for ordering: resolve the rules, build the cuts, and search for chains."""
+"""Prepare a sheet for ordering: resolve the rules, build the cuts, and search for chains."""
 
 from __future__ import annotations
 
@@ -193,8 +193,8 @@ def _given_order(
     """Return the given order of the cuts, the sequence for comparison, and whether that sequence follows the whole plan
     file.
 
-    The given order comes from the plan file or from the drawing. The sequence for comparison has all choices of the
-    plan file if they fit, and is the given order otherwise.
+    The given order comes from the plan file or from the drawing. The sequence for comparison follows all choices of the
+    plan file if they fit; otherwise it is the given order.
     """
     order = drawing_order(cutting)
     if file is not None:
@@ -268,8 +268,8 @@ def _obstacles(job: Job, moves_z: bool) -> Obstacles | None:
 
 
 def _bounding_move(sheet: Sheet) -> Toolpath:
-    """Return a move between opposite corners of the contours' bounding box, for checking it against the machine's
-    travel.
+    """Return a move between opposite corners of the bounding box of all contours, which is used to check the travel of
+    the machine.
     """
     builder = ToolpathBuilder()
     x0, y0, x1, y1 = _bounding_box(sheet)
@@ -322,7 +322,7 @@ def _cut_data(job: Job) -> tuple[CutData, list[Issue]]:
 
 
 def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue]]:
-    """Return the process in the cut chart, with a warning if its power differs from the power of the machine.
+    """Return the process in the cut chart, and a warning if its power differs from the power of the machine.
 
     Raises OptionError if the machine cuts by another method.
     """
@@ -380,7 +380,7 @@ def probe_for(machine: Machine, post_dialect: Dialect) -> Probe | None:
 
 
 def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
-    """Return a warning about micro-joints if the sheet is too thick for a beam to pierce in motion."""
+    """Return a warning about micro-joints if the sheet is too thick for the beam to pierce it in motion."""
     if method_of(data.process) != CutMethod.LASER or not options.micro_joints or data.thickness <= _MAX_MOVING_PIERCE:
         return []
     wait = Message("the {:.2g} s", data.pierce_delay) if data.pierce_delay > 0.0 else Message("the time")
@@ -394,7 +394,9 @@ def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
 
 
 def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
-    """Return a warning about a plan file for other cutting data, because its leads and starts suit another kerf."""
+    """Return a warning about a plan file that was made for other cutting data, because its leads and starts suit
+    another kerf.
+    """
     differs = []
     if plan.thickness and abs(plan.thickness - data.thickness) > SAME_THICKNESS:
         differs.append(Message("{:g} mm, not {:g} mm", plan.thickness, data.thickness))
@@ -478,7 +480,7 @@ def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) 
 
 
 def parse_size(text: str) -> Point:
-    """Return width and height of a size such as ``3000x1500``, mm. Raises OptionError for other text."""
+    """Return the width and height of a size such as ``3000x1500``, mm. Raises OptionError for other text."""
     try:
         width, height = (float(word) for word in text.lower().replace("×", "x").removesuffix("mm").split("x"))
     except ValueError:

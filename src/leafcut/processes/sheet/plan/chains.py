@@ -298,7 +298,7 @@ def _fit_between(lines: NDArray[np.float64], one: CutContour, other: CutContour,
 
 
 def leaves_kerf_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> Mask:
-    """Return a mask of the lines, float64[n, 2, 2], that leave a kerf at once and stay outside.
+    """Return a mask of the lines, float64[n, 2, 2], that leave a kerf at once and stay outside it.
 
     `kerf_line` is the centreline of the kerf, and `kerf` is its width, mm.
     """
@@ -315,7 +315,7 @@ def leaves_kerf_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float)
 
 
 def _neighbours(contours: list[CutContour], members: Sequence[int], reach: float) -> list[tuple[int, int]]:
-    """Return pairs of neighbouring contours that border on the same scrap, in both orders, but never starting with a
+    """Return pairs of neighbouring contours that border on the same scrap, in both orders. A pair never starts with a
     hole.
     """
     lines = np.array([contours[k].line for k in members], dtype=object)
@@ -338,7 +338,9 @@ def _neighbours(contours: list[CutContour], members: Sequence[int], reach: float
 
 
 def _candidate_positions(contours: list[CutContour], pairs: Sequence[tuple[int, int]], reach: float) -> Bridges:
-    """Return positions for bridges: close to one or two neighbouring contours, and the points opposite to them."""
+    """Return positions for bridges: positions close to one or two neighbouring contours, and the points opposite to
+    them.
+    """
     near: dict[int, list[int]] = {}
     for one, other in pairs:
         near.setdefault(one, []).append(other)
@@ -371,8 +373,8 @@ def _candidate_positions(contours: list[CutContour], pairs: Sequence[tuple[int, 
 def _positions_between(one: NDArray[np.float64], other: NDArray[np.float64], reach: float) -> set[tuple[int, float]]:
     """Return the best samples of a contour for bridges to two neighbours, each with the sum of both distances, mm.
 
-    These are the sample with the smallest sum, and the sample whose larger distance is smallest. `one` and `other` are
-    the distances of all samples from the two neighbours, mm.
+    The best samples are the sample with the smallest sum, and the sample whose larger distance is smallest. `one` and
+    `other` are the distances of all samples from the two neighbours, mm.
     """
     total, farther = one + other, np.maximum(one, other)
     if not (farther < reach).any():
@@ -471,7 +473,8 @@ def _planned_step(cutting: Cutting, position: dict[int, int], choice: CutChoice)
 
 
 def with_chains(cutting: Cutting, chains: Sequence[Chain]) -> Cutting:
-    """Add the chains as starts of their first contours; the leads of other cuts avoid the bridges.
+    """Return the cutting with chains added as starts of their first contours. The leads of other cuts avoid the
+    bridges.
 
     A bridge that leaves no space for the lead of another cut is removed.
     """
@@ -502,9 +505,8 @@ def _scrap_with_bridges(cutting: Cutting, chains: Sequence[Chain]) -> Scrap:
 
 
 def _reversed_chain(cutting: Cutting, chain: Chain) -> Chain:
-    """Return a chain in reverse direction.
-
-    It is unchanged if it ends with a hole, or if the entry and the exit of a step differ.
+    """Return a chain in reverse direction. The chain is unchanged if it ends with a hole, or if the entry and the exit
+    of a step differ.
     """
     if cutting.contours[chain[-1].contour].hole or any(step.entry != step.exit for step in chain):
         return chain
@@ -514,7 +516,7 @@ def _reversed_chain(cutting: Cutting, chain: Chain) -> Chain:
 def _add_single_starts(
     cutting: Cutting, scrap: Scrap, members: set[int], starts: dict[int, list[CutStart]]
 ) -> int | None:
-    """Add the starts of contours outside chains to `starts`; return the first contour without a start, or None."""
+    """Add the starts of contours outside chains to `starts`. Return the first contour without a start, or None."""
     for k in range(len(cutting.contours)):
         if k not in members:
             starts[k] = _starts_clear_of_bridges(cutting, k, scrap)
@@ -579,7 +581,9 @@ def _first_starts(contour: CutContour, step: CutStart, scrap: Scrap) -> list[Cut
 
 
 def _last_step(contour: CutContour, step: CutStart, scrap: Scrap, bridge: Any) -> CutStart:
-    """Return the last step of a chain with the longest lead-out that avoids the bridge to it, or without a lead-out."""
+    """Return the last step of a chain with the longest lead-out that avoids the bridge to this step, or without a
+    lead-out.
+    """
     end, wanted = contour.end_of(step.at, step.clockwise), contour.lead_out
     for share in (1.0, 0.5, 0.25) if wanted.style != "none" else ():
         lead = replace(wanted, length=share * wanted.length)
@@ -591,7 +595,7 @@ def _last_step(contour: CutContour, step: CutStart, scrap: Scrap, bridge: Any) -
 
 
 def lead_leaves_bridge(lead: Points, bridge: Any, kerf: float) -> bool:
-    """Return whether a lead leaves the kerf of a bridge and stays outside.
+    """Return whether a lead leaves the kerf of a bridge and stays outside it.
 
     `lead` is float64[k, 2], from the contour outwards.
     """

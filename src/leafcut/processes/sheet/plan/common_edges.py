@@ -1,4 +1,6 @@
-"""Edges that two parts can share in a single cut: one kerf apart, or coincident without kerf compensation."""
+"""Find edges that two parts can share in a single cut. They are one kerf apart, or coincide if the kerf is not
+compensated.
+"""
 
 from __future__ import annotations
 
@@ -39,9 +41,9 @@ MOST = 0.5
 class EdgeGap:
     """The gap between the edges of two contours (`parts`, indices in ascending order).
 
-    `begin` and `end` are the ends of its centreline, mm; between them, the edges face each other. `width` is in mm, and
-    `normal` is the unit vector across the gap. Coincident curved edges have `width` 0 and no `normal`; `between`
-    contains the other points of their centreline.
+    `begin` and `end` are the ends of the centreline of the gap, mm; between them, the edges face each other. `width` is
+    in mm, and `normal` is the unit vector across the gap. Coincident curved edges have `width` 0 and no `normal`;
+    `between` contains the other points of their centreline.
     """
 
     parts: tuple[int, int]
@@ -65,7 +67,7 @@ class EdgeGap:
 def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[EdgeGap]:
     """Return the gaps between straight edges of outlines that are one compensated kerf apart.
 
-    Both outlines are directly on the sheet, or in the same hole. Without compensation, coincident curved edges are
+    Both outlines must lie directly on the sheet, or in the same hole. Without compensation, coincident curved edges are
     included: arcs of the same circle, and polylines with the same corners.
     """
     owner, ends = [], []
@@ -136,13 +138,13 @@ def _between_corners(piece: Any, corners: Any) -> tuple[Point, ...]:
 
 
 def least_length(rules: CutRules) -> float:
-    """Return the minimum overlap of facing edges for a common line, mm."""
+    """Return the minimum overlap of facing edges that is required for a common line, mm."""
     return LEAST if rules.half <= 0.0 else max(LEAST_KERFS * rules.kerf, LEAST)
 
 
 def _edge_gap(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: float, least: float) -> EdgeGap | None:
-    """Return the gap between two edges, float64[2, 2] each; None if they do not face each other at the distance `gap`,
-    mm.
+    """Return the gap between two edges, float64[2, 2] each, or None if they do not face each other at the distance
+    `gap`, mm.
 
     `least` is the minimum overlap, mm. Outlines are counter-clockwise, so the scrap is to the right of an edge, and
     facing edges have opposite directions.
@@ -203,7 +205,7 @@ def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue
 def pierced_first(
     contours: Sequence[CutContour], starts: Sequence[CutStart], pairs: Iterable[tuple[int, int]], rules: CutRules
 ) -> list[tuple[int, int]]:
-    """Return precedence pairs (before, after) for contours whose possible pierces are all on other contours.
+    """Return precedence pairs (before, after) for contours whose possible pierces all lie on other contours.
 
     Such a contour must be cut before those contours, while there is still metal to pierce. `pairs` is the existing
     precedence.

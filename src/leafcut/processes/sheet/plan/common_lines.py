@@ -1,4 +1,4 @@
-"""Common lines: one cut between straight edges a kerf apart, or along coincident edges.
+"""Common lines: a single cut between straight edges that are one kerf apart, or along coincident edges.
 
 The common lines of a group of parts are cut first. They are open cuts that start in the scrap next to the group and end
 in another kerf of the group. The cut around the whole group comes last and detaches all its parts.
@@ -65,8 +65,8 @@ def with_common_lines(
 ) -> tuple[list[CutContour], list[tuple[int, int]], list[Issue]]:
     """Return the contours with common lines, precedence pairs (before, after) of contours, and issues.
 
-    The outlines of a group are replaced by one contour around the group and by its common lines. Edges are still cut
-    twice if their line cannot start in the scrap, as in a grid of three or more rows cut by plasma.
+    One contour around each group, and its common lines, replace the outlines of the group. Edges are still cut twice if
+    their common line cannot start in the scrap, as in a grid of three or more rows that is cut by plasma.
     """
     rules = scrap.rules
     slots = facing_edges(contours, rules)
@@ -99,8 +99,8 @@ def scrap_with_lead_ins(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
 def _common_cut_groups(contours: list[CutContour], slots: Sequence[EdgeGap], scrap: Scrap) -> list[CommonCutGroup]:
     """Return the groups of parts with common lines, in the order of their first outlines.
 
-    A group contains all connected parts if all lines between them can be cut. Otherwise parts are joined pair by pair,
-    longest common edges first, as long as all lines can be cut.
+    A group contains all connected parts if all lines between them can be cut. Otherwise, parts are joined pair by pair,
+    the pair with the longest common edges first, as long as all lines can be cut.
     """
     grouper = Grouper(contours, slots, scrap)
     shared: dict[tuple[int, int], float] = {}
@@ -181,7 +181,9 @@ def _line_contour(contours: list[CutContour], group: CommonCutGroup, number: int
 def _group_precedence(
     others: Sequence[CutContour], around: CutContour, group: CommonCutGroup, at: int
 ) -> Iterable[tuple[int, int]]:
-    """Yield precedence pairs (before, after): inner contours and marks, then the lines in order, then the outer cut."""
+    """Yield precedence pairs (before, after): first inner contours and marks, then the lines in order, and last the
+    outer cut.
+    """
     count = len(group.lines)
     inside, numbers = set(around.covers), group.parts
     for k, c in enumerate(others):
@@ -192,7 +194,7 @@ def _group_precedence(
 
 
 def _no_line_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
-    """Return a note that explains why there are no common lines, if they were requested."""
+    """Return a note with the reason why there are no common lines, if they were requested."""
     if not rules.common_lines:
         return []
     if slots:
@@ -245,10 +247,10 @@ def _line_issues(slots: Sequence[EdgeGap], groups: Sequence[CommonCutGroup], rul
 
 @dataclass(frozen=True)
 class CommonLine:
-    """A common line through `points`, mm; both ends are on the centrelines of other kerfs.
+    """A common line through `points`, mm. Both of its ends lie on the centrelines of other kerfs.
 
-    `shared` is the length between two parts, mm. `inlets` contains the lead-in at each end, or None if the line cannot
-    start there. `parts` are indices of contours.
+    `shared` is the length of the line between two parts, mm. `inlets` contains the lead-in at each end, or None if the
+    line cannot start there. `parts` contains indices of contours.
     """
 
     points: tuple[Point, ...]
@@ -258,7 +260,7 @@ class CommonLine:
 
     @property
     def ends(self) -> tuple[Point, Point]:
-        """The first and the last point."""
+        """The first and the last point of the line."""
         return self.points[0], self.points[-1]
 
 
@@ -266,9 +268,9 @@ class CommonLine:
 class CommonCutGroup:
     """A group of parts with common lines.
 
-    `members` are the indices of the outlines, and `parts` are the numbers of the parts. `shape` is the outline of the
-    parts including the gaps between them, and `path` is the torch path around it. `order` contains precedence pairs
-    (before, after) of `lines`.
+    `members` contains the indices of the outlines, and `parts` the numbers of the parts. `shape` is the outline of the
+    parts including the gaps between them, and `path` is the torch path around this outline. `order` contains precedence
+    pairs (before, after) of `lines`.
     """
 
     members: frozenset[int]
@@ -352,7 +354,9 @@ class Grouper:
         return _straightened(rings[0] if rings[0].area > 0.0 else rings[0].reversed())
 
     def _follows_torch_paths(self, lines: Any, members: frozenset[int]) -> bool:
-        """Return whether the lines follow the torch path of each part, except at sharp corners, and gouge no part."""
+        """Return whether the lines follow the torch path of each part, except at sharp corners, and do not gouge any
+        part.
+        """
         half = self.rules.half
         near = lines.buffer(ROUNDING)
         for k in members:
@@ -416,7 +420,7 @@ class Grouper:
         )
 
     def _extended_to_kerfs(self, lines: list[tuple[Point, ...]], around: Any) -> list[tuple[Point, ...]] | None:
-        """Extend the lines at both ends to the centreline of the next kerf; return None if an end meets no kerf."""
+        """Extend the lines at both ends to the centreline of the next kerf. Return None if an end meets no kerf."""
         drawn = [shapely.LineString(line) for line in lines]
         found = []
         for number, line in enumerate(lines):
@@ -460,7 +464,7 @@ class Grouper:
     def _with_joined_lines(self, lines: list[CommonLine], members: frozenset[int], around: Any) -> list[CommonLine]:
         """Append each line that has no lead-in to a line with a common end.
 
-        No third line may end there, because the joined line would cross its kerf.
+        No third line may end at this point, because the joined line would cross its kerf.
         """
         left = list(lines)
         while True:
@@ -546,7 +550,7 @@ def _is_corner_arc(piece: Any, contour: CutContour, half: float) -> bool:
 
 
 def _straightened(path: Polyline) -> Polyline:
-    """Replace nearly straight arcs by lines, because no controller accepts their large radius."""
+    """Replace arcs that are nearly straight by lines, because no controller accepts their large radius."""
     rows = path.vertices.copy()
     chords = np.hypot(*(np.roll(rows, -1, axis=0) - rows)[:, :2].T)
     bulge = np.abs(rows[:, 2])
@@ -565,7 +569,7 @@ def _gap_area(slot: EdgeGap) -> Any:
 
 
 def _split_at_crossings(lines: Sequence[tuple[Point, ...]], half: float) -> list[tuple[Point, ...]]:
-    """Split the lines so that none of them cross; shorter lines are split at longer lines."""
+    """Split the lines so that none of them cross. Where two lines cross, the shorter line is split."""
     placed: list[tuple[Point, ...]] = []
     for line in sorted(lines, key=lambda line: (-round(shapely.LineString(line).length, 3), line)):
         whole = shapely.LineString(line)
@@ -583,8 +587,8 @@ def _split_at_crossings(lines: Sequence[tuple[Point, ...]], half: float) -> list
 def _line_precedence(lines: Sequence[CommonLine], half: float) -> tuple[tuple[int, int], ...] | None:
     """Return precedence pairs (before, after) of lines, or None if they contradict each other.
 
-    A line that ends at another line comes after that line. A line comes before other lines if it can only be pierced in
-    their kerf, for example where it has no lead-in and two lines meet in a corner.
+    A line that ends at another line comes after that line. A line comes before other lines if its only possible pierce
+    is in their kerf, for example if it has no lead-in and two lines meet in a corner.
     """
     needed = set[tuple[int, int]]()
     drawn = [shapely.LineString(x.points) for x in lines]
@@ -603,13 +607,13 @@ def _line_precedence(lines: Sequence[CommonLine], half: float) -> tuple[tuple[in
 
 
 def _have_common_stretch(lines: Sequence[Any], least: float) -> bool:
-    """Return whether two lines coincide over more than `least` mm, as where one edge curves into another."""
+    """Return whether two lines coincide over more than `least` mm, for example where one edge curves into another."""
     beside = [line.buffer(BESIDE) for line in lines]
     return any(lines[a].intersection(beside[b]).length > least for a, b in itertools.permutations(range(len(lines)), 2))
 
 
 def _pierce_point(line: CommonLine, at: int) -> Any:
-    """Return the pierce point for a start at the first (0) or last (1) end of a line, or None."""
+    """Return the pierce point for a start at the first end (0) or the last end (1) of a line, or None."""
     lead, points = line.inlets[at], line.points if not at else line.points[::-1]
     if lead is None:
         return None
@@ -618,7 +622,7 @@ def _pierce_point(line: CommonLine, at: int) -> Any:
 
 
 def _end_precedence(lines: Sequence[CommonLine]) -> Iterator[tuple[int, int]]:
-    """Yield precedence pairs (before, after) of a line and a line that ends at it."""
+    """Yield precedence pairs (before, after) of a line and another line that ends at it."""
     drawn = [shapely.LineString(x.points) for x in lines]
     for a, b in itertools.combinations(range(len(lines)), 2):
         if any(shapely.dwithin(drawn[a], shapely.Point(p), 2.0 * MEET) for p in lines[b].ends):

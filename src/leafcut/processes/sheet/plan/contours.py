@@ -54,18 +54,18 @@ class CutContour:
     diameter
         Diameter of the circle of equal area, mm; 0 for an open contour.
     rules
-        Rules of the sheet; if the controller cannot compensate the kerf of this contour, they are adapted to
+        Rules of the sheet. If the controller cannot compensate the kerf of this contour, the rules are adapted to
         compensation by the program.
     corners
         Positions of the corners in the drawing along the path, mm.
     loops
-        Corner loops as (from, to) along the path, mm.
+        Start and end of each corner loop along the path, mm.
     covers
-        With common lines, indices of the outlines that this contour cuts, completely or in part; otherwise empty.
+        With common lines, the indices of the outlines that this contour cuts, completely or in part; otherwise empty.
     group
         Number of the group of parts with common lines, from 1; 0 for none.
     common
-        For a common line, the length shared by two parts, mm; otherwise 0.
+        For a common line, the length that two parts share, mm; otherwise 0.
     inlets
         For an open cut, the lead-in at each end; None if the cut cannot start there.
     pinched
@@ -97,7 +97,7 @@ class CutContour:
 
     @property
     def kind(self) -> str:
-        """``cut`` or ``mark``."""
+        """Kind of the contour: ``cut`` or ``mark``."""
         return self.source.kind
 
     @property
@@ -107,7 +107,7 @@ class CutContour:
 
     @property
     def is_small(self) -> bool:
-        """Whether the rules for small holes apply."""
+        """Whether the contour is so small that the rules for small holes apply."""
         return self.hole and self.has_leads and self.diameter < self.rules.small_hole
 
     @property
@@ -117,7 +117,7 @@ class CutContour:
 
     @property
     def joints(self) -> int:
-        """Requested number of micro-joints."""
+        """Number of micro-joints that the user requested."""
         return self.rules.joints if self.has_leads and not self.hole and not self.is_small else 0
 
     @property
@@ -138,7 +138,7 @@ class CutContour:
 
     @property
     def lead_out(self) -> Lead:
-        """The requested lead-out, or none if the rules exclude a lead-out for this contour."""
+        """The requested lead-out, or no lead-out if the rules exclude it for this contour."""
         ends_on_contour = self.rules.torch_off_in_overcut and self.overcut > 0.0
         ends_at_joint = self.joints and self.rules.kind != CutMethod.LASER
         if ends_on_contour or ends_at_joint or self.is_small or (self.hole and not self.rules.hole_lead_out):
@@ -147,12 +147,12 @@ class CutContour:
 
     @property
     def directions(self) -> tuple[bool, ...]:
-        """The allowed cutting directions; true means clockwise."""
+        """The allowed cutting directions; True means clockwise."""
         wanted = self.rules.direction_of(self.hole)
         return {"clockwise": (True,), "counter-clockwise": (False,), "free": (False, True)}[wanted]
 
     def name(self) -> str:
-        """Return a name with the part and the position, for messages."""
+        """Return a name with the part and the position of the contour, for messages."""
         x, y = self.source.path.start
         if self.common:
             return Message("common line of part {} from ({:.4g}, {:.4g})", self.source.part, x, y)
@@ -173,7 +173,9 @@ class CutContour:
         return self.hole != clockwise
 
     def travel_at(self, at: float, clockwise: bool) -> Point:
-        """Return the unit vector of travel at a position; at a corner, the bisector of both directions."""
+        """Return the unit vector of travel at a position on the contour. At a corner, it is the bisector of both
+        directions.
+        """
         (x0, y0), (x1, y1) = self.path.direction_at(at - AROUND), self.path.direction_at(at + AROUND)
         x, y = x0 + x1, y0 + y1
         length = math.hypot(x, y)
@@ -183,7 +185,7 @@ class CutContour:
         return sign * x / length, sign * y / length
 
     def end_of(self, at: float, clockwise: bool) -> float:
-        """Return the position at which a cut that starts at `at` ends, mm along the path."""
+        """Return the position at which a cut that starts at the position `at` ends, mm along the path."""
         past = self.overcut - self.closing_joint
         return at - past if clockwise else at + past
 
@@ -192,10 +194,10 @@ class CutContour:
         return all(apart_along(at, corner, self.path.length) > 2.0 * self.rules.kerf for corner in self.corners)
 
     def in_loop(self, at: float) -> bool:
-        """Return whether a position is in a corner loop, or so close that the closing joint would be in the loop.
+        """Return whether a position is in a corner loop, or so close to it that the closing joint would be in the loop.
 
-        A joint must be on the edge of the part. If the joint were in a loop, the arc around the corner would also
-        remain uncut.
+        A joint must be on the edge of the part. If the joint were in a loop, the arc around the corner would remain
+        uncut as well.
         """
         length, room = self.path.length, BESIDE_LOOP + self.closing_joint
         return any((at - begin + room) % length <= end - begin + 2.0 * room for begin, end in self.loops)
@@ -242,7 +244,8 @@ def names_of(contours: Sequence[CutContour]) -> str:
 def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], list[Issue]]:
     """Return the contours that can be cut, in the order of the sheet, and issues about areas that remain uncut.
 
-    Holes too small for the kerf or the pierce are not cut, and neither are notches with mouths narrower than the kerf.
+    Holes that are too small for the kerf or the pierce are not cut, and neither are notches whose mouth is narrower
+    than the kerf.
     """
     kept: list[CutContour] = []
     remarks: list[tuple[Message, Issue]] = []
@@ -286,9 +289,9 @@ def _prepare_contour(index: int, source: Contour, rules: CutRules) -> CutContour
 
 
 def with_notches(contours: list[CutContour], rules: CutRules) -> list[CutContour]:
-    """Set `notch_of` of each contour in a closed notch, and return all contours.
+    """Return all contours, with `notch_of` set for each contour in a closed notch.
 
-    If the mouth of a notch is narrower than two kerfs, the kerfs on both sides close it.
+    If the mouth of a notch is narrower than two kerfs, the kerfs on both sides close the notch.
     """
     reach = 0.5 * rules.kerf + ROUNDING
     tree: Any = shapely.STRtree(np.array([c.line for c in contours], dtype=object))
@@ -324,7 +327,7 @@ def corners_along(drawn: Polyline, path: Polyline, line: Any) -> tuple[float, ..
 
 
 def corner_turns(path: Polyline) -> Points:
-    """Return the change of direction at the start of each segment of a closed path, rad; positive to the left."""
+    """Return the change of direction at the start of each segment of a closed path, rad. It is positive to the left."""
     turns = np.zeros(path.n_segments)
     ends = [_tangents(path, i) for i in range(path.n_segments)]
     for i, (begin, _) in enumerate(ends):
@@ -335,7 +338,7 @@ def corner_turns(path: Polyline) -> Points:
 
 
 def _tangents(path: Polyline, index: int) -> tuple[Point, Point]:
-    """Return the unit vectors of travel at both ends of a segment, which are its chord rotated by half the angle of the
+    """Return the unit vectors of travel at both ends of a segment. They are its chord rotated by half the angle of the
     arc.
     """
     s = path.segment(index)
@@ -350,12 +353,14 @@ def _tangents(path: Polyline, index: int) -> tuple[Point, Point]:
 def _contour_issue(
     code: str, one: Message, several: Message, place: Message, missing: MissingWork | None = None
 ) -> tuple[Message, Issue]:
-    """Return a remark: the message for several contours, with "" as their number, and the issue for one contour."""
+    """Return a remark: a message for several contours, with "" in place of their number, and an issue for a single
+    contour.
+    """
     return several, Issue(code, one, place, missing=missing)
 
 
 def _group_remarks(remarks: list[tuple[Message, Issue]]) -> list[Issue]:
-    """Return the issues of all remarks; identical remarks about several contours become one issue."""
+    """Return the issues of all remarks. Identical remarks about several contours become a single issue."""
     groups: dict[tuple[str, Message], list[Issue]] = {}
     for several, issue in remarks:
         groups.setdefault((issue.code, several), []).append(issue)
@@ -405,7 +410,9 @@ def _contour_place(index: int, source: Contour, x: float, y: float) -> Message:
 
 
 def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[Message, Issue]]:
-    """Return the remarks about uncut notches of an outline, except the areas `chambers`, which are cut as holes."""
+    """Return the remarks about uncut notches of an outline, except about the areas `chambers`, which are cut as
+    holes.
+    """
     source, rules = contour.source, contour.rules
     drawn = shapely.Polygon(source.path.flattened(FLATNESS))
     closed = shapely.Polygon(contour.line.coords).buffer(-rules.half)

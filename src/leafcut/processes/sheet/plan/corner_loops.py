@@ -1,4 +1,4 @@
-"""Loops at sharp outer corners, through which the torch keeps its full speed.
+"""Loops at sharp outer corners, in which the torch keeps its full speed.
 
 The torch cuts straight past the corner, turns through the scrap, and crosses its own kerf onto the next edge. Without a
 loop, it would slow down at the corner.
@@ -28,7 +28,7 @@ _Loop = tuple[bool, Points]
 
 
 def with_loops(contours: list[CutContour], scrap: Scrap) -> list[CutContour]:
-    """Add loops at the sharp corners of outlines, where a loop fits."""
+    """Return the contours, with loops added at the sharp corners of outlines where a loop fits."""
     rules = scrap.rules
     outlines = [(k, c) for k, c in enumerate(contours) if c.has_leads and not c.hole]
     loops = [(k, at, loop) for k, c in outlines for at, loop in _possible_loops(c)]
@@ -53,8 +53,8 @@ def with_loops(contours: list[CutContour], scrap: Scrap) -> list[CutContour]:
 
 
 def _possible_loops(contour: CutContour) -> Iterator[tuple[int, _Loop]]:
-    """Yield the possible loops of an outline, at corners or at arcs around corners of the drawing, each with its
-    segment.
+    """Yield the possible loops of an outline, each with its segment. A loop is at a corner, or at an arc around a
+    corner of the drawing.
     """
     path, half, length = contour.path, contour.rules.half, contour.rules.loop_length
     for at, turn in enumerate(corner_turns(path).tolist()):

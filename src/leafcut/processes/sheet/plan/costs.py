@@ -1,4 +1,4 @@
-"""Cycle time, cost and consumption of each part, the sheet and the batch."""
+"""Compute the cycle time, cost and consumption of each part, the sheet and the batch."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def measure_cuts(
     """Return times, lengths, costs and consumption of the cuts of a plan.
 
     `seconds` contains the times of each cut, s: cutting, piercing, and rapids including the retract. `whole` is the
-    time of the program, s; moves before the first and after the last cut count as rapids of the sheet. `corners`
+    time of the program, s. Moves before the first cut and after the last cut count as rapids of the sheet. `corners`
     contains the corners of the travel move before each cut, by the index of the cut. `shop_rate` is the cost of machine
     and operator per hour.
     """
@@ -83,7 +83,7 @@ def _times_of_cut(
 
 
 def _perimeter(sheet: Sheet, cut: Cut, part: int | None = None) -> float:
-    """Return the length in the drawing of the contours of a cut, mm; optionally only those of one `part`.
+    """Return the length of the contours of a cut in the drawing, mm, or only of those that belong to `part`.
 
     Chambers of notches are not included, because they belong to an outline.
     """
@@ -92,7 +92,8 @@ def _perimeter(sheet: Sheet, cut: Cut, part: int | None = None) -> float:
 
 
 def _share_of_part(sheet: Sheet, cut: Cut, times: CutTimes, part: int) -> list[CutTimes]:
-    """Return a part's share of the times of a cut, by the length of its contours; empty if the cut has no such contour.
+    """Return the share of a part in the times of a cut, by the length of its contours. Return nothing if the cut
+    contains no contour of the part.
 
     The pierce of a chain counts for its first part.
     """
@@ -130,11 +131,11 @@ def cost_of(times: CutTimes, options: CutOptions, shop_rate: float) -> float:
 
 
 def consumption_of(times: CutTimes, data: CutData, sheet: CutTimes) -> Consumption:
-    """Return the consumption during the given times; amounts for which the chart has no data remain unknown.
+    """Return the consumption during the given times. Amounts for which the cut chart has no data remain unknown.
 
-    Gas, power and abrasive are consumed while the torch is on, for cutting and piercing. If the chart does not give the
-    power, it is the power of the arc: current times voltage. Nozzles and electrodes wear by cutting time or by pierces,
-    whichever limits their life on the whole `sheet`, so that the shares of all parts add up.
+    Gas, power and abrasive are consumed while the torch is on, for cutting and piercing. If the chart does not state
+    the power, the power of the arc is used: current times voltage. Nozzles and electrodes wear by cutting time or by
+    pierces, whichever limits their life on the whole `sheet`, so that the shares of all parts add up.
     """
     rates, burning = data.rates, times.cut_s + times.pierce_s
 

@@ -1,4 +1,4 @@
-"""The path of a cut from its chosen start (lead-in, contours, bridges, overcut, lead-out), and its speeds.
+"""Build the path of a cut from its chosen start (lead-in, contours, bridges, overcut, lead-out), and its speeds.
 
 For a controller with kerf compensation (G41, G42), the program contains the contour as drawn, and lead arcs whose
 radius is larger by half a kerf. Compensation starts on the straight run-in: LinuxCNC moves along the tangent to the
@@ -149,8 +149,8 @@ def chain_length(contours: Sequence[CutContour], start: CutStart) -> float:
 
 
 def body_of(contour: CutContour, start: CutStart, *, overcut: bool = True) -> tuple[Polyline, float]:
-    """Return the path of a contour from its start, and its overlap beyond the start, mm, which is negative for a
-    micro-joint.
+    """Return the path of a contour from its start, and the overlap of the path beyond the start, mm, which is negative
+    for a micro-joint.
     """
     path = contour.path
     if not path.closed:
@@ -166,7 +166,7 @@ def _path_from(path: Polyline, at: float, length: float, clockwise: bool) -> Pol
 
 
 def without_tiny_segments(piece: Polyline) -> Polyline:
-    """Remove tiny segments that rounding errors cause from an open path."""
+    """Remove tiny segments, which are caused by rounding errors, from an open path."""
     rows = piece.vertices
     step = np.hypot(*np.diff(rows[:, :2], axis=0).T)
     keep = np.append(step > SAME_PLACE, True)
@@ -174,7 +174,7 @@ def without_tiny_segments(piece: Polyline) -> Polyline:
 
 
 def choice_of(contour: CutContour, start: CutStart, fixed: tuple[str, ...] = ()) -> CutChoice:
-    """Return the entry in a plan file for a start."""
+    """Return the entry of a start in a plan file."""
     x, y = contour.path.point_at(start.at)
     words = ("clockwise", "counter-clockwise") if contour.path.closed else ("backward", "forward")
     return CutChoice(
@@ -192,7 +192,7 @@ def _distance_along_cut(contour: CutContour, start: CutStart, at: float) -> floa
 
 
 def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
-    """Return the corner loops of a cut as sections of its path; the contour starts `begin` mm along this path."""
+    """Return the corner loops of a cut as sections of its path. The contour starts `begin` mm along this path."""
     spans = []
     for low, high in contour.loops:
         first = _distance_along_cut(contour, start, high if start.clockwise else low)
@@ -232,7 +232,8 @@ def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span,
 
 
 def compensate_where_needed(contours: list[CutContour], scrap: Scrap) -> tuple[list[CutContour], list[Issue]]:
-    """Let the program compensate the kerf of contours where the controller cannot; also return a note about them.
+    """Return the contours, with compensation by the program where the controller cannot compensate the kerf, and a note
+    about these contours.
 
     The controller cannot compensate where run-in and arc do not fit, as in small holes, and where the radius of a
     concave arc is too small, or a notch is narrower than the kerf.
@@ -273,7 +274,7 @@ def _controller_can_compensate(number: int, contour: CutContour, scrap: Scrap) -
 
 
 def _drawn_path(contour: CutContour) -> Polyline:
-    """Return the path as drawn, counter-clockwise."""
+    """Return the path of a contour as drawn, counter-clockwise."""
     path = contour.source.path
     return path if path.area >= 0.0 else path.reversed()
 
@@ -308,7 +309,9 @@ def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, flo
 
 
 def _widened_lead(lead: Polyline, center: Point, radius: float, on: Point) -> Polyline:
-    """Return a lead with the same centre and first point but another radius, for a controller with compensation."""
+    """Return a lead with the same centre and first point but with another radius, for a controller with
+    compensation.
+    """
     x, y = lead.vertices[1, :2].tolist()
     scale = radius / math.hypot(x - center[0], y - center[1])
     corner = (center[0] + scale * (x - center[0]), center[1] + scale * (y - center[1]))

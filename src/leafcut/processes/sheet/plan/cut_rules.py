@@ -43,12 +43,12 @@ NARROWEST_HOLE = 1.5
 
 @dataclass(frozen=True)
 class CutRules:
-    """Rules for cutting a sheet: mm, s, mm/s, rad.
+    """Rules for cutting a sheet, in mm, s, mm/s and rad.
 
     `kind` is a `CutMethod`, and `data` is a row of the chart. `half` is the distance between path and part: half a
     kerf, or 0 without compensation. `outline_direction` is ``clockwise``, ``counter-clockwise`` or ``free``; holes are
-    cut in the opposite direction. The leads may be shortened for a contour. If `once`, there is no compensation, and
-    coincident edges are cut once even without the option for common lines.
+    cut in the opposite direction. The leads may be shortened for a contour. If `once`, the kerf is not compensated, and
+    coincident edges are cut only once even without the option for common lines.
     """
 
     kind: str
@@ -74,13 +74,13 @@ class CutRules:
     once: bool = False
 
     def feed_of(self, kind: str, *, small: bool) -> float:
-        """Return the speed for a contour of kind ``cut`` or ``mark``, mm/s; lower for a small hole."""
+        """Return the speed for a contour of the kind ``cut`` or ``mark``, mm/s; it is lower for a small hole."""
         if kind == "mark":
             return self.mark_feed
         return self.small_hole_feed if small else self.data.feed
 
     def compensated_by_program(self) -> CutRules:
-        """Return the rules for a contour whose kerf is compensated by the program instead of the controller."""
+        """Return the rules for a contour whose kerf the program compensates instead of the controller."""
         return replace(self, compensation="geometry", lead_in=replace(self.lead_in, run_in=0.0))
 
     @property
@@ -89,7 +89,7 @@ class CutRules:
         return self.data.kerf
 
     def direction_of(self, hole: bool) -> str:
-        """Return the direction of holes or of outlines: ``clockwise``, ``counter-clockwise`` or ``free``."""
+        """Return the cutting direction of holes or of outlines: ``clockwise``, ``counter-clockwise`` or ``free``."""
         if self.outline_direction == "free" or not hole:
             return self.outline_direction
         return "clockwise" if self.outline_direction == "counter-clockwise" else "counter-clockwise"
@@ -98,11 +98,11 @@ class CutRules:
 def resolve_rules(
     data: CutData, options: CutOptions, *, switches: bool = False, max_feed: float = math.inf, planned: bool = False
 ) -> CutRules:
-    """Return the rules of a sheet. Raises OptionError if two options exclude each other.
+    """Return the cutting rules of a sheet. Raises OptionError if two options exclude each other.
 
-    `max_feed` is the maximum feed of the machine, mm/s, which limits the default marking speed. `switches` is true if
-    the controller can switch the torch off in motion; otherwise plasma cuts end where they close, without an overcut.
-    `planned` is true if a plan file is given.
+    `max_feed` is the maximum feed of the machine, mm/s, which limits the default marking speed. `switches` is True if
+    the controller can switch the torch off in motion; otherwise, plasma cuts end where they close, without an overcut.
+    `planned` is True if a plan file is given.
     """
     kind = method_of(data.process)
     hot = kind in THICK_LEAD_IN

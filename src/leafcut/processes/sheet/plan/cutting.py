@@ -35,7 +35,9 @@ from leafcut.timing.travel import travel_cost
 
 @dataclass(frozen=True)
 class HeadTravel:
-    """Travel of the head: cost of rapids, time to lower and raise the head at each cut, s, and start and end point."""
+    """Travel of the head: the cost of rapids, the time to lower and raise the head at each cut, s, and the start and
+    end points.
+    """
 
     metric: Metric
     overhead: float = 0.0
@@ -43,16 +45,16 @@ class HeadTravel:
     end: Point | None = None
 
     def cost(self, a: Point, b: Point) -> float:
-        """Return the cost of a rapid, in seconds or mm."""
+        """Return the cost of a rapid, in s or mm."""
         return travel_cost(self.metric, a, b)
 
     def neighbours(self, order: Sequence[CutStart], k: int) -> tuple[Point | None, Point | None]:
-        """Return the positions of the head before and after cut number `k` of an order."""
+        """Return the positions of the head before and after cut number `k` in an order of cuts."""
         return order[k - 1].exit if k else self.start, order[k + 1].entry if k + 1 < len(order) else self.end
 
     def detour(self, around: tuple[Point | None, Point | None], start: CutStart) -> float:
-        """Return the cost of the travel moves to and from a cut; `around` contains the positions before and after
-        it.
+        """Return the cost of the travel moves to and from a cut. `around` contains the positions of the head before and
+        after the cut.
         """
         before, after = around
         come = 0.0 if before is None else self.cost(before, start.entry)
@@ -63,7 +65,7 @@ class HeadTravel:
 class Cutting:
     """The contours of a sheet, all possible starts of their cuts, and their precedence.
 
-    `starts` are grouped by contour; the starts of a chain belong to its first contour. `order` contains additional
+    `starts` are grouped by contour. The starts of a chain belong to its first contour. `order` contains additional
     precedence pairs (before, after) of contours. `fixed` contains the names of the choices that a plan file fixes, by
     contour.
     """
@@ -80,12 +82,12 @@ class Cutting:
 
     @cached_property
     def heads(self) -> list[int]:
-        """Indices of the contours that start a cut, which are all except the later contours of chains."""
+        """Indices of the contours with which a cut starts: all contours except the later contours of chains."""
         return [k for k, own in enumerate(self.by_contour) if own]
 
     @cached_property
     def head_pairs(self) -> list[tuple[int, int]]:
-        """Precedence pairs (before, after) of cuts, each given by the index of its first contour."""
+        """Precedence pairs (before, after) of cuts. A cut is given by the index of its first contour."""
         head = {k: s.contour for s in self.starts for k in s.contours}
         return sorted({(head[a], head[b]) for a, b in self.pairs if head[a] != head[b]})
 
@@ -107,14 +109,16 @@ class Cutting:
         return [self.starts[number] for k in members for number in self.by_contour[k]]
 
     def cut(self, start: CutStart) -> Cut:
-        """Return the cut for a start; cuts are cached."""
+        """Return the cut that a start leads to; cuts are cached."""
         if start not in self._cut_cache:
             make = make_chain if start.then else make_cut
             self._cut_cache[start] = make(self.contours, start, self.fixed)
         return self._cut_cache[start]
 
     def seconds(self, start: CutStart) -> float:
-        """Return the time of a cut without travel, s: the pierce, and the path at its feed rate."""
+        """Return the time of a cut without travel, s: the time of the pierce, and the time of the path at its feed
+        rate.
+        """
         contour, data = self.contours[start.contour], self.rules.data
         if start.then:
             length = chain_length(self.contours, start)
@@ -144,11 +148,11 @@ class CutSequence:
     starts: tuple[CutStart, ...]
 
     def with_starts(self, starts: Sequence[CutStart]) -> CutSequence:
-        """Return a sequence of the same cutting with other starts, in order."""
+        """Return a sequence for the same cutting with other starts, in order."""
         return CutSequence(self.cutting, tuple(starts))
 
     def __post_init__(self) -> None:
-        """Refuse invalid orders that no later check would detect."""
+        """Raise PlanError for invalid orders, which no later check would detect."""
         contours, cut = self.cutting.contours, [k for s in self.starts for k in s.contours]
         at = {k: place for place, k in enumerate(cut)}
         if len(at) != len(contours) or len(cut) != len(at):
@@ -242,7 +246,7 @@ def check_kerfs(contours: list[CutContour], scrap: Scrap) -> None:
 
 
 def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutRules) -> Iterable[Issue]:
-    """Yield notes about contours where the requested lead-in fits nowhere, and about contours without a lead-out."""
+    """Yield notes about contours at which the requested lead-in fits nowhere, and about contours without a lead-out."""
     wanted, lesser, without = rules.lead_in, [], []
     by_contour: dict[int, list[CutStart]] = {}
     for start in starts:
@@ -272,7 +276,9 @@ def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutR
 
 
 def process_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tuple[int, int]]:
-    """Yield precedence pairs (before, after): inner before outer contours, and the marks of a part before its cuts."""
+    """Yield precedence pairs (before, after): inner contours before outer contours, and the marks of a part before its
+    cuts.
+    """
     position = {i: k for k, c in enumerate(contours) if not c.common for i in c.indices}
     marks: dict[int, list[int]] = {}
     for k, contour in enumerate(contours):
@@ -288,9 +294,11 @@ def process_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tupl
 
 
 def _enclosing_contour(sheet: Sheet, position: Mapping[int, int], contour: CutContour) -> int | None:
-    """Return the innermost contour around another contour, or None; `position` maps an index in the sheet to a contour.
+    """Return the innermost contour around another contour, or None. `position` contains the number of a contour by its
+    index in the sheet.
 
-    Holes too narrow to cut are skipped. An outline also encloses the parts in its notches that the kerf closes.
+    Holes that are too narrow to cut are skipped. An outline also encloses the parts in its notches that the kerf
+    closes.
     """
     parent = contour.notch_of if contour.notch_of >= 0 else contour.source.parent
     while parent >= 0 and parent not in position:
@@ -334,7 +342,7 @@ def check_order(cutting: Cutting) -> None:
 
 
 def _drawing_order(cutting: Cutting) -> list[int]:
-    """Return the first contour of each cut, in drawing order, but after its predecessors."""
+    """Return the first contour of each cut in drawing order, except that predecessors come first."""
     after: dict[int, list[int]] = {}
     missing = [0] * len(cutting.contours)
     for a, b in cutting.head_pairs:
@@ -354,7 +362,7 @@ def _drawing_order(cutting: Cutting) -> list[int]:
 
 
 def drawing_order(cutting: Cutting) -> list[CutStart]:
-    """Return the first start of each cut, in drawing order as far as precedence allows."""
+    """Return the first start of each cut, in drawing order as far as the precedence allows."""
     check_order(cutting)
     return [cutting.starts[cutting.by_contour[k][0]] for k in _drawing_order(cutting)]
 
@@ -369,10 +377,11 @@ def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = m
 
 
 def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[list[int]]:
-    """Return the first contours of all cuts by band, in the direction of the sweep; without a sweep, in a single band.
+    """Return the first contours of all cuts by band, in the direction of the sweep. Without a sweep, there is a single
+    band.
 
     All contours of a part are in the band that contains the centre of its outline. `width` is the width of a band, mm;
-    0 means a fifth of the sheet, or the width of its largest part if that is larger.
+    0 means a fifth of the width of the sheet, or the width of its largest part if that is larger.
     """
     if options.sweep == "free":
         return [cutting.heads]
@@ -393,13 +402,13 @@ def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[lis
 
 
 def sorted_by_band(cutting: Cutting, order: Sequence[CutStart], options: CutOptions) -> list[CutStart]:
-    """Sort the cuts by band of the sweep; the order within each band does not change."""
+    """Sort the cuts by the bands of the sweep. The order within each band does not change."""
     band = {k: number for number, members in enumerate(bands(cutting, options)) for k in members}
     return sorted(order, key=lambda s: band[s.contour])
 
 
 def _outermost_contour(cutting: Cutting, k: int, position: dict[int, int], outlines: dict[int, int]) -> int:
-    """Return the outermost contour around a contour, or the contour itself if none surrounds it."""
+    """Return the outermost contour around a contour, or the contour itself if no other contour surrounds it."""
     contour = cutting.contours[k]
     if contour.kind == "mark" and contour.source.part in outlines:
         k = outlines[contour.source.part]

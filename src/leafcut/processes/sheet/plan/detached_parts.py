@@ -1,8 +1,9 @@
 """Travel moves with the head down, routed around detached parts, which may tip up.
 
 A part is detached once its outline is cut without micro-joints. Moves stay away from detached parts by the radius of
-the head. If there is no such route, at least the centre of the head stays clear; otherwise the move crosses the part.
-Both cases are counted. `cut_outlines_later` postpones an outline until after the moves that cross its part.
+the head. If there is no such route, at least the centre of the head stays clear. If that is impossible too, the move
+crosses the part. Both cases are counted. `cut_outlines_later` postpones an outline until after the moves that cross its
+part.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ HeadRoute = tuple[tuple[Point, ...], float]
 
 @dataclass(frozen=True)
 class HeadRoutes:
-    """Routes of the head between the cuts.
+    """Routes of the cutting head between the cuts.
 
     `corners` contains the corners of each detour, by the index of the following cut; the key of the detour to the end
     point is the number of cuts. `crossing` contains the indices of the cuts whose travel move still crosses a detached
@@ -99,7 +100,7 @@ class DetachableParts:
         self.map = ObstacleMap(outlines, {-1 - z: shapely.box(*zone) for z, zone in enumerate(sheet.zones)})
 
     def detached_by(self, cut: Cut) -> list[int]:
-        """Return the outlines that a cut detaches; common lines and outlines with micro-joints are excluded."""
+        """Return the outlines that a cut detaches. Common lines and outlines with micro-joints detach nothing."""
         if cut.kind != "cut" or cut.joints or cut.common:
             return []
         return [k for k in cut.contours if k in self.map.shapes]
@@ -107,8 +108,8 @@ class DetachableParts:
     def route(self, a: Point, b: Point, detached: set[int]) -> HeadRoute:
         """Return the best route of the head, and its penalty.
 
-        If possible, the whole head stays clear of detached parts; otherwise, only its centre; otherwise, the route
-        crosses parts.
+        If possible, the whole head stays clear of detached parts, or else only its centre. If neither is possible, the
+        route crosses parts.
         """
         if not self.map.polygons_approached(a, b, self.radius) & detached:
             return (), 0.0
@@ -154,10 +155,11 @@ def cut_outlines_later(
     cost: Callable[[Point, Point], float],
     late: Callable[[], bool] = lambda: False,
 ) -> list[int]:
-    """Return an order of `cuts` (indices) in which outlines follow the moves across their parts, if that costs less.
+    """Return an order of `cuts`, as indices, in which outlines come after the moves across their parts, if that costs
+    less.
 
     `pairs` are precedence pairs (before, after), as indices of `cuts`; `cost` returns the cost of a straight move, in
-    seconds or mm. The search ends when `late` returns true between two attempts.
+    seconds or mm. The search ends when `late` returns True between two attempts.
     """
     detaches = [frozenset(parts.detached_by(cut)) for cut in cuts]
     before: dict[int, set[int]] = {}

@@ -19,12 +19,14 @@ PENALTY = 1e6
 
 
 def close_starts(order: Sequence[CutStart], apart: float) -> list[tuple[int, int]]:
-    """Return the pairs of consecutive positions in the order whose starts are less than `apart` mm apart."""
+    """Return the pairs of consecutive positions in an order whose starts are less than `apart` mm apart."""
     return [(j - 1, j) for j in range(len(order)) if _starts_in_hot_metal(order, j, apart)]
 
 
 def heat_issue(order: Sequence[CutStart], apart: float) -> Issue:
-    """Return a warning about starts within `apart` mm of the previous start, or a note if all are farther away."""
+    """Return a warning about starts within `apart` mm of the previous start, or a note if all starts are farther
+    apart.
+    """
     left = close_starts(order, apart)
     if not left:
         words = Message(
@@ -59,7 +61,7 @@ def spread_starts(
 ) -> CutSequence:
     """Reduce the number of starts closer than `apart` mm by small changes of the order and of the starts.
 
-    Precedence, fixed choices and bands (`cutting.bands`) are respected. The search stops when `late` returns true.
+    Precedence, fixed choices and bands (`cutting.bands`) are respected. The search stops when `late` returns True.
     """
     cutting, order = cuts.cutting, list(cuts.starts)
     band = {k: number for number, members in enumerate(bands) for k in members}
@@ -101,7 +103,7 @@ def _best_change(
 ) -> list[CutStart] | None:
     """Return the cheapest order in which the cut at position `j` has a different position or start.
 
-    The result is None if no such order is cheaper. `places` contains the first and last position allowed for the cut.
+    Return None if no such order is cheaper. `places` contains the first and the last position that the cut may have.
     """
     own, (low, high) = order[j], places
     starts = cutting.starts_of([own.contour]) if own.pierce else []

@@ -45,10 +45,11 @@ def lead_shape(lead: Lead) -> Points:
 
 
 def placed_leads(shape: Points, at: Points, travel: Points, left: bool, out: bool = False) -> NDArray[np.float64]:
-    """Return the points of a lead at n positions, float64[n, k, 2], mm; with `out`, as a lead-out.
+    """Return the points of a lead at n positions, float64[n, k, 2], mm. With `out`, it is a lead-out.
 
     `shape` is a result of `lead_shape`. `at` contains the points where the lead meets the contour, and `travel` the
-    unit vectors of travel there, float64[n, 2] each. `left` is true if the scrap is to the left of travel.
+    unit vectors of travel there, float64[n, 2] each. `left` is True if the scrap is to the left of the direction of
+    travel.
     """
     u, v = shape[:, 0], shape[:, 1]
     if out:
@@ -75,7 +76,9 @@ def lead_path(lead: Lead, at: Point, travel: Point, left: bool, out: bool = Fals
 
 
 def lead_variants(lead: Lead, kerf: float) -> list[Lead]:
-    """Return a lead and its alternatives for narrow scrap, best first: shorter leads, other angles, other styles."""
+    """Return a lead and its alternatives for narrow scrap, best first: shorter leads, other angles, and other
+    styles.
+    """
     if lead.style == "none":
         return [lead]
     least = max(LEAST_KERFS * kerf, LEAST_LEAD)

@@ -1,4 +1,5 @@
-"""Move the starts of cuts in a fixed order: for shorter travel, pierces in solid metal, and leads that do not meet.
+"""Move the starts of cuts whose order is fixed, for shorter travel, for pierces in solid metal, and for leads that do
+not meet.
 
 When the search for the order chooses the start of a cut, it ignores the kerfs and leads of other cuts.
 """
@@ -41,9 +42,9 @@ ROOM = 0.05
 
 
 def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] = lambda: False) -> CutSequence:
-    """Move starts along the contours until travel becomes no shorter, or `late` returns true.
+    """Move starts along the contours until travel becomes no shorter, or `late` returns True.
 
-    Each start moves while the previous and the next cut are fixed. Starts fixed by a plan file do not move. Source: A.
+    Each start moves while the cuts before and after it are fixed. Starts fixed by a plan file do not move. Source: A.
     A. Petunin, E. G. Polishchuk and S. S. Ukolov, on the continuous cutting problem (routes of a fixed order).
     """
     order = list(cuts.starts)
@@ -67,7 +68,7 @@ def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] =
 def _slide_start(
     cutting: Cutting, start: CutStart, head: HeadTravel, around: tuple[Point | None, Point | None]
 ) -> tuple[CutStart, float]:
-    """Move a start to the position with the shortest travel, and return it with the travel saved.
+    """Move a start to the position with the shortest travel. Return the moved start and the travel that it saves.
 
     `around` contains the positions of the head before and after the cut.
     """
@@ -97,8 +98,8 @@ def _slide_start(
 def clear_pierces(cuts: CutSequence, head: HeadTravel) -> CutSequence:
     """Choose new starts where a pierce would be in or next to the kerf of an earlier cut.
 
-    If possible, a pierce is a full kerf away from the centreline of each earlier cut, otherwise half a kerf. The
-    cheapest such start is used. Starts fixed by a plan file do not change.
+    If possible, a pierce is a full kerf away from the centreline of each earlier cut, otherwise half a kerf. Of these
+    starts, the cheapest is used. Starts fixed by a plan file do not change.
     """
     burnt = _CutPaths(cuts)
     for _ in range(PIERCE_PASSES):
@@ -148,14 +149,14 @@ class _CutPaths:
 
     @property
     def _reaches(self) -> tuple[float, float]:
-        """Maximum distances between a pierce and a centreline, mm, that count as in its kerf and as within a full
-        kerf.
+        """Maximum distances between a pierce and a centreline, mm, at which the pierce counts as in the kerf, and as
+        within a full kerf of it.
         """
         kerf = self.cutting.rules.kerf
         return 0.5 * kerf + ROOM, kerf
 
     def near_earlier_kerfs(self) -> list[int]:
-        """Return the cuts, by position, whose pierce is in or close to the kerf of an earlier cut."""
+        """Return the positions of the cuts whose pierce is in or close to the kerf of an earlier cut."""
         pierce, kerf = self._tree.query(self._points, predicate="dwithin", distance=max(self._reaches))
         wrong: list[int] = np.unique(pierce[kerf < pierce]).tolist()
         return wrong
@@ -164,7 +165,7 @@ class _CutPaths:
         """Return the number of conflicts of a start of cut `k` with other cuts, for two distances.
 
         The first number counts pierces in a kerf, and the second counts pierces within a full kerf of a centreline. The
-        pierce of the start conflicts with the kerfs of earlier cuts. If the `line` of the start's path is given, the
+        pierce of the start conflicts with the kerfs of earlier cuts. If the path of the start is given as `line`, the
         pierces of later cuts in its kerf are also counted.
         """
         if not start.pierce or not self._burns(start):
@@ -182,7 +183,7 @@ class _CutPaths:
 def _clear_start(burnt: _CutPaths, k: int, head: HeadTravel) -> CutStart | None:
     """Return the start of cut `k` with the fewest conflicts and, among these, the lowest cost.
 
-    The result is None if no start has fewer conflicts than the current start.
+    Return None if no start has fewer conflicts than the current start.
     """
     cutting, own = burnt.cutting, burnt.order[k]
     around, best = head.neighbours(burnt.order, k), None
@@ -218,7 +219,7 @@ def leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
 
 
 def starts_apart(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
-    """Return the cutting with the starts of an order, and those other starts whose leads avoid the leads of the
+    """Return the cutting with the starts of an order, and with those other starts whose leads avoid the leads of the
     order.
     """
     extras = [_leads_and_bridges(cutting, s) for s in order]
@@ -249,7 +250,7 @@ def _leads_and_bridges(cutting: Cutting, s: CutStart) -> list[Any]:
 
 
 def _conflicting_pairs(extras: Sequence[list[Any]], kerf: float) -> set[tuple[int, int]]:
-    """Return the pairs of cuts, by position, whose leads or bridges run into each other's kerf.
+    """Return the pairs of cuts, as positions in the order, whose leads or bridges run into each other's kerf.
 
     `extras` contains the leads and bridges of each cut as shapely lines.
     """
@@ -264,9 +265,8 @@ def _conflicting_pairs(extras: Sequence[list[Any]], kerf: float) -> set[tuple[in
 def _start_with_clear_leads(
     cutting: Cutting, order: Sequence[CutStart], extras: Sequence[list[Any]], k: int, head: HeadTravel
 ) -> CutStart | None:
-    """Return the cheapest start of cut `k` whose leads meet no other leads or bridges.
-
-    The result is None if the current start is fixed or already clear, or if no start is clear.
+    """Return the cheapest start of cut `k` whose leads meet no other leads or bridges. Return None if the current start
+    is fixed or already clear, or if no start is clear.
     """
     own = order[k]
     if "start" in cutting.fixed.get(own.contour, ()):

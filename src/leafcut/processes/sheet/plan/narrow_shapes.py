@@ -35,7 +35,7 @@ FITTED = 0.002
 
 
 def with_narrow_shapes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, list[Issue]]:
-    """Return two sheets and the issues.
+    """Return two sheets with changes for narrow shapes, and the issues.
 
     In both sheets, narrow slots are centreline cuts. In the second sheet, holes that the kerf divides are also replaced
     by several holes, and the chambers of closed notches are cut as holes. Without compensation, both sheets are
@@ -52,7 +52,8 @@ def with_narrow_shapes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, lis
 
 
 def with_slot_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
-    """Replace narrow slots by open centreline cuts; also return a warning about their widths (L627).
+    """Replace narrow slots by open centreline cuts. Return the sheet and a warning about the widths of the slots
+    (L627).
 
     A cut ends half a kerf before the end of the slot, so that the slot has the length in the drawing. A slot is a
     rectangle with square or round ends and contains no other contours.
@@ -77,8 +78,8 @@ def with_slot_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
 
 
 def _slot_centreline(slot: Polyline, kerf: float) -> tuple[Polyline, float] | None:
-    """Return the centreline of a slot without half a kerf at each end, and the slot width, mm; None for other
-    shapes.
+    """Return the centreline of a slot, shortened by half a kerf at each end, and the width of the slot, mm. Return None
+    for other shapes.
     """
     x0, y0, x1, y1 = slot.extents
     # Most holes are too wide in both directions, as their area already shows.
@@ -106,7 +107,7 @@ def _slot_centreline(slot: Polyline, kerf: float) -> tuple[Polyline, float] | No
 
 
 def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue]]:
-    """Replace each hole that is divided by the kerf with several holes; also return the issues (L612).
+    """Replace each hole that the kerf divides with several holes. Return the sheet and the issues (L612).
 
     The issues report uncut areas. The first new hole has the index of the original hole, and the others are appended,
     so that no index changes. Contours in a hole belong to the new hole around them. A hole that has contours outside
@@ -135,9 +136,9 @@ def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue
 def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
     """Add the chambers of closed notches as holes, because a kerf does not fit through the mouths of the notches.
 
-    Chambers are appended. Contours in a chamber belong to it. An outline gets no chambers if other contours in its
-    notches are outside the chambers. If cuts start at the edge of the sheet, the sheet is unchanged, because such cuts
-    cannot reach a chamber.
+    Chambers are appended to the contours of the sheet. Contours in a chamber belong to the chamber. An outline gets no
+    chambers if other contours in its notches are outside the chambers. If cuts start at the edge of the sheet, the
+    sheet is unchanged, because such cuts cannot reach a chamber.
     """
     if rules.edge_start:
         return sheet
@@ -164,9 +165,10 @@ def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
 
 
 def _closed_notches(outline: Any, rules: CutRules) -> tuple[Any, list[Any]]:
-    """Return the area of the notches that the kerf closes, and the rings of the kerf's centreline in them.
+    """Return the area of the notches that the kerf closes, and the rings of the centreline of the kerf in these
+    notches.
 
-    In each ring, there is space for a pierce, and its kerf enters no other kerf, where the arc would go out.
+    Each ring has space for a pierce, and its kerf does not enter another kerf, where the arc would go out.
     """
     grown = outline.buffer(rules.half, quad_segs=16)
     paths = [grown.exterior, *grown.interiors]
@@ -190,7 +192,7 @@ def _enclosing_piece(held: Contour, pieces: list[Polyline]) -> int | None:
 
 
 def _pieces_around(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Polyline]:
-    """Return the parts of a hole or notch around the given kerf centrelines in which a pierce fits, as outlines."""
+    """Return, as outlines, the parts of a hole or notch around the given kerf centrelines in which a pierce fits."""
     found = []
     for ring in sorted(rings, key=lambda ring: ring.bounds):
         piece = ring.buffer(rules.half + ROUNDING, join_style="mitre", mitre_limit=MITRE).intersection(hole)
@@ -205,7 +207,7 @@ def _pieces_around(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Pol
 
 
 def _uncut_issue(one: Contour, hole: Any, pieces: list[Polyline], rules: CutRules) -> Issue:
-    """Return the issue about uncut areas of a hole, which are necks and parts without space for a pierce.
+    """Return the issue about the uncut areas of a hole: necks, and parts without space for a pierce.
 
     Corners are not reported.
     """

@@ -35,7 +35,7 @@ NEAR = 2.0
 
 
 def check_fit(sheet: Sheet, plan: PlanFile) -> None:
-    """If a plan file does not fit the drawing, raise PlanError with the first difference."""
+    """Raise PlanError, which states the first difference, if a plan file does not fit the drawing."""
 
     def refuse(reason: str) -> PlanError:
         return PlanError("{}: the plan no longer fits the drawing: {}; make a new plan", plan.source, reason)
@@ -61,7 +61,7 @@ def check_fit(sheet: Sheet, plan: PlanFile) -> None:
 
 
 def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> Cutting:
-    """Limit the cutting to the fixed choices of the plan file, or to all its choices if `everything`.
+    """Limit the cutting to the fixed choices of a plan file, or to all its choices if `everything`.
 
     Raises PlanError if the drawing differs, or a fixed choice cannot be cut.
     """
@@ -91,8 +91,8 @@ def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -
 def _ahead_pairs(rows: list[int], fixed: dict[int, tuple[str, ...]]) -> list[tuple[int, int]]:
     """Return precedence pairs (before, after) for the contours that the plan file fixes as ``ahead``.
 
-    `rows` contains the contours in the order of the plan file. A contour fixed as ``ahead`` comes before all following
-    rows, up to and including the next contour fixed as ``ahead``.
+    `rows` contains the contours in the order of the plan file. A contour that is fixed as ``ahead`` comes before all
+    following rows, up to and including the next such contour.
     """
     pairs: list[tuple[int, int]] = []
     first = None
@@ -143,7 +143,7 @@ def _contour_position(
 
 
 def plan_order(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
-    """Return the first start of each cut, in the order of the plan file as far as precedence allows."""
+    """Return the first start of each cut, in the order of the plan file as far as the precedence allows."""
     rank = {c.contours[0]: number for number, c in enumerate(plan.cuts)}
     last = len(plan.cuts)
     by_rank = sorted(cutting.heads, key=lambda k: (rank.get(cutting.contours[k].index, last), k))
@@ -167,7 +167,7 @@ def plan_order(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
 
 
 def _fixed_starts(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -> list[CutStart]:
-    """Return the starts of a contour that its entry in the plan file allows. Raises PlanError if none fits."""
+    """Return the starts of a contour that its entry in the plan file allows. Raises PlanError if none of them fits."""
     contour, scrap = cutting.contours[k], cutting.scrap
     lead = choice.lead_in if "lead" in choice.fixed else None
     if lead is not None:
@@ -216,7 +216,7 @@ def _has_lead(start: CutStart, lead: Lead) -> bool:
 
 
 def _smooth_places(contour: CutContour, places: list[float], plan: PlanFile) -> list[float]:
-    """Return the positions at which a controller with kerf compensation can start.
+    """Return those of the given positions at which a controller with kerf compensation can start.
 
     Raises PlanError if there is no such position.
     """
@@ -247,7 +247,9 @@ def _distance_from_choice(start: CutStart, choice: CutChoice) -> float:
 def _starts_at(
     k: int, contour: CutContour, scrap: Scrap, places: list[tuple[float, bool]], lead: Lead | None
 ) -> list[CutStart]:
-    """Return the starts of a closed contour at `places`, with the fixed lead-in, or else with lead-ins that fit."""
+    """Return the starts of a closed contour at `places`, with the fixed lead-in `lead`, or else with lead-ins that
+    fit.
+    """
     if not contour.has_leads or contour.rules.lead_in.style == "none":
         return starts_without_lead(k, contour, places)
     leads: Sequence[Lead | None] = [lead] if lead is not None else leads_to_try(contour)
@@ -258,7 +260,7 @@ def _starts_at(
 
 
 def _with_lead_out(contour: CutContour, scrap: Scrap, starts: list[CutStart], choice: CutChoice) -> list[CutStart]:
-    """Return those starts at which the lead-out of the plan file fits, with this lead-out."""
+    """Return those of the given starts at which the lead-out of the plan file fits, with this lead-out."""
     if choice.lead_out is None:
         return starts
     kept = []

@@ -1,4 +1,4 @@
-"""The scrap between the parts: check whether a lead, a bridge or a pierce fits."""
+"""The scrap between the parts, and checks whether a lead, a bridge or a pierce fits into it."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ PART_SHRINKAGE = 0.02
 
 
 class Scrap:
-    """The metal between the parts. Parts are shrunk slightly, so that a kerf along its own part does not touch the
-    part.
+    """The scrap between the parts of a sheet. Parts are shrunk slightly, so that a kerf along its own part does not
+    touch the part.
     """
 
     def __init__(self, sheet: Sheet, contours: list[CutContour], rules: CutRules) -> None:
@@ -58,7 +58,9 @@ class Scrap:
 
     @property
     def _half(self) -> float:
-        """Half a kerf, mm, by which a lead extends to each side, with or without compensation."""
+        """Half a kerf, mm: the distance by which the kerf of a lead extends to each side, with or without
+        compensation.
+        """
         return 0.5 * self.rules.kerf
 
     def allows(self, lines: Any, *owners: CutContour, leaves_sheet: bool = False) -> Mask:
@@ -84,11 +86,11 @@ class Scrap:
         return ok
 
     def parts_near(self, lines: Any) -> NDArray[np.int64]:
-        """Return pairs (line, part) where the kerf along the line touches the part, int64[2, k]."""
+        """Return pairs (line, part) for which the kerf along the line touches the part, int64[2, k]."""
         return self._metal.near(lines, self._half)
 
     def zones_near(self, lines: Any) -> NDArray[np.int64]:
-        """Return pairs (line, keep-out zone) where the kerf along the line touches the zone, int64[2, k]."""
+        """Return pairs (line, keep-out zone) for which the kerf along the line touches the zone, int64[2, k]."""
         return np.asarray(self._zone_tree.query(lines, predicate="dwithin", distance=self._half))
 
     def is_clear(self, places: Points, radius: float) -> Mask:
@@ -99,7 +101,7 @@ class Scrap:
         return ok
 
     def leave_own_kerf(self, leads: NDArray[np.float64], owner: CutContour) -> Mask:
-        """Return a mask of the lead-ins that leave the kerf of their contour and stay outside.
+        """Return a mask of the lead-ins that leave the kerf of their contour and stay outside it.
 
         `leads` are float64[n, k, 2], with the last point on the contour. Followed outwards from the contour, a lead
         must not enter the kerf of the contour again once it has left that kerf.
@@ -114,7 +116,7 @@ class Scrap:
 
 
 def _with_extra_points(leads: NDArray[np.float64], step: float) -> NDArray[np.float64]:
-    """Return leads with points at most `step` mm apart, from the contour outwards, float64[n, m, 2]."""
+    """Return leads, starting at the contour, with points at most `step` mm apart, float64[n, m, 2]."""
     outwards = leads[:, ::-1]
     longest = np.hypot(*np.moveaxis(np.diff(outwards, axis=1), 2, 0)).max(initial=0.0)
     pieces = min(max(math.ceil(longest / step), 1), 64)

@@ -36,10 +36,10 @@ Place = tuple[float, bool]
 
 @dataclass(frozen=True)
 class CutStart:
-    """A choice for a cutting task: the position, direction and leads with which the cut starts.
+    """A choice for a cutting task: the position and direction at which the cut starts, and its leads.
 
     `at` is the start position along the contour, mm; on open contours, it is 0, or the length for the reverse direction
-    (`clockwise`). The torch is switched on at `entry`, and the next rapid starts at `exit`. `pierce` is false for a
+    (`clockwise`). The torch is switched on at `entry`, and the next rapid starts at `exit`. `pierce` is False for a
     start in the air, beyond the edge of the sheet. `then` contains the other contours of a chain: each bridge ends at
     an `entry`, and the next bridge starts at its `exit`.
     """
@@ -64,7 +64,7 @@ class CutStart:
 
 
 def find_starts(contours: list[CutContour], scrap: Scrap) -> list[CutStart]:
-    """Return all starts, contour by contour. Raises PlanError if no lead fits at some contours."""
+    """Return all starts, contour by contour. Raises PlanError if no lead fits at some of the contours."""
     most = max(FEWEST_PLACES, min(MOST_PLACES, MOST_NODES // max(len(contours), 1)))
     found: list[CutStart] = []
     stuck: list[CutContour] = []
@@ -101,14 +101,14 @@ def _refusal(stuck: list[CutContour], contours: list[CutContour], rules: CutRule
 
 
 def _has_common_edge(one: CutContour, contours: list[CutContour]) -> bool:
-    """Return whether another outline runs one kerf away, so that a common line could cut both."""
+    """Return whether another outline runs one kerf away from a contour, so that a common line could cut both."""
     near = one.line.buffer(ROUNDING)
     others = (other for other in contours if other is not one and other.has_leads and not other.hole)
     return not one.hole and any(near.intersection(other.line).length > 2.0 * one.rules.kerf for other in others)
 
 
 def starts_of(number: int, contour: CutContour, scrap: Scrap, most: int) -> list[CutStart]:
-    """Return the starts of a contour at up to `most` positions; if no lead fits there, more positions are tried.
+    """Return the starts of a contour at up to `most` positions. If no lead fits there, more positions are tried.
 
     The list is empty if no lead fits anywhere. `number` is the index of the contour.
     """
@@ -141,7 +141,7 @@ def _plain_starts(number: int, contour: CutContour, most: int) -> list[CutStart]
 
 
 def _open_starts(number: int, contour: CutContour) -> Iterator[CutStart]:
-    """Yield a start at each end of an open cut where it can start."""
+    """Yield a start at each end of an open cut at which the cut can start."""
     path = contour.path
     ends = ((0.0, False, path.end), (path.length, True, path.start))
     for (at, backward, there), lead in zip(ends, contour.inlets, strict=True):
@@ -172,7 +172,9 @@ def start_places(contour: CutContour, most: int) -> list[float]:
 
 
 def _smooth_places(contour: CutContour, places: list[float]) -> list[float]:
-    """Return the positions at which a cut can start; corners are excluded if the controller compensates the kerf."""
+    """Return those of the given positions at which a cut can start. Corners are excluded if the controller compensates
+    the kerf.
+    """
     if contour.rules.compensation != "controller":
         return places
     return [at for at in places if contour.is_smooth(at)]
@@ -189,7 +191,7 @@ def _even_places(length: float, count: int) -> list[float]:
 def leads_to_try(contour: CutContour) -> list[Lead | None]:
     """Return the lead-ins to try, in order.
 
-    None stands for a lead from the centre of a hole. It comes first for a small hole, and last otherwise.
+    None means a lead from the centre of a hole. It comes first for a small hole, otherwise last.
     """
     rules = contour.rules
     found = lead_variants(rules.lead_in, rules.kerf)
@@ -206,7 +208,7 @@ def starts_with_leads(
     leads: Sequence[Lead | None],
     splash: bool,
 ) -> list[CutStart]:
-    """Return starts at `places`. The leads are tried in order until enough positions have a start.
+    """Return starts at the positions `places`. The leads are tried in order until enough positions have a start.
 
     With `splash`, no part may be inside the area around the pierce.
     """
@@ -227,7 +229,7 @@ def starts_with_leads(
 
 
 def leads_from_centre(contour: CutContour, places: Sequence[Place]) -> list[Lead]:
-    """Return a straight lead from the centre of a hole to each of the `places`."""
+    """Return a straight lead from the centre of a hole to each of the positions `places`."""
     middle = shapely.Polygon(contour.line.coords).centroid
     leads = []
     for place in places:
@@ -238,7 +240,9 @@ def leads_from_centre(contour: CutContour, places: Sequence[Place]) -> list[Lead
 
 
 def _angle_from(contour: CutContour, place: Place, dx: float, dy: float) -> float:
-    """Return the angle of a straight lead from direction (dx, dy), rad; on the scrap side, it is between 0 and π."""
+    """Return the angle of a straight lead that comes from the direction (dx, dy), rad. On the scrap side, it is between
+    0 and π.
+    """
     tx, ty = contour.travel_at(*place)
     sign = 1.0 if contour.is_scrap_left(place[1]) else -1.0
     return math.atan2(sign * (tx * dy - ty * dx), -(tx * dx + ty * dy))
@@ -276,7 +280,7 @@ def lead_ins_fit(
 def _start_with_lead(
     number: int, contour: CutContour, scrap: Scrap, place: Place, lead: Lead, entry: Point
 ) -> CutStart:
-    """Return the start with this lead-in and the longest lead-out that fits."""
+    """Return a start with the given lead-in and the longest lead-out that fits."""
     out, leave = fitting_lead_out(contour, scrap, place)
     return CutStart(number, *place, entry, leave, lead, out)
 
@@ -343,9 +347,8 @@ def start_at(
     at: float,
     wanted: Callable[[CutStart], bool] = lambda _: True,
 ) -> CutStart | None:
-    """Return a start with the same leads at another position, mm.
-
-    The result is None if the leads do not fit, or if `wanted` rejects the start.
+    """Return a start with the same leads at another position, mm. Return None if the leads do not fit, or if `wanted`
+    rejects the start.
     """
     if not contour.may_start(at):
         return None

@@ -35,10 +35,10 @@ TORCH_ON = 1.0
 class TorchSetup:
     """Cutting data, and the capabilities of a torch or beam and its controller.
 
-    `clearance` is the height for travel between cuts, mm above the sheet (Z0); `safe_z` is the height at the start and
-    the end, mm in machine coordinates, if known. If `switches`, the controller can switch the torch off, and hold its
-    height, in motion; otherwise the head stops. If `moves_z`, programs move Z; otherwise the head keeps its height
-    during travel. `power` and `mark_power` are the S words for cutting and marking; a marking tool is spindle 1.
+    `clearance` is the height for travel between cuts, mm above the sheet (Z0). `safe_z` is the height at the start and
+    the end, mm in machine coordinates, if it is known. If `switches`, the controller can switch the torch off and hold
+    its height while it moves; otherwise the head stops. If `moves_z`, programs move Z; otherwise the head keeps its
+    height during travel. `power` and `mark_power` are the S words for cutting and marking; a marking tool is spindle 1.
     `tolerance` is the tolerance for rounded corners, mm (G64 P); 0 means exact corners. Without `probe`, the top of the
     sheet is at Z0. `mark_tool` is the number of the marking tool (the torch is tool 0); if it is None, marks need no
     tool change.
@@ -64,7 +64,7 @@ def generate_cuts(
     corners: Mapping[int, Sequence[Point]] = MappingProxyType({}),
     obstacles: Obstacles | None = None,
 ) -> tuple[Toolpath, list[slice]]:
-    """Return the motion of the whole program, and the rows of each cut, including the rapid to its start and its
+    """Return the motion of the whole program, and the rows of each cut, which include the rapid to its start and its
     retract.
 
     `corners` contains the corners of the travel move before each cut, by the index of the cut; the key of the final
@@ -125,10 +125,7 @@ def _travel(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) ->
 
 
 def _change_tool(builder: ToolpathBuilder, tool: int, wanted: int) -> int:
-    """If necessary, change to the wanted tool and activate its offset.
-
-    Return the number of the wanted tool.
-    """
+    """If necessary, change to the wanted tool and activate its offset. Return the number of the wanted tool."""
     if tool != wanted:
         builder.tool(wanted)
         builder.offset(0)
@@ -163,7 +160,9 @@ def _generate_cut(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None
 
 
 def _light_torch(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup, *, pierces: bool, waits: bool) -> None:
-    """Switch the torch on (at the pierce height if it pierces), wait, and move down to the cut height."""
+    """Switch the torch on (at the pierce height if the cut starts with a pierce), wait, and move down to the cut
+    height.
+    """
     data = torch.data
     height = data.pierce_height if pierces else data.cut_height
     if torch.moves_z and builder.position[2] != height:
@@ -204,7 +203,7 @@ def _follow_cut(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
 
 
 def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
-    """Cut along an open path from its start at a constant speed, mm/s."""
+    """Cut along an open path from its start, at a constant speed, mm/s."""
     for s in _writable_segments(without_short_steps(path)):
         if s.is_arc:
             z = builder.position[2]
@@ -214,7 +213,7 @@ def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
 
 
 def _writable_segments(path: Polyline) -> Iterator[Segment]:
-    """Yield the segments of a path, but replace arcs whose ends a program could round to the same point.
+    """Yield the segments of a path, but replace arcs whose ends could be rounded to the same point in a program.
 
     Short arcs become chords, with a deviation of less than half their length. Nearly full circles become two arcs.
     """

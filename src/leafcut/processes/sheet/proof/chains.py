@@ -30,8 +30,8 @@ def check_chains(matched: MatchedRuns) -> list[Difference]:
     """Return the faults of runs that cut several contours.
 
     The contours must be cut completely, one after the other, as planned. A bridge must leave the kerf at its start and
-    enter no other kerf, where the arc would go out. No other run may cross the bridge, and its scrap must still be
-    attached.
+    enter no other kerf, where the arc would go out. No other run may cross the bridge, and the scrap around the bridge
+    must still be attached.
     """
     cuts, kerf, lines, found = matched.plan.cuts, matched.kerf, matched.burnt_lines, list[Difference]()
     followed: list[list[RunMatch]] = [[] for _ in matched.runs]
@@ -64,7 +64,7 @@ def check_chains(matched: MatchedRuns) -> list[Difference]:
 
 
 def _order_faults(run: TorchRun, steps: Sequence[RunMatch], planned: Sequence[int]) -> list[Difference]:
-    """Return a fault if a run cuts other contours than planned, or starts a contour before the previous one is
+    """Return a fault if a run cuts other contours than planned, or starts a contour before the previous contour is
     finished.
     """
     got = tuple(f.target.index for f in steps)
@@ -87,12 +87,12 @@ def _order_faults(run: TorchRun, steps: Sequence[RunMatch], planned: Sequence[in
 
 
 def _stretch_of_run(run: TorchRun, begin: float, end: float) -> Any:
-    """Return the path of a run between two distances along it, mm, as a shapely line, or None if it is empty."""
+    """Return the path of a run between two distances along the run, mm, as a shapely line, or None if it is empty."""
     return None if end - begin <= OVERLAP else substring(shapely.LineString(run.points), begin, end)
 
 
 def _own_kerf_faults(run: TorchRun, at: float, bridge: Any, kerf: float) -> list[Difference]:
-    """Return a fault if a bridge enters a kerf of its own run; the bridge starts `at` mm along the run."""
+    """Return a fault if a bridge enters a kerf of its own run. The bridge starts `at` mm along the run."""
     done = _stretch_of_run(run, 0.0, at)
     if done is None:
         return []
@@ -111,7 +111,7 @@ def _own_kerf_faults(run: TorchRun, at: float, bridge: Any, kerf: float) -> list
 
 
 def _detached_scrap_faults(run: TorchRun, done: Sequence[RunMatch], bridge: Any) -> list[Difference]:
-    """Return a fault if a bridge crosses scrap or parts that the earlier contours `done` have detached."""
+    """Return a fault if a bridge crosses scrap or parts that earlier contours, `done`, have detached."""
     middle = bridge.interpolate(0.5, normalized=True)
     for f in done:
         if f.target.shape is not None and f.target.shape.contains(middle):

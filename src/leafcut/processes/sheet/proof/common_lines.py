@@ -27,9 +27,9 @@ AT_END = 0.1
 def check_common_lines(matched: MatchedRuns) -> list[Difference]:
     """Return the faults of runs that cut a common line of two parts.
 
-    No other run may cut a section of a common line. Each line must be inside the run around its group, and precede it.
-    If the method needs metal, a line may meet an earlier line only at its end. The run around the group must have the
-    requested direction. Other checks ensure that each part is cut completely.
+    No other run may cut a section of a common line. Each line must lie inside the run around its group, and must come
+    before that run. If the cutting method needs metal, a line may meet an earlier line only at its end. The run around
+    the group must have the requested direction. Other checks ensure that each part is cut completely.
     """
     runs, lines, found = matched.runs, matched.burnt_lines, list[Difference]()
     cuts = dict(enumerate(matched.plan.cuts[: len(runs)]))

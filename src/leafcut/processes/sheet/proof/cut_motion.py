@@ -1,6 +1,7 @@
-"""Compare a cutting program read back with the plan: the moves, and the state of the torch in each move.
+"""Compare a cutting program that was read back with the plan: the moves, and the state of the torch in each move.
 
-Actions that the controller performs itself follow rules in this file, which are independent of the post-processor.
+For actions that the controller performs itself, this module has its own rules, which are independent of the
+post-processor.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from leafcut.units import MM_PER_INCH
 
 
 class _State(NamedTuple):
-    """State of the torch during a move, and events since the previous move."""
+    """State of the torch during a move, and the events since the previous move."""
 
     #: 0 if off, 1 if cutting, 2 if marking.
     beam: float = 0.0
@@ -127,7 +128,7 @@ class _TorchTracker:
         self.piercing = False
 
     def moves(self, path: Toolpath) -> tuple[Toolpath, NDArray[np.float64]]:
-        """Return the moves and commands of a path, and the `_State` at each, float64[n, 10].
+        """Return the moves and commands of a path, and the `_State` at each of them, float64[n, 10].
 
         Straight moves of at most `shortest` mm are omitted; the events before them belong to the next move.
         """
@@ -159,7 +160,7 @@ class _TorchTracker:
         return all(math.isnan(p) or abs(p - q) <= self.shortest for p, q in zip(row.end, last, strict=True))
 
     def _switch(self, row: Motion) -> bool:
-        """Apply a row that only changes the state of the torch; return false for any other row."""
+        """Apply a row that only changes the state of the torch. Return False for any other row."""
         kind, torch, now = row.kind, self.torch, self.now
         if kind is Kind.SPINDLE:
             self._light(row)
@@ -205,11 +206,12 @@ class _TorchTracker:
 
 
 def read_back(text: str, plan: CutPlan, dialect: Dialect, material_number: int | None = None) -> Toolpath:
-    """Return the motion of a cutting program, for any modal state that an earlier program may have left active.
+    """Return the motion of a cutting program as its controller would execute it, whatever modal state an earlier
+    program left.
 
-    Feeds from the material table of the controller depend on the selected material. Only the material `material_number`
-    is known; its feed is that of the plan. Raises ReadError if the controller does not accept the text, or the text
-    selects another material.
+    Feeds from the material table of the controller depend on the selected material. Only the feed of the material
+    `material_number` is known; it is the feed of the plan. Raises ReadError if the controller does not accept the text,
+    or the text selects another material.
     """
     feeds = {} if material_number is None else {material_number: plan.data.feed}
     return as_written(text, dialect, material_feeds=feeds)

@@ -1,4 +1,6 @@
-"""For a head that stays down, count the travel moves over detached parts in a program that was read back."""
+"""For a head that stays down between cuts, count the travel moves over detached parts in a program that was read
+back.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,7 @@ def check_detached_parts(
 ) -> list[Difference]:
     """Return a fault if more moves cross detached parts than the plan reports.
 
-    `nozzle` is the diameter of the head, mm, or 0 if unknown.
+    `nozzle` is the diameter of the head, mm, or 0 if it is unknown.
     """
     reported, close = matched.plan.crossings, matched.plan.close
     if dialect.moves_z or reported is None:
@@ -56,8 +58,8 @@ def check_detached_parts(
 def crossings(matched: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
     """Return the program line and end point of the first crossing move of each route that crosses a detached part.
 
-    A route consists of the travel moves between two runs. With a head `radius`, mm, routes that pass within that radius
-    of a part also count, except near their ends.
+    A route consists of the travel moves between two runs. With a head `radius`, mm, routes that pass within this radius
+    of a part are included, except near the ends of the routes.
     """
     ends = np.array([run.row_line[-1] for run in matched.runs], dtype=np.int64)
     freed = _detaching_runs(matched)
@@ -95,7 +97,7 @@ def crossings(matched: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list
 def _detaching_runs(matched: MatchedRuns) -> list[tuple[int, Points]]:
     """Return the index of each run that detaches a part, and the outline of the part, float64[n, 2], mm.
 
-    Common lines detach no part.
+    Common lines do not detach a part.
     """
     common = {run for run, cut in enumerate(matched.plan.cuts) if cut.common > 0.0}
     return [
@@ -135,7 +137,7 @@ def _comes_near(points: Points, edge: Points, distance: float) -> bool:
 def _is_inside(points: Points, edge: Points) -> NDArray[np.bool_]:
     """Return a mask of the points inside a closed edge.
 
-    A ray to the right of such a point crosses the edge an odd number of times.
+    A ray to the right of a point inside the edge crosses the edge an odd number of times.
     """
     (x, y), (u, v) = edge[:-1].T, edge[1:].T
     px, py = points[:, :1], points[:, 1:]

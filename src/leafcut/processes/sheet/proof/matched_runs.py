@@ -1,4 +1,6 @@
-"""Match the runs of a cutting program with the contours of a sheet: which run follows which contour, and how far."""
+"""Match the torch runs of a cutting program with the contours of a sheet: find which run follows which contour, and how
+far.
+"""
 
 from __future__ import annotations
 
@@ -31,8 +33,8 @@ class CutRequest:
 
     `half` is half of the compensated kerf, mm. `joints` and `joint_width` (mm) are the maximum number and width of the
     micro-joints of an outline. `safe_height` is the minimum height of rapids, mm. `power` is the power for cutting, and
-    lower power means marking; if it is None, the maximum power in the program is for cutting. `material_number` is the
-    number in the material table of the controller; if it is None, the program specifies the material.
+    any lower power is for marking; if it is None, the maximum power in the program is for cutting. `material_number` is
+    the number in the material table of the controller; if it is None, the program specifies the material.
     """
 
     half: float
@@ -46,7 +48,9 @@ class CutRequest:
 
 @dataclass(frozen=True)
 class RunMatch:
-    """A run that follows the path of a target: the length followed, and the first and last position in the run, mm."""
+    """A run that follows the path of a target: the length over which it follows it, and its first and last position
+    along the run, mm.
+    """
 
     run: int
     target: Target
@@ -59,9 +63,10 @@ class RunMatch:
 class MatchedRuns:
     """The runs of a program matched with the shapes of a sheet.
 
-    `targets` are the contours to cut or mark, in the order of the sheet. `parts` is the metal of the finished parts,
-    shrunk by `TOLERANCE`, and `numbers` contains their numbers. `sheet` is the area of the sheet, or None if unknown.
-    `lines` are the shapely lines along which each run burns. `of_target` contains the matches by index of the contour.
+    `targets` are the contours to cut or mark, in the order of the sheet. `parts` contains the areas of the finished
+    parts, shrunk by `TOLERANCE`, and `numbers` their numbers. `sheet` is the area of the sheet, or None if it is
+    unknown. `lines` are the shapely lines along which each run burns. `of_target` contains the matches by index of the
+    contour.
     """
 
     def __init__(self, runs: list[TorchRun], plan: CutPlan, sheet: Sheet, dialect: Dialect, asked: CutRequest) -> None:
@@ -108,7 +113,7 @@ class MatchedRuns:
 
     @cached_property
     def burnt_lines(self) -> NDArray[Any]:
-        """Lines along which each run cuts through the sheet (shapely); empty for marks."""
+        """Lines along which each run cuts through the sheet, as shapely geometry; empty for marks."""
         nothing: Any = shapely.MultiLineString()
         return np.where(self.marks, nothing, self.lines)
 
@@ -118,7 +123,7 @@ class MatchedRuns:
         return cuts[number].pierce if number < len(cuts) else True
 
     def detaches(self, claim: RunMatch) -> bool:
-        """Return whether a run detaches a contour by cutting it, rather than only following it one kerf away."""
+        """Return whether a run detaches a contour by cutting it, instead of only following it one kerf away."""
         whole = claim.followed > MOST * claim.target.centreline.length and not self.only_follows_common_line(claim)
         return whole or (claim.run < len(self.plan.cuts) and claim.target.index in self.plan.cuts[claim.run].contours)
 
@@ -128,14 +133,16 @@ class MatchedRuns:
         return cut is not None and cut.group > 0 and claim.target.index not in cut.contours
 
     def line_at(self, number: int, x: float, y: float) -> int:
-        """Return the program line of the chord of a run that is nearest to a point."""
+        """Return the line in the program of the chord of a run that is nearest to a point."""
         run = self.runs[number]
         chords = shapely.linestrings(np.stack([run.points[:-1], run.points[1:]], axis=1))
         return int(run.row_line[int(np.argmin(shapely.distance(chords, shapely.Point(x, y))))])
 
 
 def _marking_runs(runs: list[TorchRun], dialect: Dialect, power: float | None) -> list[bool]:
-    """Return whether each run marks, either with the spindle of the marking tool or with less than cutting power."""
+    """Return, for each run, whether it marks, either with the spindle of the marking tool or with less than cutting
+    power.
+    """
     most = power if power is not None else max((light.power for run in runs for light in run.lightings), default=0.0)
     by_power = dialect.torch is not None and dialect.torch.power
     return [
@@ -145,5 +152,5 @@ def _marking_runs(runs: list[TorchRun], dialect: Dialect, power: float | None) -
 
 
 def sheet_difference(what: Message, text: Message, line: int) -> Difference:
-    """Return a difference of the kind `what` with a text and a program line."""
+    """Return a difference of the kind `what`, with a text and a line of the program."""
     return Difference(what, 0, line, text)

@@ -1,4 +1,4 @@
-"""Check a cutting program: compare the effect of its text on the sheet with the drawing.
+"""Check a cutting program: compare the effect of the program on the sheet with the drawing.
 
 The check uses no planning code. From the plan, it uses only what the user requested: feeds, directions, and the data of
 the chart.
@@ -41,17 +41,19 @@ SHORT = 0.1
 def check_sheet(
     sheet: Sheet, plan: CutPlan, text: str, path: Toolpath, dialect: Dialect, machine: Machine, asked: CutRequest
 ) -> list[Difference]:
-    """Return the faults of a cutting program, given its text and the `path` read back.
+    """Return the faults of a cutting program, given its text and the `path` that was read back.
 
-    Without faults, the program is verified:
+    The program is verified if it obeys these rules:
 
-    1. Each contour that the kerf fits is cut exactly once and completely, and marks are marked. 2. No kerf touches the
-       metal of a part, a clamp, or the air beyond the edge of the sheet. 3. Inner contours are cut before outer
-       contours, and marks before the outline around them. 4. Each pierce is in scrap that is still attached. 5. The
-       torch is off during rapids at clearance height; touching off, pierces, feeds and directions are as planned. 6.
-       Between the contours of a run, the torch stays in attached scrap and enters no other kerf. 7. Common lines are
-       cut before the outline around their parts, and by no other run. 8. A head that stays down crosses no more
-       detached parts than the plan reports. 9. All moves are within the travel of the machine.
+    1. Each contour that the kerf fits is cut exactly once and completely, and marks are marked.
+    2. No kerf touches the material of a part, a clamp, or the air beyond the edge of the sheet.
+    3. Inner contours are cut before outer contours, and marks before the outline around them.
+    4. Each pierce is in scrap that is still attached.
+    5. The torch is off during rapids at clearance height. Touching off, pierces, feeds and directions are as planned.
+    6. Between the contours of a run, the torch stays in attached scrap and enters no other kerf.
+    7. Common lines are cut before the outline around their parts, and by no other run.
+    8. A head that stays down between cuts crosses no more detached parts than the plan reports.
+    9. All moves are within the travel of the machine.
     """
     by_register = dialect.torch is not None and dialect.torch.compensation == "G41"
     runs = torch_runs(path, plan.data.kerf if by_register else None)

@@ -58,7 +58,7 @@ def _in_notches(matched: MatchedRuns, around: Target, edges: Any, known: set[int
     """Return the contours inside an outline and in its closed notches, as indices of targets.
 
     `edges` is the spatial index of the lines of all targets in the drawing. `known` contains the contours inside the
-    outline. The result is empty if there is no other contour nearby.
+    outline. Return an empty set if there is no other contour nearby.
     """
     reach = 0.5 * matched.plan.data.kerf - TOLERANCE
     near = set(

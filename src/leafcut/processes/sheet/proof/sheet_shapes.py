@@ -1,7 +1,7 @@
 """The shapes of a sheet that a cutting program must respect, built from the drawing alone.
 
-They are the centreline of the kerf for each contour, and the metal of each part, which no kerf may touch. The parts of
-divided holes and notches must be inside the drawn shapes, and cover the whole area that the kerf reaches.
+These shapes are the centreline of the kerf for each contour, and the metal of each part, which no kerf may touch. The
+parts of divided holes and notches must lie inside the drawn shapes, and cover the whole area that the kerf reaches.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Target:
     `index` is the index in `Sheet.contours`. `shape` is the polygon of a closed contour to be cut, otherwise None;
     `edge` is the line in the drawing. `centreline` is the centreline of the kerf: a ring, or the line itself for a mark
     or an open cut. At the `corners` of the line, float64[k, 2], the kerf may turn or loop. If `may_stay`, the hole may
-    remain uncut: it is two kerfs wide within the tolerance, so rounding decides whether a pierce fits.
+    remain uncut, because it is two kerfs wide within the tolerance, so that rounding decides whether a pierce fits.
     """
 
     index: int
@@ -57,7 +57,7 @@ class Target:
 
     @property
     def name(self) -> Message:
-        """Name for messages, with the kind and the position of the contour."""
+        """Name of the contour for messages, with its kind and position."""
         x, y = self.source.path.start
         closed = self.shape is not None
         if self.marks:
@@ -72,7 +72,9 @@ class Target:
 
 
 def targets_of(sheet: Sheet, half: float) -> list[Target]:
-    """Return the targets in the order of the sheet, for a kerf whose centreline is `half` mm from the parts."""
+    """Return the contours that must be cut or marked, in the order of the sheet, for a kerf whose centreline is `half`
+    mm from the parts.
+    """
     found = (_target(k, source, half) for k, source in enumerate(sheet.contours) if source.kind != "sheet")
     return [target for target in found if target is not None]
 
@@ -104,7 +106,8 @@ def _target(index: int, source: Contour, half: float) -> Target | None:
 def _corners(path: Polyline) -> NDArray[np.float64]:
     """Return the vertices of a closed path at which it turns sharply, float64[k, 2], mm.
 
-    At each end of an arc, the angle between the arc and its chord is half of the arc's angle: 2 atan of the bulge.
+    At each end of an arc, the angle between the arc and its chord is half of the angle of the arc, which is 2
+    atan(bulge).
     """
     steps = np.roll(path.vertices[:, :2], -1, axis=0) - path.vertices[:, :2]
     real = np.hypot(*steps.T) > SAME_PLACE
@@ -168,8 +171,8 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
 
 
 def _check_chambers(drawn: Sheet, chambers: list[Any], half: float) -> list[Difference]:
-    """Return a fault for each chamber that extends beyond its notch, or that is uncut although others of its outline
-    are cut.
+    """Return a fault for each chamber that extends beyond its notch, and for each chamber that is uncut although other
+    chambers of its outline are cut.
 
     A chamber may remain uncut if no pierce fits, or if its kerf would enter another kerf.
     """

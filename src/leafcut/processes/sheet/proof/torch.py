@@ -1,4 +1,6 @@
-"""Check the torch: off during rapids and at the end, switched on as the chart requires, and feeds as planned."""
+"""Check the torch: it is off during rapids and at the end, it is switched on as the chart requires, and feeds are as
+planned.
+"""
 
 from __future__ import annotations
 
@@ -35,9 +37,9 @@ def check_torch(
     dialect: Dialect,
     asked: CutRequest,
 ) -> list[Difference]:
-    """Return the torch faults of a program that was read back.
+    """Return the faults of the torch in a program that was read back.
 
-    The checks cover rapids, material, marking tool, probing, switching-on, and feeds.
+    The checks cover rapids, the material, the marking tool, probing, switching the torch on, and feeds.
     """
     torch, heights, lowest = dialect.torch, dialect.has_z_words, asked.safe_height
     if lowest is None:
@@ -57,7 +59,8 @@ def check_torch(
 
 
 def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
-    """Return a fault where the torch or the scribe is switched on with the wrong tool, or before its offset is active.
+    """Return a fault for each row in which the torch or the scribe is switched on with the wrong tool, or before the
+    offset of its tool is active.
 
     An offset becomes active with the next move in X and Y.
     """
@@ -123,7 +126,7 @@ def _pierces(run: TorchRun, cut: Cut) -> bool:
 
 
 def _probe_faults(row: Motion, after: Motion, lit: bool, probe: Probe | None) -> list[Difference]:
-    """Return the faults of a probe move, and of the height set by the row `after` it."""
+    """Return the faults of a probe move, and of the height that the row `after` it sets."""
     if probe is None:
         return [
             Difference(Message("probe"), 0, row.line, Message("the torch probes, although no probing was requested"))
@@ -141,7 +144,9 @@ def _probe_faults(row: Motion, after: Motion, lit: bool, probe: Probe | None) ->
 
 
 def _rapid_faults(path: Toolpath, lowest: float | None) -> list[Difference]:
-    """Return a fault for each rapid below `lowest` mm or with the torch on, and for a torch left on at the end."""
+    """Return a fault for each rapid below `lowest` mm or with the torch on, and for a torch that is left on at the
+    end.
+    """
     found: list[Difference] = []
     lit = at_machine_height = False
     before = path.before
@@ -182,7 +187,7 @@ def _goes_across(row: Motion, before: np.ndarray) -> bool:
 
 
 def _lighting_faults(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, waits: bool) -> list[Difference]:
-    """Return the faults at the start of a cut: pierce height, pierce delay, and cut height."""
+    """Return the faults at the start of a cut: wrong pierce height, pierce delay, or cut height."""
     data, found = plan.data, []
     if run.lightings and cut.pierce:
         first = run.lightings[0]
@@ -206,7 +211,7 @@ def _lighting_faults(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, wait
 
 
 def _feed_faults(run: TorchRun, cut: Cut) -> list[Difference]:
-    """Return the first difference between the feed of a run in the program and in the plan."""
+    """Return the first difference between the feeds of a run in the program and in the plan."""
     starts = np.array([at for at, _ in cut.speeds])
     speeds = np.array([feed for _, feed in cut.speeds])
     middles = 0.5 * (run.along[:-1] + run.along[1:])
@@ -229,7 +234,9 @@ def _feed_faults(run: TorchRun, cut: Cut) -> list[Difference]:
 def _material_faults(
     path: Toolpath, text: str, plan: CutPlan, dialect: Dialect, material_number: int | None
 ) -> list[Difference]:
-    """Return the faults of the material that the program selects or specifies, and of other controller settings."""
+    """Return the faults of the material that the program selects or specifies, and faults of other controller
+    settings.
+    """
     torch = dialect.torch
     lines = text.splitlines()
     obeyed = controller_settings(lines, dialect)

@@ -1,4 +1,4 @@
-"""The runs of the torch in a program that was read back: path, speed and height of each cut.
+"""The runs of the torch in a program that was read back: the path, speed and height of each cut.
 
 A run consists of all feed moves between two rapids across the sheet, with the torch on or temporarily off.
 """
@@ -22,8 +22,8 @@ _NOTHING = 1e-9
 class Lighting:
     """The event of switching the torch on.
 
-    `line` is the program line. `height` is in mm, or NaN if the program does not move Z. `power` and `spindle` are
-    those of the command. `waited` is the pierce delay, s.
+    `line` is the line in the program. `height` is in mm, or NaN if the program does not move Z. `power` and `spindle`
+    are those of the command. `waited` is the pierce delay, s.
     """
 
     line: int
@@ -38,8 +38,8 @@ class TorchRun:
     """A run of the torch, as chords.
 
     `points` are float64[n + 1, 2], mm. For each chord, `burning` states whether the torch is on, `feed` is in mm/s,
-    `height` is the height at its end, mm above the sheet, and `row_line` is the program line. `line` is the program
-    line at the start.
+    `height` is the height at its end, mm above the sheet, and `row_line` is its line in the program. `line` is the line
+    in the program at which the run starts.
     """
 
     line: int
@@ -57,7 +57,7 @@ class TorchRun:
 
     @property
     def along(self) -> NDArray[np.float64]:
-        """Distance of each point from the start along the run, float64[n + 1], mm."""
+        """Distance of each point from the start, along the run, float64[n + 1], mm."""
         steps = np.hypot(*np.diff(self.points, axis=0).T)
         return np.concatenate([[0.0], np.cumsum(steps)])
 
@@ -69,7 +69,7 @@ class TorchRun:
 
 @dataclass
 class _RunCollector:
-    """Collects the rows of a toolpath into runs; a rapid across the sheet ends a run."""
+    """Collects the rows of a toolpath into runs. A rapid across the sheet ends a run."""
 
     runs: list[TorchRun] = field(default_factory=list)
     points: list[tuple[float, float]] = field(default_factory=list)
@@ -110,7 +110,7 @@ class _RunCollector:
             self.lightings.append(Lighting(row.line, float(place[2]), abs(row.value), row.ref, 0.0))
 
     def wait(self, seconds: float) -> None:
-        """Record a dwell, which is the pierce delay if it directly follows switching the torch on."""
+        """Record a dwell. If it directly follows the command that switches the torch on, it is the pierce delay."""
         if self.resting:
             last = self.lightings[-1]
             waited = last.waited + seconds
@@ -134,7 +134,7 @@ def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
     """Return the runs of the torch in program order; moves in Z alone have no chords.
 
     If the controller compensates (G41, G42), a run is the actual path of the torch. `kerf` is twice the value in the
-    offset register of the controller, mm; if it is None, the D word gives the kerf.
+    offset register of the controller, mm; if it is None, the D word states the kerf.
     """
     found, before = _RunCollector(), path.before
     for number, row in enumerate(path):
@@ -164,9 +164,10 @@ def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
 def burning_pieces(
     run: TorchRun, longest: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Divide the chords of a run with the torch on into sections of at most `longest` mm.
+    """Divide the chords of a run in which the torch is on into sections of at most `longest` mm.
 
-    Return their midpoints (float64[k, 2]), their lengths, and the distances of the midpoints along the run, mm.
+    Return the midpoints of the sections (float64[k, 2]), their lengths, and the distances of the midpoints along the
+    run, mm.
     """
     begin, end = run.points[:-1][run.burning], run.points[1:][run.burning]
     at, length = run.along[:-1][run.burning], np.hypot(*(end - begin).T)
@@ -184,8 +185,8 @@ def burning_pieces(
 def compensated_path(
     points: NDArray[np.float64], side: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the torch path under compensation by the controller, and the index of the original chord for each of its
-    chords.
+    """Return the torch path under cutter compensation by the controller, and the index of the original chord for each
+    chord of this path.
 
     `side` is the offset of n chords to the left, float64[n], mm; negative to the right. Outer corners are rounded by an
     arc. At inner corners, the torch moves to the intersection of the offset lines. The first compensated chord leads to
@@ -203,7 +204,7 @@ def compensated_path(
 
 
 def _offset_points(points: NDArray[np.float64], side: NDArray[np.float64], k: int) -> list[NDArray[np.float64]]:
-    """Return the points of the torch path at the end of chord `k`; there are several around an outer corner."""
+    """Return the points of the torch path at the end of chord `k`. There are several points around an outer corner."""
     corner, aside = points[k + 1], side[k]
     one = _left_normal(points[k], corner)
     if not aside:
@@ -229,7 +230,7 @@ def _left_normal(begin: NDArray[np.float64], end: NDArray[np.float64]) -> NDArra
 
 
 def _moves_sideways(row: Motion, before: NDArray[np.float64]) -> bool:
-    """Return whether a move changes x or y; also true if the position before the move is unknown."""
+    """Return whether a move changes x or y. If the position before the move is unknown, the answer is True."""
     return any(
         not math.isnan(end) and not abs(end - begin) <= _NOTHING
         for end, begin in zip(row.end[:2], before[:2].tolist(), strict=True)
@@ -237,7 +238,7 @@ def _moves_sideways(row: Motion, before: NDArray[np.float64]) -> bool:
 
 
 def arc_chords(path: Toolpath, row: int) -> NDArray[np.float64]:
-    """Return the ends of the chords of an arc, float64[k, 2], mm; their error is r·(1 − cos(step/2))."""
+    """Return the ends of the chords of an arc, float64[k, 2], mm. The chord error is r·(1 − cos(step/2))."""
     radius, begin, sweep = arc_sweep(path, row)
     centre = path.arcs[int(path.ref[row])].center
     step = 2.0 * math.acos(max(1.0 - FLATNESS / radius, 0.0)) if radius > FLATNESS else math.pi

@@ -1,4 +1,4 @@
-"""Cycle time, cost and data of a cutting plan as plain values, and titles of its cuts and parts."""
+"""Cycle time, cost and data of a cutting plan in the form for JSON, and titles of its cuts and parts."""
 
 from __future__ import annotations
 
@@ -36,7 +36,9 @@ def cut_counts(plan: CutPlan) -> dict[str, int]:
 
 
 def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
-    """Return data, cycle time and cost of a cutting plan as plain values, and the times of the other orders."""
+    """Return the data, the cycle time and the cost of a cutting plan in the form for JSON, and the times of the other
+    orders.
+    """
     plan = detail.plan
     data, norm = plan.data, plan.measures
     contours = [plan.sheet.contours[i] for c in plan.cuts if not c.common for i in c.contours]
@@ -83,7 +85,7 @@ def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
 
 
 def _times_by_name(norm: CutMeasures) -> list[dict[str, Any]]:
-    """Return time and cost for each part name; parts without a name are omitted."""
+    """Return the time and cost for each part name. Parts without a name are left out."""
     found: dict[str, list[PartTimes]] = {}
     for part in norm.parts:
         if part.name:
@@ -182,7 +184,9 @@ def part_title(plan: CutPlan, part: int) -> str:
 
 
 def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]:
-    """Return the name and amount of each consumed medium and wear part, with a dash if the chart has no data."""
+    """Return the name and the amount of each consumed medium and wear part. The amount is a dash if the chart has no
+    data.
+    """
     # Names in the chart are the same in each language.
     gas: str = name_words(rates.gas) if rates.gas else Message("gas")
     second: str = name_words(rates.second_gas) if rates.second_gas else Message("second gas")

@@ -1,4 +1,4 @@
-"""Table of cycle times and consumption, with a row for each kind of part, for the sheet, and for the batch."""
+"""Table of cycle times and consumption, with a row for each kind of part, the sheet, and the batch."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ class NormRow:
 
 
 def norm_rows(norm: CutMeasures) -> list[NormRow]:
-    """Return a row for each part name, in the order of first appearance.
+    """Return a table row for each part name, in the order of first appearance.
 
     Parts without a name share a row if their area and perimeter are equal. Contours outside parts, and the moves at the
-    start and end, count only for the sheet.
+    start and end of the program, count only for the sheet.
     """
     kinds: dict[object, list[PartTimes]] = {}
     for part in norm.parts:
@@ -93,7 +93,9 @@ def _total(used: Iterable[Consumption]) -> Consumption:
 
 
 def consumption_as_json(used: Consumption) -> dict[str, Any]:
-    """Return litres, kWh, kg and numbers of wear parts; null for amounts without data in the chart."""
+    """Return the consumption in litres, kWh, kg and numbers of wear parts. Amounts without data in the chart are
+    null.
+    """
     return {**{name: getattr(used, name) for name in AMOUNTS}, "energy_at_arc": used.at_arc}
 
 
@@ -103,7 +105,7 @@ def rates_as_json(rates: ConsumptionRates) -> dict[str, Any]:
 
 
 def norms_as_json(norm: CutMeasures) -> list[dict[str, Any]]:
-    """Return the rows of the table as plain values."""
+    """Return the rows of the table of cycle times in the form for JSON."""
     return [
         {
             "of": row.of,
@@ -120,7 +122,7 @@ def norms_as_json(norm: CutMeasures) -> list[dict[str, Any]]:
 
 
 def norms_text(plan: CutPlan) -> str:
-    """Return the table as CSV text, with the cutting data in each row."""
+    """Return the table of cycle times and consumption as CSV text, with the cutting data in each row."""
     data = plan.data
     cutting_data = {
         "process": data.process,
@@ -137,8 +139,8 @@ def norms_text(plan: CutPlan) -> str:
 
 
 def _cell(value: Any) -> Any:
-    """Return the text of a CSV cell, protected against interpretation as a formula, because names in drawings are
-    untrusted.
+    """Return the text of a CSV cell. Names in drawings are untrusted, so the text is protected against interpretation
+    as a formula.
     """
     if value is None:
         return ""

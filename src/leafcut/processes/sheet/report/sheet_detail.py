@@ -38,12 +38,12 @@ class DetailView:
 
     @property
     def box(self) -> BoundingBox:
-        """Smallest x and y, then largest x and y of the window, mm."""
+        """Smallest x and y, followed by the largest x and y, of the window, mm."""
         (x, y), half = self.middle, (0.5 * _WIDTH / self.scale, 0.5 * _HEIGHT / self.scale)
         return (x - half[0], y - half[1], x + half[0], y + half[1])
 
     def place(self, points: Points) -> Points:
-        """Convert points in mm, float64[…, 2], to user units with y downwards."""
+        """Convert points in mm, float64[…, 2], to user units with y pointing down."""
         x, y = self.middle
         placed: Points = np.stack(
             [0.5 * _WIDTH + (points[..., 0] - x) * self.scale, 0.5 * _HEIGHT - (points[..., 1] - y) * self.scale],
@@ -110,7 +110,7 @@ def cut_detail(plan: CutPlan, number: int) -> dict[str, str]:
 
 
 def _lead_words(cut: Cut) -> str:
-    """Return a text with the lengths of the leads, and the length cut with the torch off.
+    """Return a text with the lengths of the leads, and the length of the path with the torch off.
 
     For example: ``lead-in 6.0 mm, lead-out 4.0 mm``.
     """
@@ -123,7 +123,7 @@ def _lead_words(cut: Cut) -> str:
 
 
 def _part_areas(view: DetailView, sheet: Sheet) -> str:
-    """Draw the visible parts, each as an area without its holes."""
+    """Draw the visible parts. Each part is an area without its holes."""
     areas: dict[int, str] = {}
     for c in sheet.contours:
         if c.kind == "cut" and c.path.closed and c.part and not c.chamber:

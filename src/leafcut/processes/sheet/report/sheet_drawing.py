@@ -50,7 +50,7 @@ _AT_ITS_END = 12.0
 
 @dataclass(frozen=True, eq=False)
 class SheetScene:
-    """Data shared by all drawings of a sheet.
+    """Data that all drawings of a sheet share.
 
     Every `every`-th cut is numbered. If `many`, rapids are coloured from first to last. `kerf` is the drawn width of
     the kerf, in user units; `true_kerf` states whether that width is to scale.
@@ -94,8 +94,8 @@ def sheet_drawing(
 ) -> str:
     """Return the drawing of a plan as an SVG element with `words` as its title.
 
-    With ``parts="=name"``, this SVG defines the parts under an id; with ``"#name"``, it reuses them from another SVG on
-    the page. `name` must be unique on the page. With `size`, the element has a width and height.
+    With ``parts="=name"``, this SVG defines the parts under an id. With ``parts="#name"``, it reuses them from another
+    SVG on the page. `name` must be unique on the page. With `size`, the element has a width and height.
     """
     frame = scene.frame
     drawn = element("use", href=parts) if parts.startswith("#") else _stock(scene, plan, parts.removeprefix("="))
@@ -140,7 +140,7 @@ def _stock(scene: SheetScene, plan: CutPlan, name: str) -> str:
 
 
 def part_window(scene: SheetScene, part: int) -> str:
-    """Return the SVG view box of a single part, in the units of its path; empty if the part does not exist."""
+    """Return the SVG view box of a single part, in the units of its path, or "" if the part does not exist."""
     boxes = [c.path.extents for c in scene.sheet.contours if c.part == part and c.kind == "cut" and c.path.closed]
     if not boxes:
         return ""
@@ -183,7 +183,8 @@ def _clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
 
 
 def stretches(cut: Cut) -> list[tuple[str, float, float]]:
-    """Return the sections of the path of a cut in order: their kind, and the distances of both ends, mm.
+    """Return the sections of the path of a cut in order: the kind of each section, and the distances of its ends along
+    the path, mm.
 
     The kinds are ``kerf``, ``lead``, ``bridge``, ``dark`` and ``mark``. Micro-joints, and overcuts with the torch off,
     are ``dark``. Corner loops in the scrap count as leads.

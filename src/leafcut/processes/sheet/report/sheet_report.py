@@ -65,7 +65,9 @@ class SheetReport(PathReport[SheetDetail]):
             self.came_in = "plan"
 
     def stated(self) -> tuple[Measure, Measure | None, Measure]:
-        """Return the measures of the original, nearest-neighbour and written order, with lengths of cuts and travel."""
+        """Return the measures of three orders (the original order, the nearest-neighbour order and the order of the
+        program), with the lengths of cuts and of travel.
+        """
         outcome, (before, nearest, after) = self.outcome, self.outcome.detail.norms
         near = (
             outcome.nearest
@@ -128,7 +130,9 @@ class SheetReport(PathReport[SheetDetail]):
         return [*facts, *([Fact(sentence=", ".join(uses), name="uses")] if uses else [])]
 
     def bound_words(self) -> str:
-        """Return the proved gap between the order and the optimum as text, for the starts that were tried."""
+        """Return the proved gap between the order and the optimum as text. The optimum applies to the starts that were
+        tried.
+        """
         outcome = self.outcome
         if outcome.gap is None:
             return ""
@@ -140,13 +144,15 @@ class SheetReport(PathReport[SheetDetail]):
         return words + (", each band from the end of the last" if several else "")
 
     def search_name(self, number: int) -> str:
-        """Return the name of the cuts that a search orders: all cuts, or those of a band."""
+        """Return the name of the cuts that a search orders: all cuts, or the cuts of a band."""
         operations = self.outcome.operations
         cuts = count(operations[number].cuts, "cut")
         return cuts if len(operations) == 1 else f"band {number + 1}, {cuts}"
 
     def nearest_cost(self) -> float | None:
-        """Return None, because starts are still moved along their contours once the order is known."""
+        """Return None. The cost is not comparable, because starts still move along their contours once the order is
+        known.
+        """
         return None
 
     def tables(self) -> dict[str, Any]:
@@ -194,7 +200,7 @@ class SheetReport(PathReport[SheetDetail]):
         }
 
     def saved(self) -> PageRow:
-        """Return the headline of the report page: the time saved, with a sentence."""
+        """Return the headline of the report page, which is the time saved, with a sentence."""
         outcome, row = self.outcome, super().saved()
         if not outcome.before.time_s > 0.0:
             return {**row, "percent": "The program cuts nothing."}
@@ -212,19 +218,19 @@ class SheetReport(PathReport[SheetDetail]):
         return {**row, "percent": words}
 
     def drawing(self, which: Which) -> str:
-        """Return an SVG drawing of the sheet with its cuts in the given or in the written order."""
+        """Return an SVG drawing of the sheet with its cuts in the order of the input or in the order of the program."""
         from leafcut.processes.sheet.report.sheet_drawing import build_sheet_scene, sheet_drawing
 
         scene = build_sheet_scene(self._plans(), self.outcome.missing)
         return sheet_drawing(scene, self.plan(which), which, self._order_title(which), size=True)
 
     def plan(self, which: Which) -> CutPlan:
-        """Return the cuts in the given order or in the order of the program."""
+        """Return the cuts in the order of the input or in the order of the program."""
         before, _, after = self.outcome.detail.plans
         return before if which == "before" else after
 
     def stock(self) -> ShownStock:
-        """Return the stock for the 3D view: a sheet that is cut through."""
+        """Return the stock for the 3D view, which is a sheet that is cut through."""
         return CUT_THROUGH
 
     def _plans(self) -> list[CutPlan]:
@@ -259,8 +265,8 @@ def _with_sheet_lengths(measure: Measure, norm: CutMeasures) -> Measure:
 
 
 def sheet_size(plan: CutPlan) -> str:
-    """Return the size of the sheet, such as ``sheet 900 × 1500 mm``; if it is unknown, the size of the area of the
-    cuts.
+    """Return the size of the sheet, such as ``sheet 900 × 1500 mm``. If it is unknown, return the size of the area of
+    the cuts.
     """
     sheet = plan.sheet
     boxes = [sheet.outline.extents] if sheet.outline is not None else [c.path.extents for c in plan.cuts]
@@ -380,7 +386,7 @@ def norms_table(plan: CutPlan) -> PageRow:
 
 
 def _data_rows(plan: CutPlan) -> list[tuple[str, str]]:
-    """Return the cutting data as pairs (heading, text); each text can be understood without its heading."""
+    """Return the cutting data as pairs (heading, text). Each text can be understood without its heading."""
     data = plan.data
     amps = f" {data.amps:g} A" if data.amps is not None else ""
     place = f"{data.pierce_delay:.3g} s at {size_words(data.pierce_height)} mm" if data.can_pierce else "at the edge"
