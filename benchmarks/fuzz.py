@@ -48,7 +48,7 @@ Target = Callable[[bytes, Path], None]
 
 
 def _reader(module: str, function: str, *more: str) -> Target:
-    """Return a target that calls a reader directly, without the error handling in `registry.run`."""
+    """Return a target that calls a reader directly, without the error handling in `registry.run_reader`."""
 
     def read(data: bytes, place: Path) -> None:
         from importlib import import_module
@@ -101,10 +101,10 @@ def _any(data: bytes, place: Path) -> None:
     """Choose the format by the content, as every command does, and read the input."""
     from leafcut.options import ReadOptions
     from leafcut.read.format import Source
-    from leafcut.read.registry import BUILT_IN, choose, run
+    from leafcut.read.registry import BUILT_IN, choose_format, run_reader
 
     source = Source(place.name, data)
-    run(choose(BUILT_IN, source), source, ReadOptions())
+    run_reader(choose_format(BUILT_IN, source), source, ReadOptions())
 
 
 def _text(data: bytes) -> str:

@@ -13,7 +13,7 @@ from leafcut.gcode.words import (
     BlockError,
     Word,
     has_nested_comment,
-    lines,
+    numbered_lines,
     plain_block,
     split_line,
     tokenise,
@@ -110,7 +110,7 @@ def test_written_words_are_read_back(words: list[tuple[str, int]]) -> None:
 
 def test_all_three_line_ends_count() -> None:
     """Line numbers agree with an editor, whatever system wrote the file; a form feed does not end a line."""
-    assert list(lines("a\r\nb\rc\nd\x0ce")) == [(1, "a"), (2, "b"), (3, "c"), (4, "d\x0ce")]
+    assert list(numbered_lines("a\r\nb\rc\nd\x0ce")) == [(1, "a"), (2, "b"), (3, "c"), (4, "d\x0ce")]
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from leafcut.geometry.cells import Cells, numbered
+from leafcut.geometry.cells import Cells, number_points
 
 BOX = (-7.3, 2.0, 31.9, 19.5)
 
@@ -40,7 +40,7 @@ def test_a_cell_has_the_column_and_row_of_its_places() -> None:
 
 def test_places_have_the_same_number_only_where_they_are_the_same_but_for_rounding() -> None:
     places = np.array([(0.0, 0.0), (1e-7, -1e-7), (0.0, 1.0), (1.0, 0.0), (-2.0, 5.0), (-2.0, 5.0 + 1e-7), (0.5, 0.5)])
-    number = numbered(places, 1e-5)
+    number = number_points(places, 1e-5)
     rounded = np.round(places, 5)
     assert ((number[:, None] == number) == (rounded[:, None] == rounded).all(axis=2)).all()
-    assert len(numbered(np.zeros((0, 2)), 1e-5)) == 0
+    assert len(number_points(np.zeros((0, 2)), 1e-5)) == 0

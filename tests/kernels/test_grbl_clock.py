@@ -291,7 +291,7 @@ def test_the_limit_along_a_direction_is_that_of_the_axis_that_reaches_it_first()
         ((-0.8, 0.0, 0.6), 20.0 / 0.6),
         ((0.0, 0.0, 0.0), math.inf),
     ):
-        assert clock._least_ratio(limits, np.array(unit)) == pytest.approx(limit)
+        assert clock._limit_along_direction(limits, np.array(unit)) == pytest.approx(limit)
 
 
 @pytest.mark.parametrize(
@@ -312,7 +312,7 @@ def test_the_speed_of_a_corner_is_that_of_a_circle_with_the_deviation(
 ) -> None:
     b = board()
     b.unit[:] = before, after
-    assert clock._corner2(b, LIMITS[2], 0.02) == pytest.approx(expected)
+    assert clock._squared_corner_speed(b, LIMITS[2], 0.02) == pytest.approx(expected)
 
 
 def test_a_turn_of_less_than_a_thousandth_is_straight_or_a_reversal() -> None:
@@ -321,7 +321,7 @@ def test_a_turn_of_less_than_a_thousandth_is_straight_or_a_reversal() -> None:
     for angle in (0.0014, 0.00143, math.pi - 0.00143, math.pi - 0.0014):
         b = board()
         b.unit[:] = (1.0, 0.0, 0.0), (math.cos(angle), math.sin(angle), 0.0)
-        found.append(clock._corner2(b, LIMITS[2], 0.02))
+        found.append(clock._squared_corner_speed(b, LIMITS[2], 0.02))
     assert found[0] == math.inf
     assert 1e6 < found[1] < math.inf
     assert 0.0 < found[2] < 0.1

@@ -7,7 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from leafcut.kernels.neighbours import LEAF_SIZE, MOST_TWINS, REST, TWINS, Tree, find_nearby, nearest_unvisited, remove
+from leafcut.kernels.neighbours import (
+    LEAF_SIZE,
+    MOST_TWINS,
+    REST,
+    TWINS,
+    Tree,
+    find_nearby,
+    nearest_unvisited,
+    remove_point,
+)
 from leafcut.order.instance import build_tree, nearby_buffers
 
 GRIDDY = st.lists(st.tuples(st.integers(0, 12), st.integers(0, 12)), min_size=2, max_size=120)
@@ -127,7 +136,7 @@ def test_the_nearest_unvisited_is_right_until_none_is_left(clustered: str) -> No
     here = 0
     for _ in range(300):
         visited[here] = 1
-        remove(tree, alive, here)
+        remove_point(tree, alive, here)
         there = nearest_unvisited(tree, alive, visited, here, stack)
         left = np.where(visited == 0, distances(xy, here), np.inf)
         if there < 0:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from leafcut.kernels.sweep import CellRows, ToolShape, lowest_height, row_stretch, sweep, tool_surface_height
+from leafcut.kernels.sweep import CellRows, ToolShape, covered_range_in_row, lowest_height, sweep, tool_surface_height
 from plain_python import plain_python
 
 ROWS, COLUMNS, CELL = 22, 26, 0.5
@@ -145,7 +145,7 @@ def test_the_stretch_of_a_row_is_that_of_the_disc_at_many_places() -> None:
     for dx, dy in [(3.0, 0.0), (0.0, 0.0), (0.0, -2.0), *rng.uniform(-4, 4, (12, 2)).tolist()]:
         for y in rng.uniform(-4.0, 4.0, 6).tolist():
             with plain_python():
-                low, high = row_stretch(y, dx, dy, 1.3)
+                low, high = covered_range_in_row(y, dx, dy, 1.3)
             away = y - share * dy
             inside = abs(away) <= 1.3
             if not inside.any():

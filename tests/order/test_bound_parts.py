@@ -132,7 +132,7 @@ def test_the_weight_of_a_tree_is_that_of_its_edges_and_spokes_less_twice_the_pen
     spokes = [5.0 + 0.5, min(math.sqrt(52.0) + 0.25, math.sqrt(73.0) - 2.0)]
     plain = (3.0 - 1.0) + (4.0 - 1.5) + (3.0 + 0.75) + sum(spokes) - 2.0 * penalty.sum()
     size = 2.0 + 2.5 + 3.75 + sum(spokes) + 4.0 * 3.75
-    assert bound._weight(cost, hub, tree, penalty) == pytest.approx(plain - 1e-9 * size, abs=1e-12)
+    assert bound._one_tree_bound(cost, hub, tree, penalty) == pytest.approx(plain - 1e-9 * size, abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -167,7 +167,7 @@ def test_proofs_are_made_after_shares_of_the_steps_that_are_not_too_close(
     values = {0.0: 100.0, 42.0: 700.0, 263.0: 900.0}
     monkeypatch.setattr(bound, "_Ascent", Ascent)
     monkeypatch.setattr(bound, "minimum_spanning_tree", tree)
-    monkeypatch.setattr(bound, "_weight", lambda *given: values.get(float(given[3][0]), 50.0))
+    monkeypatch.setattr(bound, "_one_tree_bound", lambda *given: values.get(float(given[3][0]), 50.0))
     assert bound._bound_of_large_instance(instance, 5000.0, lambda: False) == 900.0
     assert seen == goals
     assert len(set(edges)) == 1

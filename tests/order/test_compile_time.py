@@ -30,7 +30,7 @@ class Clock:
 
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
-    kernels.listen()
+    kernels.report_compilations()
     made = Clock()
     monkeypatch.setattr(compiling, "time", made)
     monkeypatch.setattr(stop, "time", made)

@@ -166,6 +166,6 @@ def test_no_ant_starts_where_a_table_has_no_costs_to_save(monkeypatch: pytest.Mo
 
 
 def test_the_budget_of_a_preset_lies_between_its_fewest_and_most() -> None:
-    assert [budget("thorough", m) for m in (50, 51, 100)] == [1e5, 1.02e5, 2e5]
-    assert [budget("default", m) for m in (80, 81, 2000, 2001)] == [2e4, 20_250, 5e5, 5e5]
-    assert [budget("fast", m) for m in (83, 84, 1666, 1667)] == [5e3, 5040, 99_960, 1e5]
+    assert [kicks_of_preset("thorough", m) for m in (50, 51, 100)] == [1e5, 1.02e5, 2e5]
+    assert [kicks_of_preset("default", m) for m in (80, 81, 2000, 2001)] == [2e4, 20_250, 5e5, 5e5]
+    assert [kicks_of_preset("fast", m) for m in (83, 84, 1666, 1667)] == [5e3, 5040, 99_960, 1e5]

@@ -17,7 +17,7 @@ from leafcut.order.colony import Colony, improve_by_colony
 from leafcut.order.construction import greedy
 from leafcut.order.directed import DirectedInstance, build_directed, greedy_path
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.path_search import PathSearch, budget
+from leafcut.order.path_search import PathSearch, kicks_of_preset
 from leafcut.order.search import Best, iterate
 from leafcut.order.stop import PayoffLimit, Stop
 from leafcut.order.workers import WorkerLog, Workers
@@ -99,7 +99,7 @@ def test_a_small_problem_is_annealed_between_kicks_of_twice_the_number(monkeypat
 
 
 def test_the_budget_of_kicks_grows_with_the_clusters_between_a_least_and_a_most() -> None:
-    budgets = [[budget(preset, m) for m in (10, 100, 10_000)] for preset in ("fast", "default", "thorough")]
+    budgets = [[kicks_of_preset(preset, m) for m in (10, 100, 10_000)] for preset in ("fast", "default", "thorough")]
     assert budgets == [[5e3, 6e3, 1e5], [2e4, 2.5e4, 5e5], [1e5, 2e5, 2e7]]
 
 

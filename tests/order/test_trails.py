@@ -200,7 +200,7 @@ def test_local_decay_moves_a_trail_towards_the_first_one() -> None:
     """Equation 3.12: (1 − 0.3) · 2 + 0.3 · 5 = 2.9; its weight is 2.9² · 10."""
     tau, nearness, weights = np.full((2, 2), 2.0), np.full((2, 2), 10.0), np.zeros((2, 2))
     with plain_python():
-        pheromone.wear_edge(tau, nearness, weights, 2.0, 0.3, 5.0, 1, 0)
+        pheromone.decay_edge(tau, nearness, weights, 2.0, 0.3, 5.0, 1, 0)
     assert tau.tolist() == [[2.0, 2.0], [pytest.approx(2.9), 2.0]]
     assert weights.tolist() == [[0.0, 0.0], [pytest.approx(84.1), 0.0]]
 

@@ -191,7 +191,7 @@ def test_the_current_is_the_fastest_that_pierces_and_of_which_all_is_known(thick
         if (r.process, r.material, r.thickness) == ("plasma", "mild_steel", thickness)
         and r.kerf
         and r.pierce_delay is not None
-        and r.trust < 2
+        and r.source_rank < 2
     ]
     assert data.amps == amps == max(at_hand, key=lambda r: r.feed).amps
 

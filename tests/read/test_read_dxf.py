@@ -13,7 +13,7 @@ from leafcut.model.issue import Severity
 from leafcut.model.part import Hole
 from leafcut.options import ReadOptions
 from leafcut.read import read
-from leafcut.read.filter_holes import part_holes
+from leafcut.read.filter_holes import holes_on_part_layers
 
 
 def places(part, digits=6):
@@ -314,7 +314,7 @@ def test_circles_on_layers_of_frames_and_dimensions_are_drilled_only_where_layer
 )
 def test_holes_on_layers_with_other_words_in_their_names_are_drilled(layer):
     assert not is_aside(layer)
-    assert part_holes([Hole(0, 0, 5, layer)], ReadOptions()) == ([Hole(0, 0, 5, layer)], [])
+    assert holes_on_part_layers([Hole(0, 0, 5, layer)], ReadOptions()) == ([Hole(0, 0, 5, layer)], [])
 
 
 @pytest.mark.parametrize(

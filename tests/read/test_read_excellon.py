@@ -283,7 +283,7 @@ def test_places_after_tools_without_a_size_are_no_program():
     ],
 )
 def test_a_program_with_bare_places_stays_a_program(text):
-    assert registry.choose(formats(), Source("program.tap", text.encode())).name == "gcode"
+    assert registry.choose_format(formats(), Source("program.tap", text.encode())).name == "gcode"
 
 
 def test_resets_of_counters_and_a_zero_set_to_zero_change_nothing(text_file):

@@ -343,7 +343,7 @@ _TEXT = b"POLYGON ((0 0, 50 0, 50 40, 0 40, 0 0), (10 10, 10 20, 20 20, 20 10, 1
 def test_whatever_is_in_a_file_there_are_pockets_or_one_line(name: str, seed: int, flips: int, cut: bool) -> None:
     from leafcut.options import SheetOptions
     from leafcut.read.format import Source
-    from leafcut.read.registry import choose, formats
+    from leafcut.read.registry import choose_format, formats
 
     rng = random.Random(seed)
     data = bytearray(_TEXT if name == "WKT" else _FILES[name].getvalue())
@@ -353,7 +353,7 @@ def test_whatever_is_in_a_file_there_are_pockets_or_one_line(name: str, seed: in
         del data[rng.randrange(len(data)) :]
     source = Source("damaged." + name.lower(), bytes(data))
     try:
-        format_ = choose(formats(), source)
+        format_ = choose_format(formats(), source)
         if format_.pockets is None:
             return
         part = format_.pockets(source, ReadOptions(), PocketDrawingOptions(pixel_size=SIZE), SheetOptions())

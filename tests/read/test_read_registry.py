@@ -59,7 +59,7 @@ def test_extensions_are_listed_in_lower_case_as_files_are_compared():
 @pytest.mark.parametrize("line", ["G1 X100 F1000 " * 300_000, "G1 X1000Y2000" * 20 + "?", "N10 G1 X[1]Y[2]" * 50])
 def test_a_program_is_known_by_its_look_at_once_whatever_its_lines_are_like(line):
     data = f"G21 G90\n{line}\n".encode()
-    assert registry.choose(formats(), Source("long.nc", data)).name == "gcode"
+    assert registry.choose_format(formats(), Source("long.nc", data)).name == "gcode"
 
 
 def test_an_unknown_kind_of_file_is_told_what_there_is(text_file):

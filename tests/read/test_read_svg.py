@@ -286,7 +286,7 @@ def test_only_rules_that_matter_are_kept_for_each_class(draw):
     rules = "".join(f"p{k}:1;" for k in range(200))
     path = draw(f'<style>.a{{{rules}stroke:red}}</style><rect class="a" width="5" height="5"/>')
     walk = svg._Walk("a", None, None, None, None, None)
-    walk.look_up(svg._root(svg.Source(str(path), path.read_bytes())))
+    walk.index_elements(svg._root(svg.Source(str(path), path.read_bytes())))
     assert walk._rules == {"a": {"stroke": "red"}}
 
 

@@ -13,7 +13,7 @@ from leafcut.read import read, read_contours, read_pockets
 from leafcut.read.format import load
 from leafcut.read.nest_list import read_wanted
 from leafcut.read.strip_instance import read_strip_instance
-from leafcut.read.time_table import parse_clock, read_times
+from leafcut.read.time_table import parse_stopwatch_time, read_times
 from plain_text import text_of
 
 TABLES = Path(__file__).parent / "tables"
@@ -225,7 +225,7 @@ TEXTS: dict[str, tuple[Callable[[Path], list[str]], list[str]]] = {
         ],
     ),
     "clock": (
-        lambda file: [text_of(parse_clock(file.read_text()))],
+        lambda file: [text_of(parse_stopwatch_time(file.read_text()))],
         [
             "12:34",
             "1:02:03",

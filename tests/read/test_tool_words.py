@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from leafcut.read.tool_formats import rows_of
+from leafcut.read.tool_formats import read_foreign_library
 from leafcut.read.tool_kinds import cone_in, kind_in, tap_in
 from leafcut.read.tool_table import rows_of_table
 
@@ -88,7 +88,7 @@ def test_a_type_of_fusion_is_a_kind_in_its_library_and_in_its_table(tmp_path: Pa
     (tmp_path / "a.json").write_text(json.dumps({"data": tools}))
     (tmp_path / "a.csv").write_text("T,D,type\n" + "".join(f"{k},1,{name}\n" for k, name in enumerate(FUSION)))
     for file in ("a.json", "a.csv"):
-        rows, _ = rows_of(tmp_path / file, "in") or ([], False)
+        rows, _ = read_foreign_library(tmp_path / file, "in") or ([], False)
         kinds = [values["kind"] if isinstance(values, dict) else values for _, values in rows]
         assert kinds == list(FUSION.values()), file
 
@@ -96,7 +96,7 @@ def test_a_type_of_fusion_is_a_kind_in_its_library_and_in_its_table(tmp_path: Pa
 @pytest.mark.parametrize("shape", FREECAD)
 def test_a_shape_of_freecad_is_a_kind(shape: str, tmp_path: Path) -> None:
     (tmp_path / "a.fctb").write_text(json.dumps({"shape": f"{shape}.fcstd", "parameter": {"Diameter": "5 mm"}}))
-    assert rows_of(tmp_path / "a.fctb", "") == (
+    assert read_foreign_library(tmp_path / "a.fctb", "") == (
         [("T1", {"number": 1, "kind": FREECAD[shape], "name": "a", "diameter": "5 mm"})],
         True,
     )

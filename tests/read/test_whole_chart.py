@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from leafcut.errors import LeafcutError
-from leafcut.read.cutchart import find_cut_data, kinds_for, load_chart
+from leafcut.read.cutchart import find_cut_data, load_chart, process_names_for
 from plain_text import text_of
 
 TABLES = Path(__file__).parent / "tables"
@@ -56,7 +56,9 @@ def lines() -> list[str]:
     """Return the rows of the chart, and the data or the refusal of each request."""
     rows = load_chart(TABLES / "chart.csv")
     found = [text_of(row) for row in rows]
-    found += [f"kinds of laser for {m}: {sorted(kinds_for(rows, 'laser', m))}" for m in ("steel", "acrylic", "wood")]
+    found += [
+        f"kinds of laser for {m}: {sorted(process_names_for(rows, 'laser', m))}" for m in ("steel", "acrylic", "wood")
+    ]
     for process, material, thickness, more in ASKED:
         found.append(f"== {process} {material} {thickness:g} {more or ''}".rstrip())
         try:

@@ -14,7 +14,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.read.controllers.importing import KINDS
 from leafcut.read.controllers.questions import QUESTIONS
-from leafcut.read.lettering import letters
+from leafcut.read.lettering import letter_strokes
 from leafcut.read.machine_keys import PROFILE_KEYS
 from leafcut.read.registry import BUILT_IN, format_name
 from leafcut.read.tool_keys import HOLE_KEYS, TOOL_KEYS
@@ -28,7 +28,7 @@ LETTERS = "ag1ÀàÁáÂâÃãÄäÅåČčÇçìíïØø±⌀∅°–—−’�
 
 def stroke_text(letter: str) -> str:
     """Return the strokes of a letter between two others, in units of the font: 21 to the height of a capital."""
-    strokes, width = letters(f"I{letter}I")
+    strokes, width = letter_strokes(f"I{letter}I")
     lines = [" ".join(f"{number(21 * x)},{number(21 * y)}" for x, y in stroke) for stroke in strokes]
     return f"{letter!a}: width {number(21 * width)}: {'; '.join(lines)}"
 
@@ -53,7 +53,7 @@ def test_a_table_is_the_one_that_was_checked(name: str) -> None:
 @pytest.mark.parametrize("letter", ["я", "ĕ"])
 def test_a_letter_without_strokes_is_named(letter: str) -> None:
     with pytest.raises(ValueError, match=f"^no strokes for '{letter}'$"):
-        letters(f"a{letter}")
+        letter_strokes(f"a{letter}")
 
 
 @pytest.mark.parametrize(

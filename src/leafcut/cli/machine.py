@@ -259,7 +259,7 @@ def _measured_programs(programs: Sequence[str], measured: Sequence[str], times: 
     Raises OptionError if the numbers of programs and times differ, a time is invalid, or both a table and programs are
     given.
     """
-    from leafcut.read.time_table import parse_clock, read_times
+    from leafcut.read.time_table import parse_stopwatch_time, read_times
 
     if times is not None:
         if programs or measured:
@@ -274,7 +274,7 @@ def _measured_programs(programs: Sequence[str], measured: Sequence[str], times: 
             f"--measured: {count_of(len(measured), 'time')} for {count_of(len(programs), 'program')}; "
             "give one for each, in their order"
         )
-    return [(program, _clock(parse_clock, time)) for program, time in zip(programs, measured, strict=True)]
+    return [(program, _clock(parse_stopwatch_time, time)) for program, time in zip(programs, measured, strict=True)]
 
 
 def _clock(parse: Any, time: str) -> float:

@@ -96,7 +96,7 @@ def controller_settings(lines: Sequence[str], dialect: Dialect) -> tuple[Control
             value: tuple[object, ...] = (parameter.group(1), _number(parameter.group(2)))
         elif any(opening in bare for opening in openings):
             exactly = _NUMBER.sub("", line.strip()).lstrip().startswith(dialect.obeyed_comments)
-            value = ("comment", exactly, *_figures(line, bare))
+            value = ("comment", exactly, *_comment_parameters(line, bare))
         else:
             continue
         settings.append(ControllerSetting(number, value, line.strip()[:_LONGEST]))
@@ -114,7 +114,7 @@ def _number(text: str) -> float | str:
         return text
 
 
-def _figures(line: str, bare: str) -> Sequence[object]:
+def _comment_parameters(line: str, bare: str) -> Sequence[object]:
     """Return the parameters of a comment such as ``(o=0, kw=1.5, na=steel)``, sorted by name. If a name occurs twice,
     its last value counts. A name with a space before the equals sign is not recognised. If the line is not such a
     comment, return its text.

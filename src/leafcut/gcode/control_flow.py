@@ -51,7 +51,7 @@ class Control:
     rest: str
 
 
-def control_of(line: str) -> Control | None:
+def o_word_of(line: str) -> Control | None:
     """Return the O-word of a line, or None. Raises BlockError if its keyword is unknown, or if its label is
     computed.
     """
@@ -82,7 +82,7 @@ class Construct:
         """The line of the opening keyword."""
         return self.parts[0][0]
 
-    def closing(self) -> int:
+    def closing_line(self) -> int:
         """Return the line of the closing keyword. Raises BlockError if there is none."""
         line, keyword = self.parts[-1]
         if keyword not in _CLOSING and not (self.kind == "do" and keyword == "while"):
@@ -91,7 +91,7 @@ class Construct:
 
     def next_branch(self, line: int) -> tuple[int, str]:
         """Return the line and keyword of the next branch of an `if` after `line`."""
-        self.closing()
+        self.closing_line()
         return next((at, keyword) for at, keyword in self.parts if at > line)
 
 
@@ -157,7 +157,7 @@ class Flow:
             raise BlockError("unexpected '{}' after '{}'", control.rest[scanner.position :][:12], control.keyword)
         return int(after)
 
-    def go_back(self, line: int, goal: int) -> None:
+    def mark_repeated(self, line: int, goal: int) -> None:
         """Mark the lines from `goal` to `line` as repeated."""
         if self._of_line is None:
             self._find_constructs()
@@ -170,7 +170,7 @@ class Flow:
         start = self.jumps.label(number, line)
         if start is None:
             return None
-        return self._begin(start, times, line)
+        return self._start_subprogram(start, times, line)
 
     def call_program(self, number: int, times: int, line: int) -> int | None:
         """Start the subprogram O`number` (M98), which runs `times` times. Return its first line, or None if it does not
@@ -180,15 +180,15 @@ class Flow:
             self._labels = {}
             for at, text in enumerate(self._lines):
                 found = _LABEL.match(text)
-                if found and control_of(text) is None:
+                if found and o_word_of(text) is None:
                     self._labels.setdefault(int(found.group(1)), at)
         start = self._labels.get(number)
         if start is None and number > 9_999 and times == 1:
             times, number = divmod(number, 10_000)
             start = self._labels.get(number)
-        return None if start is None else self._begin(start, times, line)
+        return None if start is None else self._start_subprogram(start, times, line)
 
-    def _begin(self, start: int, times: int, line: int) -> int:
+    def _start_subprogram(self, start: int, times: int, line: int) -> int:
         if times == 0:
             return line + 1
         self._enter_subprogram(SubprogramCall(start, line + 1, times - 1, None))
@@ -223,7 +223,7 @@ class Flow:
             if "o" not in text and "O" not in text:
                 continue
             try:
-                control = control_of(text)
+                control = o_word_of(text)
             except BlockError:
                 continue  # An error is raised when the line is executed.
             if control is not None and control.keyword != "call":
@@ -254,7 +254,7 @@ class Flow:
         construct = self._subs.get(label)
         if construct is None:
             raise UndecidedJump(line)
-        construct.closing()
+        construct.closing_line()
         arguments = []
         while scanner.peek() == "[":
             arguments.append(scanner.expression())
@@ -270,7 +270,7 @@ class Flow:
         return construct.first + 1
 
     def _obey_sub(self, construct: Construct, _scanner: Scanner, _line: int) -> int:
-        return construct.closing()
+        return construct.closing_line()
 
     def _obey_endsub(self, construct: Construct, scanner: Scanner, line: int) -> int:
         if not self.calls:
@@ -299,7 +299,7 @@ class Flow:
 
     def _branch(self, construct: Construct, condition: float, line: int) -> int:
         if math.isnan(condition):
-            raise self.jumps.undecided(line, construct.closing())
+            raise self.jumps.undecided(line, construct.closing_line())
         after, keyword = construct.next_branch(line)
         if condition:
             return line + 1
@@ -314,10 +314,10 @@ class Flow:
             self._deciding = -1
             return self._branch(construct, scanner.expression(), line)
         scanner.position = len(scanner.text)
-        return construct.closing()
+        return construct.closing_line()
 
     def _obey_else(self, construct: Construct, _scanner: Scanner, _line: int) -> int:
-        return construct.closing()
+        return construct.closing_line()
 
     def _obey_endif(self, _construct: Construct, _scanner: Scanner, line: int) -> int:
         return line + 1
@@ -325,7 +325,7 @@ class Flow:
     # Loops.
 
     def _obey_while(self, construct: Construct, scanner: Scanner, line: int) -> int:
-        end, condition = construct.closing(), scanner.expression()
+        end, condition = construct.closing_line(), scanner.expression()
         if math.isnan(condition):
             raise self.jumps.undecided(line, end, construct.first)
         if not condition:
@@ -348,13 +348,13 @@ class Flow:
         return construct.first
 
     def _obey_do(self, construct: Construct, _scanner: Scanner, line: int) -> int:
-        construct.closing()
+        construct.closing_line()
         if self._broken:
             raise BlockError("a 'do' after a 'break' out of a 'while': LinuxCNC 2.9 runs it only once")
         return line + 1
 
     def _obey_repeat(self, construct: Construct, scanner: Scanner, line: int) -> int:
-        end = construct.closing()
+        end = construct.closing_line()
         value = scanner.expression()
         if math.isnan(value):
             raise self.jumps.undecided(line, end, construct.first)
@@ -371,7 +371,7 @@ class Flow:
 
     def _obey_break(self, construct: Construct, _scanner: Scanner, _line: int) -> int:
         self._broken |= construct.kind == "while"
-        return construct.closing() + 1
+        return construct.closing_line() + 1
 
     def _obey_continue(self, construct: Construct, _scanner: Scanner, _line: int) -> int:
-        return construct.closing()
+        return construct.closing_line()

@@ -14,13 +14,21 @@ from dataclasses import replace
 from leafcut.errors import ReadError
 from leafcut.gcode.active_comments import active_comments, may_stop
 from leafcut.gcode.canned import end_cycle, run_cycle, start_cycle
-from leafcut.gcode.motion import chooses_origin, run_arc, run_home, run_machine, run_origin, run_probe, run_straight
+from leafcut.gcode.motion import (
+    changes_origin,
+    run_arc,
+    run_home,
+    run_machine_move,
+    run_origin_change,
+    run_probe,
+    run_straight,
+)
 from leafcut.gcode.policy import Policy
 from leafcut.gcode.state import AXES, InterpreterState, ModalValues, named_axes, unit_of, whole_number
 from leafcut.gcode.torch import (
-    lower_feed,
     material_block,
     run_outputs,
+    set_feed_output,
     set_speed,
     spindle_number,
 )
@@ -330,7 +338,7 @@ class Interpreter:
         try:
             if words.unknown:
                 self._unknown_words(words, named)
-            self._offsets(words)
+            self._run_offsets(words)
             self._choose_motion(words.g)
             self._move_or_keep(words)
         except UnclearBlock as problem:
@@ -358,7 +366,7 @@ class Interpreter:
                 self._record_unclear(Message("{} is not understood", word), named)
                 if word.value == 61 and "Q" in words.letters:
                     state.tool = whole_number(words.letters["Q"], 99_999)
-                self._feed_output(word, words.letters)
+                self._run_feed_output(word, words.letters)
                 continue
             code = round(word.value * 10)
             if code in ENDS_TRANSFORM and not any(named):
@@ -376,13 +384,13 @@ class Interpreter:
                 Message("{} is not understood", word), named if str(word) == "G31" and any(named) else _ALL
             )
 
-    def _feed_output(self, word: Word, letters: dict[str, Word]) -> None:
+    def _run_feed_output(self, word: Word, letters: dict[str, Word]) -> None:
         """Apply the analog output that reduces the feed of a torch; the block itself is always kept."""
         state = self.state
         if state.dialect.torch is not None and word.value == 52:
             state.adaptive = "P" not in letters or letters["P"].value != 0.0
         elif word.value in (67, 68) and {"E", "Q"} <= letters.keys():
-            lower_feed(state, whole_number(letters["E"]), letters["Q"].value)
+            set_feed_output(state, whole_number(letters["E"]), letters["Q"].value)
 
     # -- feed, speed, tool, spindle, coolant ---------------------------------------------------------------------------
 
@@ -519,11 +527,11 @@ class Interpreter:
         if "retract" in g:
             state.to_initial = g["retract"] == 980
         if radius is not None:
-            self._compensation(radius, letters)
+            self._run_compensation(radius, letters)
         if path is not None:
-            self._path_control(path, letters)
+            self._run_path_control(path, letters)
 
-    def _path_control(self, code: int, letters: dict[str, Word]) -> None:
+    def _run_path_control(self, code: int, letters: dict[str, Word]) -> None:
         """Execute G61, G61.1 or G64. P of G64 is the corner tolerance, and Q the tolerance for short moves, which
         defaults to P. Source: LinuxCNC, G64; confirmed with rs274.
         """
@@ -535,7 +543,7 @@ class Interpreter:
             state.blending, state.tolerance, state.joining = code, tolerance, joining
             state.path.blending(code, tolerance, joining, line=state.line)
 
-    def _compensation(self, code: int, letters: dict[str, Word]) -> None:
+    def _run_compensation(self, code: int, letters: dict[str, Word]) -> None:
         """Execute cutter compensation. Add a RADIUS row when the mode changes or D is stated."""
         state, mode = self.state, code // 10
         word = letters.pop("D", None) if mode != 40 else None
@@ -573,7 +581,7 @@ class Interpreter:
 
     # -- offsets -------------------------------------------------------------------------------------------------------
 
-    def _offsets(self, words: SortedBlock) -> None:
+    def _run_offsets(self, words: SortedBlock) -> None:
         """Execute the words for tool length offset and work offset."""
         state, g, letters = self.state, words.g, words.letters
         length = g.get("length")
@@ -644,7 +652,7 @@ class Interpreter:
                 raise BlockError("a move in machine coordinates while a length offset is active; D0 is missing")
             if state.cycle is not None:
                 raise BlockError("G{} with another motion active; G80 is missing before it", 53)
-            run_machine(state, letters)
+            run_machine_move(state, letters)
         elif state.cycle is not None:
             if moving or "cycle" in g:
                 run_cycle(state, letters)
@@ -661,11 +669,11 @@ class Interpreter:
         state, g, letters = self.state, words.g, words.letters
         moving = not letters.keys().isdisjoint(AXES)
         special = g.get("non-modal")
-        if special is not None and chooses_origin(special):
+        if special is not None and changes_origin(special):
             self._check_one_motion(special, g, moving and g.get("motion") != 0)
             if special == _SET_OFFSETS:
                 self.policy.unknown(Message("G10 changes stored offsets, which no program of leafcut does"))
-            run_origin(state, special, letters)
+            run_origin_change(state, special, letters)
             return
         self._check_clear(special, words, moving)
         if special in (280, 300):

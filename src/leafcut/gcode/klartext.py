@@ -21,7 +21,7 @@ import re
 from collections.abc import Iterator
 
 from leafcut.errors import ReadError
-from leafcut.gcode.words import MAX_LINE, BlockError, lines
+from leafcut.gcode.words import MAX_LINE, BlockError, numbered_lines
 from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.units import SECONDS_PER_MINUTE
 
@@ -73,7 +73,7 @@ def _blocks(program: str) -> Iterator[tuple[int, str]]:
     consecutive.
     """
     begin, parts, expected = 0, list[str](), 0
-    for number, line in lines(program):
+    for number, line in numbered_lines(program):
         if len(line) > MAX_LINE:
             raise BlockError("the line has {} characters; this is not a program", len(line))
         text = " ".join(line.split())

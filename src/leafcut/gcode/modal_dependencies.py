@@ -63,7 +63,7 @@ class ModalUse:
     sets: frozenset[str]
 
 
-def with_fields(modal: Modal, fields: Iterable[str], source: Modal) -> Modal:
+def replace_fields(modal: Modal, fields: Iterable[str], source: Modal) -> Modal:
     """Return a copy of a modal state in which some `INHERITED` fields have the values of another state."""
     names = [
         name for field in fields for name in (("motion", "cycle", "cycle_words") if field == "motion" else (field,))

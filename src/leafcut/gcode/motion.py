@@ -48,7 +48,7 @@ def run_probe(state: InterpreterState, letters: dict[str, Word]) -> None:
     state.path.probe(z, feed=state.feed_for(letters, before - z), line=state.line)
 
 
-def run_machine(state: InterpreterState, letters: dict[str, Word]) -> None:
+def run_machine_move(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Execute a move in machine coordinates, G53 with G0."""
     if state.motion != 0:
         raise UnclearBlock("G53 is understood with G0 only")
@@ -86,9 +86,9 @@ def run_arc(state: InterpreterState, letters: dict[str, Word]) -> None:
     if "R" in letters:
         if targets[first] is None and targets[second] is None:
             raise BlockError("an arc with R needs an end point")
-        center = _centre_of_radius(begin, end, axes, state.mm(letters.pop("R")), clockwise)
+        center = _centre_from_radius(begin, end, axes, state.mm(letters.pop("R")), clockwise)
     else:
-        center = _centre_of_offsets(state, letters, begin, axes)
+        center = _centre_from_offsets(state, letters, begin, axes)
         check_radii(begin[first], begin[second], end[first], end[second], center[first], center[second])
     turns = 1
     if "P" in letters and state.dialect.arc_turns:
@@ -98,7 +98,8 @@ def run_arc(state: InterpreterState, letters: dict[str, Word]) -> None:
             raise BlockError("{}: an arc takes a whole number of turns from 1 to {}", word, MAX_TURNS)
     rise = end[normal] - begin[normal]
     length = math.hypot(
-        _sweep(begin, end, center, axes, clockwise, turns) * math.dist(_in_plane(begin, axes), _in_plane(center, axes)),
+        _swept_angle(begin, end, center, axes, clockwise, turns)
+        * math.dist(_in_plane(begin, axes), _in_plane(center, axes)),
         0.0 if math.isnan(rise) else rise,
     )
     state.path.arc(
@@ -114,7 +115,7 @@ def _in_plane(point: list[float] | Point3, axes: tuple[int, int, int]) -> tuple[
     return point[axes[0]], point[axes[1]]
 
 
-def _centre_of_offsets(
+def _centre_from_offsets(
     state: InterpreterState, letters: dict[str, Word], begin: Point3, axes: tuple[int, int, int]
 ) -> list[float]:
     """Return the centre of an arc that is given by two of I, J and K. The third coordinate is that of the start."""
@@ -146,7 +147,7 @@ def check_radii(u0: float, v0: float, u1: float, v1: float, uc: float, vc: float
         )
 
 
-def _centre_of_radius(
+def _centre_from_radius(
     begin: Point3, end: list[float], axes: tuple[int, int, int], radius: float, clockwise: bool
 ) -> list[float]:
     """Return the centre of an arc with a given radius; a negative radius selects the arc of more than half a turn."""
@@ -166,7 +167,7 @@ def _centre_of_radius(
     return center
 
 
-def _sweep(
+def _swept_angle(
     begin: Point3, end: list[float], center: list[float], axes: tuple[int, int, int], clockwise: bool, turns: int
 ) -> float:
     """Return the swept angle of an arc, rad; it is always positive."""
@@ -176,12 +177,12 @@ def _sweep(
     return (sweep if sweep > 1e-9 else math.tau) + math.tau * (turns - 1)
 
 
-def chooses_origin(code: int) -> bool:
+def changes_origin(code: int) -> bool:
     """Return whether a G code, in tenths, moves the origin or stores a position."""
     return code in (_G10, _G28_1, _G30_1, _G52, _G92, *_G92_OFF)
 
 
-def run_origin(state: InterpreterState, code: int, letters: dict[str, Word]) -> None:
+def run_origin_change(state: InterpreterState, code: int, letters: dict[str, Word]) -> None:
     """Execute a code that moves the origin, and add a SHIFT row. Raises BlockError if a word is missing, and
     UnclearBlock if the program does not contain the stored value.
     """
@@ -196,12 +197,12 @@ def run_origin(state: InterpreterState, code: int, letters: dict[str, Word]) -> 
     elif code in (_G28_1, _G30_1):
         raise UnclearBlock("G{:g} stores the current position of the tool", code / 10)
     elif code == _G10:
-        _set_table(state, letters)
+        _set_work_offset(state, letters)
     else:
         state.move_origin(_take_axis_words(letters)[0])
 
 
-def _set_table(state: InterpreterState, letters: dict[str, Word]) -> None:
+def _set_work_offset(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Execute G10: L2 and L20 set a work offset; other tables are not supported."""
     if "L" not in letters:
         raise UnclearBlock("G10 without L is not understood")

@@ -10,7 +10,7 @@ from leafcut.gcode.interpreter import Interpreter
 from leafcut.gcode.policy import OwnPolicy
 from leafcut.gcode.state import InterpreterState
 from leafcut.gcode.torch import set_outputs_after_abort
-from leafcut.gcode.words import BlockError, lines
+from leafcut.gcode.words import BlockError, numbered_lines
 from leafcut.model.toolpath import Toolpath
 
 
@@ -53,7 +53,7 @@ def interpret(
         state.offset_on = dialect.length_offset == "edge"
         set_outputs_after_abort(state)
     interpreter = _interpreter_of(dialect.language)(state, policy)
-    for number, line in lines(text):
+    for number, line in numbered_lines(text):
         if not line or line.isspace():
             continue
         try:

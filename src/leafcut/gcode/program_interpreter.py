@@ -24,7 +24,7 @@ from leafcut.gcode.block_description import (
     significant_text,
     subprogram_digest,
 )
-from leafcut.gcode.control_flow import Control, Flow, control_of
+from leafcut.gcode.control_flow import Control, Flow, o_word_of
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.expressions import BlockReading, ProgramParameters, read_block, words_as_written
 from leafcut.gcode.interpreter import Interpreter
@@ -163,7 +163,7 @@ def _first_line(lines: tuple[str, ...]) -> int:
 def _is_readable(line: str) -> bool | None:
     try:
         body, _ = split_line(line.strip(_FILLING + "\r\n"), nested=True)
-        if set("#[") & set(body) or control_of(line) is not None or statement_of(line) is not None:
+        if set("#[") & set(body) or o_word_of(line) is not None or statement_of(line) is not None:
             return True
         return bool(words_of(body)) and body != "%"
     except BlockError:
@@ -419,12 +419,12 @@ class _ProgramReader:
             self.flow.count_repeated_block(at)
             statement = statement_of(line)
             if statement is not None:
-                return self._state(statement, at)
+                return self._run_statement(statement, at)
             command = board_command(line)
             if command:
-                return self._command(command, at)
-            control = control_of(line) if "o" in line or "O" in line else None
-            return self._words(line, at) if control is None else self._obey(control, at)
+                return self._keep_board_command(command, at)
+            control = o_word_of(line) if "o" in line or "O" in line else None
+            return self._words(line, at) if control is None else self._run_o_word(control, at)
         except UndecidedJump as unknown:
             return self._keep_undecided_lines(at, unknown)
         except BlockError as problem:
@@ -465,7 +465,7 @@ class _ProgramReader:
         fagor = self.state.dialect.cycle_words == "fagor"
         return body not in ("", "%") or any(map(is_active_comment, comments)) or (fagor and bool(comments))
 
-    def _state(self, statement: JumpStatement, at: int) -> int:
+    def _run_statement(self, statement: JumpStatement, at: int) -> int:
         self.state.line = at + 1
         after, consequence = self.flow.jumps.obey(statement, at)
         self._note_jump(at, after)
@@ -478,17 +478,17 @@ class _ProgramReader:
 
     def _note_jump(self, at: int, after: int) -> None:
         if after <= at:
-            self.flow.go_back(at, after)
+            self.flow.mark_repeated(at, after)
             self.flow.count_repeated_block(at)
 
-    def _obey(self, control: Control, at: int) -> int:
+    def _run_o_word(self, control: Control, at: int) -> int:
         self.state.line, depth = at + 1, len(self.flow.calls)
         after = self.flow.obey(control, at)
         self.record.add(at + 1, len(self.state.path), _DIRECTS)
         self.record.note_depth(depth, len(self.flow.calls))
         return after
 
-    def _command(self, command: str, at: int) -> int:
+    def _keep_board_command(self, command: str, at: int) -> int:
         """Keep a firmware command such as ``$H`` in its position. After homing and jogging, the position is unknown.
         Most settings may change the behaviour of the controller.
         """

@@ -64,7 +64,7 @@ class _CutReader:
         blocks = self._blocks(body, tail)
         if body == self.begin or blocks is None:
             return None
-        found = [self._row(block, blocks[block - self.begin]) for block in range(body, tail)]
+        found = [self._cutting_row(block, blocks[block - self.begin]) for block in range(body, tail)]
         rows = [row for row in found if row is not None]
         if (
             None in found
@@ -81,8 +81,8 @@ class _CutReader:
             rows[-1] + 1, high, down=False
         ):
             return None
-        places = self._places(blocks, body, tail, rows)
-        if places is None or not self._centres(blocks, body, rows):
+        places = self._points_as_text(blocks, body, tail, rows)
+        if places is None or not self._states_centres(blocks, body, rows):
             return None
         return ReversibleCut(self.begin, body, tail, self.end, tuple(rows), places)
 
@@ -95,7 +95,7 @@ class _CutReader:
         plain = [b for b in blocks if b is not None and not b.deleted and b.percent is None]
         return plain if len(plain) == len(blocks) and not any(states) else None
 
-    def _row(self, block: int, words: Block) -> int | None:
+    def _cutting_row(self, block: int, words: Block) -> int | None:
         """Return the toolpath row of a block that does nothing but cut, otherwise None."""
         low, high = int(self.program.first[block]), int(self.program.first[block + 1])
         rows = [row for row in range(low, high) if self.path.kind[row] != Kind.SPINDLE]
@@ -152,7 +152,7 @@ class _CutReader:
         kinds = [int(k) for k in self.path.kind[low:high] if k in (Kind.RAPID, Kind.FEED)]
         return kinds == sorted(kinds, reverse=not down)
 
-    def _places(
+    def _points_as_text(
         self, blocks: list[Block], body: int, tail: int, rows: list[int]
     ) -> tuple[tuple[str | None, str | None], ...] | None:
         """Return X and Y, as text, of every point of the cut. Return None if a text does not match its coordinate."""
@@ -170,7 +170,7 @@ class _CutReader:
             places.append((stated["X"], stated["Y"]))
         return tuple(places)
 
-    def _centres(self, blocks: list[Block], body: int, rows: list[int]) -> bool:
+    def _states_centres(self, blocks: list[Block], body: int, rows: list[int]) -> bool:
         """Return whether I and J state the centres of all arcs in the units of the program."""
         modal = self.program.modal(body)
         unit = modal.unit or 1.0

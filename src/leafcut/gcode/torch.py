@@ -40,7 +40,7 @@ def run_outputs(state: InterpreterState, words: SortedBlock) -> None:
             _take_wait(letters)
         elif code >= 67:
             number, percent = whole_number(_required_word(letters, "E", code)), _required_word(letters, "Q", code).value
-            lower_feed(state, number, percent)
+            set_feed_output(state, number, percent)
         else:
             _switch_output(state, whole_number(_required_word(letters, "P", code)), code in (62, 64))
 
@@ -105,7 +105,7 @@ def _take_wait(letters: dict[str, Word]) -> None:
         letters.pop(letter, None)
 
 
-def lower_feed(state: InterpreterState, number: int, percent: float) -> None:
+def set_feed_output(state: InterpreterState, number: int, percent: float) -> None:
     """Set an analog output. If it is the feed output of the torch, the feed is reduced from here on."""
     torch = state.dialect.torch
     if torch is not None and number == torch.feed_output:

@@ -56,7 +56,7 @@ class Block:
     deleted: bool = False
 
 
-def lines(text: str) -> Iterator[tuple[int, str]]:
+def numbered_lines(text: str) -> Iterator[tuple[int, str]]:
     """Yield the number (from 1) and the text of each line; line ends of any kind are accepted."""
     return enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), start=1)
 

@@ -38,7 +38,7 @@ class Cells:
         return cells % self.wide - self.margin, cells // self.wide - self.margin
 
 
-def numbered(points: Points, side: float) -> Indices:
+def number_points(points: Points, side: float) -> Indices:
     """Return a number for each point, int64[n]. Points that coincide when rounded to multiples of `side` (mm) have the
     same number.
     """

@@ -209,7 +209,7 @@ class ObstacleMap:
             self._corners[number, distance] = ring[one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0] > 0.0]
         return self._corners[number, distance]
 
-    def _met_between(self, nodes: Sequence[_Nodes], radius: float) -> NDArray[np.int64]:
+    def _obstacles_between_nodes(self, nodes: Sequence[_Nodes], radius: float) -> NDArray[np.int64]:
         """Return rows (node, node, obstacle) for each obstacle that the straight line between two nodes crosses or
         approaches.
 
@@ -261,7 +261,7 @@ class ObstacleMap:
         """
         places = np.concatenate([of for _, of in nodes])
         length = np.hypot(*(places[:, None] - places[None, :]).transpose(2, 0, 1))
-        one, other, what = self._met_between(nodes, radius).T
+        one, other, what = self._obstacles_between_nodes(nodes, radius).T
         numbers = {k: self._numbers[k] for k in np.flatnonzero(np.bincount(what)).tolist()}
         seen.update(numbers.values())
         stands = np.zeros(len(self._numbers), dtype=bool)

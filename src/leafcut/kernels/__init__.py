@@ -59,7 +59,7 @@ NONE = constant(-1)
 def _compiled(function: Function, **flags: Any) -> Function:
     import numba
 
-    listen()
+    report_compilations()
     folder = cache_folder()
     # Numba reads the cache folder when it decorates a function. The cache folder of other packages does not change.
     previous, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder or "")

@@ -25,7 +25,7 @@ def _drop_farthest(points: NDArray, distances: NDArray, per_quadrant: int) -> No
 
 
 @part
-def _choose(points: NDArray, distances: NDArray, per_quadrant: int, k: int, chosen: NDArray) -> int:
+def _choose_candidates(points: NDArray, distances: NDArray, per_quadrant: int, k: int, chosen: NDArray) -> int:
     """Choose k points: first coincident points, then the nearest in each quadrant, then the nearest of the rest. Return
     the number chosen.
 
@@ -86,7 +86,7 @@ def fill_candidates(
     k = candidates.shape[1]
     for i in range(first, last):
         find_nearby(tree, i, per_quadrant, k, nearby)
-        count = _choose(nearby.found, nearby.near, per_quadrant, k, nearby.chosen)
+        count = _choose_candidates(nearby.found, nearby.near, per_quadrant, k, nearby.chosen)
         for f in range(count):
             _insert(candidates[i], lengths[i], f, nearby.chosen[f], travel(cost, i, nearby.chosen[f]))
         for c in range(count, k):
@@ -118,7 +118,7 @@ def fill_directed_candidates(
         tree.leaf_of[m] = 0  # the search starts at the root and covers all points
         nearby.limit[:] = math.inf
         find_nearby(tree, m, per_quadrant, k, nearby)
-        count = _choose(nearby.found, nearby.near, per_quadrant, k, nearby.chosen)
+        count = _choose_candidates(nearby.found, nearby.near, per_quadrant, k, nearby.chosen)
         for f in range(count):
             j = nearby.chosen[f]
             _insert(candidates[i], lengths[i], f, j, travel(cost, query[i], goal[j]))

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from leafcut.kernels import kernel, part
 from leafcut.kernels.candidates import cheapest_unvisited
 from leafcut.kernels.cost import CostModel
-from leafcut.kernels.neighbours import Tree, nearest_unvisited, remove
-from leafcut.kernels.pheromone import wear_edge
+from leafcut.kernels.neighbours import Tree, nearest_unvisited, remove_point
+from leafcut.kernels.pheromone import decay_edge
 from leafcut.kernels.random import below, uniform
 
 
@@ -81,7 +81,7 @@ def _start_tour(
         step += 1
     for k in range(step):
         if tour[k] < len(tree.x):
-            remove(tree, alive, tour[k])
+            remove_point(tree, alive, tour[k])
     return step
 
 
@@ -114,7 +114,7 @@ def nearest_neighbour_tour(
         tour[step] = node
         visited[node] = 1
         if node < len(tree.x):
-            remove(tree, unvisited.alive, node)
+            remove_point(tree, unvisited.alive, node)
 
 
 @part
@@ -205,7 +205,7 @@ def _next_node(
         node = edges.candidates[last, c] if c >= 0 else _nearest(cost, tree, unvisited, last)
     visited[node] = 1
     if node < len(tree.x):
-        remove(tree, unvisited.alive, node)
+        remove_point(tree, unvisited.alive, node)
     return node
 
 
@@ -214,7 +214,7 @@ def _decay_edge(edges: WeightedEdges, decay: Decay, a: int, b: int) -> None:
     """Apply the local decay to the trail from a to b if it is a candidate edge. Changes: pheromone, weights."""
     for c in range(edges.candidates.shape[1]):
         if edges.candidates[a, c] == b:
-            wear_edge(
+            decay_edge(
                 edges.pheromone,
                 edges.nearness,
                 edges.weights,

@@ -264,7 +264,7 @@ def height_of(table: NDArray, i: int) -> float:
 
 
 @part
-def way_height(code: int, xy: NDArray, table: NDArray, i: int, j: int) -> float:
+def travel_height(code: int, xy: NDArray, table: NDArray, i: int, j: int) -> float:
     """Return the travel height from node i to node j, mm, which is at least the height of the higher node."""
     if code == DOGLEG:
         highest = highest_of_box(table, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1])
@@ -276,7 +276,7 @@ def way_height(code: int, xy: NDArray, table: NDArray, i: int, j: int) -> float:
 @part
 def _rise_and_fall(cost: CostModel, i: int, j: int) -> float:
     """Return the cost of rising from node i to the travel height to node j, and of descending to node j."""
-    height = way_height(cost.code, cost.xy, cost.matrix, i, j)
+    height = travel_height(cost.code, cost.xy, cost.matrix, i, j)
     up, down = height - height_of(cost.matrix, i), height - height_of(cost.matrix, j)
     if cost.code < LINEAR:
         return float(up + down)
@@ -285,7 +285,7 @@ def _rise_and_fall(cost: CostModel, i: int, j: int) -> float:
 
 
 @part
-def _special(cost: CostModel, i: int, j: int) -> float:
+def _special_cost(cost: CostModel, i: int, j: int) -> float:
     """Return the cost of travel as in `travel`, with free and tied nodes, zones and matrices."""
     if (i == cost.tied_a and j == cost.tied_b) or (i == cost.tied_b and j == cost.tied_a):
         return TIED
@@ -327,7 +327,7 @@ def travel(cost: CostModel, i: int, j: int) -> float:
         return distance(
             cost.code, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1], cost.vx, cost.vy, cost.ax, cost.ay, cost.per_mm
         )
-    return _special(cost, i, j)
+    return _special_cost(cost, i, j)
 
 
 @part
@@ -370,7 +370,7 @@ def way_heights(code: int, xy: NDArray, table: NDArray, heights: NDArray) -> Non
     Changes: heights float64[n - 1], mm.
     """
     for i in range(len(heights)):
-        heights[i] = way_height(code, xy, table, i, i + 1)
+        heights[i] = travel_height(code, xy, table, i, i + 1)
 
 
 @kernel

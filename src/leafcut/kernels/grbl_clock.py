@@ -276,7 +276,7 @@ def _plan_blocks(board: Board) -> int:
 
 
 @part
-def _least_ratio(limits: NDArray, unit: NDArray) -> float:
+def _limit_along_direction(limits: NDArray, unit: NDArray) -> float:
     """Return the maximum velocity or acceleration along a unit vector within the limits of all axes."""
     result = math.inf
     for axis in range(3):
@@ -286,7 +286,7 @@ def _least_ratio(limits: NDArray, unit: NDArray) -> float:
 
 
 @part
-def _corner2(board: Board, acceleration: NDArray, deviation: float) -> float:
+def _squared_corner_speed(board: Board, acceleration: NDArray, deviation: float) -> float:
     """Return the square of the maximum speed at the corner between the last and the next block, (mm/s)²."""
     before, after = board.unit[0], board.unit[1]
     cosine = -(before[0] * after[0] + before[1] * after[1] + before[2] * after[2])
@@ -328,16 +328,16 @@ def _add_block(board: Board, end: NDArray, feed: float, limits: NDArray, deviati
     length = math.sqrt(length2)
     for axis in range(3):
         unit[1, axis] /= length
-    fastest = _least_ratio(limits[1], unit[1])
+    fastest = _limit_along_direction(limits[1], unit[1])
     nominal = max(min(feed, fastest), SLOWEST)
     at, before = count[PLANNED] % PLACES, (count[PLANNED] - 1) % PLACES
     corner2, seconds = 0.0, BLOCK_S
     if count[DONE] < count[PLANNED]:
-        corner2 = _corner2(board, limits[2], deviation)
+        corner2 = _squared_corner_speed(board, limits[2], deviation)
         seconds += CORNER_S if corner2 < math.inf else 0.0
         corner2 = min(corner2, nominal**2, ring[before, NOMINAL] ** 2)
     ring[at, LEFT] = length
-    ring[at, RATE] = _least_ratio(limits[2], unit[1])
+    ring[at, RATE] = _limit_along_direction(limits[2], unit[1])
     ring[at, NOMINAL] = nominal
     ring[at, MOST2] = corner2
     ring[at, ENTRY2] = 0.0

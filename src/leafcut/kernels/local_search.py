@@ -26,7 +26,7 @@ LONGEST_SEGMENT = 3
 
 
 @part
-def beside(node: NDArray, place: NDArray, v: int, forward: bool) -> int:
+def neighbour_in_tour(node: NDArray, place: NDArray, v: int, forward: bool) -> int:
     """Return the node after v if `forward`, otherwise the node before v."""
     return successor(node, place, v) if forward else predecessor(node, place, v)
 
@@ -37,7 +37,7 @@ def exchange(node: NDArray, place: NDArray, a: int, b: int, c: int, d: int) -> N
 
     Changes: node, place.
     """
-    if beside(node, place, a, True) == b and beside(node, place, c, True) == d:
+    if neighbour_in_tour(node, place, a, True) == b and neighbour_in_tour(node, place, c, True) == d:
         reverse(node, place, place[b], place[c])
     else:
         reverse(node, place, place[c], place[b])
@@ -48,7 +48,7 @@ def two_opt_move(cost: CostModel, node: NDArray, place: NDArray, candidates: NDA
     """Make the first improving 2-opt move at node a. Changes: node, place, touched int64[≥4] (its four nodes)."""
     for direction in range(2):
         forward = direction == 0
-        b = beside(node, place, a, forward)
+        b = neighbour_in_tour(node, place, a, forward)
         old = travel(cost, a, b)
         for k in range(candidates.shape[1]):
             c = candidates[a, k]
@@ -57,7 +57,7 @@ def two_opt_move(cost: CostModel, node: NDArray, place: NDArray, candidates: NDA
             gain = old - travel(cost, a, c)
             if gain <= EPSILON:
                 break
-            d = beside(node, place, c, forward)
+            d = neighbour_in_tour(node, place, c, forward)
             if c == b or d == a:
                 continue
             if gain + travel(cost, c, d) - travel(cost, b, d) > EPSILON:
@@ -83,12 +83,12 @@ def or_opt_move(cost: CostModel, node: NDArray, place: NDArray, candidates: NDAr
     """
     for direction in range(2):
         forward = direction == 0
-        p = beside(node, place, a, not forward)
+        p = neighbour_in_tour(node, place, a, not forward)
         e = a
         for length in range(1, LONGEST_SEGMENT + 1):
             if length > 1:
-                e = beside(node, place, e, forward)
-            q = beside(node, place, e, forward)
+                e = neighbour_in_tour(node, place, e, forward)
+            q = neighbour_in_tour(node, place, e, forward)
             removed = travel(cost, p, a) + travel(cost, e, q) - travel(cost, p, q)
             for k in range(candidates.shape[1]):
                 c = candidates[a, k]
@@ -100,7 +100,7 @@ def or_opt_move(cost: CostModel, node: NDArray, place: NDArray, candidates: NDAr
                 if _within(place, a, length, forward, c):
                     continue
                 for side in range(2):
-                    d = beside(node, place, c, forward if side == 0 else not forward)
+                    d = neighbour_in_tour(node, place, c, forward if side == 0 else not forward)
                     if _within(place, a, length, forward, d):
                         continue
                     if gain + travel(cost, c, d) - travel(cost, e, d) > EPSILON:

@@ -77,7 +77,7 @@ def _swap(u: NDArray, v: NDArray, label: NDArray, i: int, j: int) -> None:
 
 
 @part
-def _select(u: NDArray, v: NDArray, label: NDArray, low: int, high: int, middle: int) -> None:
+def _quickselect(u: NDArray, v: NDArray, label: NDArray, low: int, high: int, middle: int) -> None:
     """Partially sort the run low … high by u so that position `middle` has its final value (quickselect).
 
     Changes: u, v, label.
@@ -110,7 +110,7 @@ def _split(u: NDArray, v: NDArray, label: NDArray, start: int, stop: int) -> int
     Changes: u, v, label.
     """
     middle = (start + stop) // 2
-    _select(u, v, label, start, stop - 1, middle)
+    _quickselect(u, v, label, start, stop - 1, middle)
     value = u[middle]
     first, last = middle, middle + 1
     for i in range(middle - 1, start - 1, -1):
@@ -351,7 +351,7 @@ def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -
 
 
 @part
-def remove(tree: Tree, alive: NDArray, i: int) -> None:
+def remove_point(tree: Tree, alive: NDArray, i: int) -> None:
     """Remove point i from the counts of unvisited points in the tree. Changes: alive int32[m]."""
     node = tree.leaf_of[i]
     while node >= 0:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import NONE, kernel, part
 from leafcut.kernels.cluster_paths import Clusters, choose_nodes_between, ring_length
-from leafcut.kernels.pheromone import wear_edge
+from leafcut.kernels.pheromone import decay_edge
 from leafcut.kernels.random import below, uniform
 
 
@@ -96,7 +96,7 @@ def construct_order(
         for e in range(layers.after_begin[c], layers.after_begin[c + 1]):
             missing[layers.after[e]] -= 1
         if local_rate > 0.0 and last >= 0:
-            wear_edge(pheromone, nearness, weights, pheromone_weight, local_rate, initial, last, c)
+            decay_edge(pheromone, nearness, weights, pheromone_weight, local_rate, initial, last, c)
         last = c
 
 

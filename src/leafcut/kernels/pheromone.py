@@ -67,7 +67,7 @@ def deposit(
 
 
 @part
-def wear_edge(
+def decay_edge(
     pheromone: NDArray,
     nearness: NDArray,
     weights: NDArray,

@@ -129,7 +129,7 @@ def record_exchange(
 
 
 @part
-def cut_before(
+def search_cut_before(
     cost: CostModel,
     route: Route,
     rules: Rules,
@@ -191,7 +191,7 @@ def cut_before(
 
 
 @part
-def cut_after(
+def search_cut_after(
     cost: CostModel,
     route: Route,
     rules: Rules,
@@ -204,8 +204,8 @@ def cut_after(
     xc: int,
     gain: float,
 ) -> float:
-    """Search for an exchange as in `cut_before`, but for the node at coordinate xc > x0 + 1, and remove the edge that
-    started at this node.
+    """Search for an exchange as in `search_cut_before`, but for the node at coordinate xc > x0 + 1, and remove the edge
+    that started at this node.
     """
     n = len(route.node)
     d = node_at(route, xc + 1, s)
@@ -278,12 +278,12 @@ def find_exchange(
         gain = current - new_edge_cost(cost, route, rules, lists.near_cost[t0, k], t0, c, s)
         if c == t1 or gain <= min_gain:
             continue
-        gained = cut_before(cost, route, rules, lists, breadth[1], min_gain, s, x0, t1, c, gain)
+        gained = search_cut_before(cost, route, rules, lists, breadth[1], min_gain, s, x0, t1, c, gain)
         if gained > 0.0:
             return gained
         xc = coordinate_of(route, c, s)
         if xc > x0:
-            gained = cut_after(cost, route, rules, lists, breadth[1], min_gain, s, x0, t1, xc, gain)
+            gained = search_cut_after(cost, route, rules, lists, breadth[1], min_gain, s, x0, t1, xc, gain)
             if gained > 0.0:
                 return gained
     return 0.0

@@ -89,7 +89,7 @@ class ForestParts(NamedTuple):
 
 
 @kernel
-def leave_by_graph(graph: Graph, penalty: NDArray, parts: ForestParts) -> None:
+def find_leaving_edges_in_graph(graph: Graph, penalty: NDArray, parts: ForestParts) -> None:
     """Find the cheapest edge of the graph that leaves each part. Changes: parts.best, leave, arrive."""
     part, best, near = parts.part, parts.best, graph.near
     for i in range(len(part)):
@@ -105,7 +105,7 @@ def leave_by_graph(graph: Graph, penalty: NDArray, parts: ForestParts) -> None:
 
 
 @kernel
-def leave_by_tree(
+def find_leaving_edges_in_tree(
     cost: CostModel, tree: Tree, penalty: NDArray, excluded: int, max_visits: int, parts: ForestParts
 ) -> int:
     """Find the cheapest edge that leaves each part, by a search of the k-d tree. Return the number of visited boxes, or

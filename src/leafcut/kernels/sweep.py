@@ -139,7 +139,7 @@ def lowest_offset(shape: ToolShape, d: float, grade: float, min_offset: float, m
 
 
 @part
-def row_stretch(y: float, dx: float, dy: float, radius: float) -> tuple[float, float]:
+def covered_range_in_row(y: float, dx: float, dy: float, radius: float) -> tuple[float, float]:
     """Return the range in x that a disc moving from (0, 0) by (dx, dy) covers in the row at y; low > high means that it
     covers nothing.
 
@@ -226,7 +226,7 @@ def material_over_tool(rows: CellRows, shape: ToolShape, move: NDArray, margin: 
     row_low, row_high = rows_under(ya, dy, radius, rows.first, rows.last, rows.cell)
     for row in range(row_low, row_high + 1):
         y = row * rows.cell - ya
-        low, high = row_stretch(y, dx, dy, radius)
+        low, high = covered_range_in_row(y, dx, dy, radius)
         if low > high:
             continue
         column_low, column_high = columns_under(low + xa, high + xa, rows.heights.shape[1], rows.cell)
@@ -271,7 +271,7 @@ def body_depth(
     row_low, row_high = rows_under(ya, dy, search_radius, rows.first, rows.last, rows.cell)
     for row in range(row_low, row_high + 1):
         y = row * rows.cell - ya
-        low, high = row_stretch(y, dx, dy, search_radius)
+        low, high = covered_range_in_row(y, dx, dy, search_radius)
         if low > high:
             continue
         column_low, column_high = columns_under(low + xa, high + xa, rows.heights.shape[1], rows.cell)
@@ -377,7 +377,7 @@ def sweep(
         row_low, row_high = rows_under(ya, dy, radius, rows.first, rows.last, rows.cell)
         for row in range(row_low, row_high + 1):
             y = row * rows.cell - ya
-            low, high = row_stretch(y, dx, dy, radius)
+            low, high = covered_range_in_row(y, dx, dy, radius)
             if low > high:
                 continue
             column_low, column_high = columns_under(low + xa, high + xa, rows.heights.shape[1], rows.cell)

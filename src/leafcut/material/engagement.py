@@ -49,7 +49,7 @@ class Engaged(NamedTuple):
     chip: Floats
 
 
-def slot(diameter: float) -> Engaged:
+def slot_engagement(diameter: float) -> Engaged:
     """Return the engagement of a tool that cuts a slot as wide as its diameter; `diameter` is in mm."""
     return Engaged(np.array([math.pi]), np.array([diameter]), np.ones(1))
 

@@ -249,7 +249,7 @@ def tool_limits(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> di
         if tool.kind not in MILLING or not cutting.any() or not (loads.rpm[cutting] > 0).all():
             continue
         rate = float(loads.rate[cutting].max())
-        has_library_chip = has_chip(tool)
+        has_library_chip = has_known_chip(tool)
         limits[number] = ToolLimits(
             SECONDS_PER_MINUTE * tool.feed / tool.spindle_rpm if has_library_chip else float(chip[cutting].max()),
             rate,
@@ -261,6 +261,6 @@ def tool_limits(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> di
     return limits
 
 
-def has_chip(tool: Tool) -> bool:
+def has_known_chip(tool: Tool) -> bool:
     """Return whether the tool library gives a feed and a speed, which define the chip thickness of the tool."""
     return tool.feed > 0 and tool.spindle_rpm > 0 and not tool.assumed

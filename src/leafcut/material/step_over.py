@@ -10,7 +10,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Indices
-from leafcut.geometry.cells import Cells, numbered
+from leafcut.geometry.cells import Cells, number_points
 from leafcut.kernels.step_over import Reaches, find_neighbours
 from leafcut.material.bands import sort_into_bands
 from leafcut.material.tool_steps import STRAIGHT_ON, ToolSteps, steps_along_path
@@ -178,7 +178,7 @@ def _measured_from_sides(
     sides. A height of 0 means that there is no parallel neighbour.
     """
     ends, starts = path.xy[moving], path.xy[moving] - path.step[moving, None] * path.chord[moving]
-    steps, node = len(moving), numbered(np.concatenate([ends, starts, path.xy]), _SAME)
+    steps, node = len(moving), number_points(np.concatenate([ends, starts, path.xy]), _SAME)
     step, corner = np.tile(np.arange(steps), 2), node[: 2 * steps]
     order = np.argsort(corner, kind="stable")
     step, corner = step[order], corner[order]
@@ -252,5 +252,5 @@ class WidePlaceFinder:
 
 
 def _without_points(points: Floats, excluded: Floats) -> Floats:
-    key = numbered(np.vstack([points, excluded]), _SAME_POINT)
+    key = number_points(np.vstack([points, excluded]), _SAME_POINT)
     return points[~np.isin(key[: len(points)], key[len(points) :])]

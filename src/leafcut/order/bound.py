@@ -16,7 +16,13 @@ from leafcut.geometry.arrays import Floats
 from leafcut.kernels import cost as codes
 from leafcut.kernels.cost import CostModel, tour_cost
 from leafcut.kernels.one_tree import SLACK, Graph, Sets, TreeScratch, climb, join_sets
-from leafcut.kernels.spanning_tree import ForestParts, dense_tree, join_parts, leave_by_graph, leave_by_tree
+from leafcut.kernels.spanning_tree import (
+    ForestParts,
+    dense_tree,
+    find_leaving_edges_in_graph,
+    find_leaving_edges_in_tree,
+    join_parts,
+)
 from leafcut.order.instance import Instance, costs_of_edges
 
 #: Number of steps of the ascent. More steps gained nothing on a few hundred nodes. Clustered boards of 1,000 to 2,000
@@ -124,7 +130,7 @@ def _bound_of_large_instance(instance: Instance, upper: float, stop: StopAsked) 
     tree = minimum_spanning_tree(instance, hub.node, np.zeros(n), _candidate_graph(cost, n, edges), stop)
     if tree is None or not np.isfinite(tree.length).all():
         return None
-    proved = _weight(cost, hub, tree, np.zeros(n))
+    proved = _one_tree_bound(cost, hub, tree, np.zeros(n))
     ascent = _Ascent(n, _merge_sets(tree, n), hub, upper, stop)
     put_off = STEPS_PER_PROOF if has_box_bounds(cost) else STEPS_PER_DENSE_PROOF * n
     for goal in (math.ceil(share * ascent.steps) for share in PROOFS):
@@ -136,7 +142,7 @@ def _bound_of_large_instance(instance: Instance, upper: float, stop: StopAsked) 
         tree = None if stop() else minimum_spanning_tree(instance, hub.node, penalty, graph, stop)
         if tree is None:
             break
-        proved = max(proved, _weight(cost, hub, tree, penalty))
+        proved = max(proved, _one_tree_bound(cost, hub, tree, penalty))
         if proved >= upper:
             break
     return proved
@@ -161,7 +167,7 @@ def _bound_of_small_instance(instance: Instance, upper: float, stop: StopAsked) 
             return None
         if step == 0:
             sets = _dense_merge_sets(tree, n)
-        value = _weight(cost, hub, tree, penalty)
+        value = _one_tree_bound(cost, hub, tree, penalty)
         proved = value if proved is None else max(proved, value)
         excess = np.bincount(np.append(tree.edges, _two_spokes(hub, penalty)), minlength=n) - 2.0
         excess[hub.node] = 0.0
@@ -298,7 +304,7 @@ def _two_spokes(hub: Hub, penalty: Floats) -> NDArray[np.int64]:
     return ends
 
 
-def _weight(cost: CostModel, hub: Hub, tree: SpanningTree, penalty: Floats) -> float:
+def _one_tree_bound(cost: CostModel, hub: Hub, tree: SpanningTree, penalty: Floats) -> float:
     """Return the lower bound of the 1-tree that consists of the minimum spanning tree under the penalties and two edges
     of the hub.
     """
@@ -345,8 +351,8 @@ def minimum_spanning_tree(
     have, looks, most = 0, 0, int(max(MOST_LOOKS, MOST_LOOKS_PER_NODE * n))
     while have < n - 2:
         _set_part_ranges(instance, hub, parts)
-        leave_by_graph(graph, penalty, parts)
-        looked = leave_by_tree(cost, instance.tree, penalty, hub, most - looks, parts)
+        find_leaving_edges_in_graph(graph, penalty, parts)
+        looked = find_leaving_edges_in_tree(cost, instance.tree, penalty, hub, most - looks, parts)
         if looked < 0 or stop():
             return None
         looks += looked

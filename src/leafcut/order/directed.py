@@ -151,7 +151,7 @@ def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
     pairs, barred = checked_pairs(problem), None
     if len(pairs) and m <= CLOSURE_LIMIT:
         barred, pairs = impossible_moves_and_reduction(pairs, m)
-    cost, ends, beyond = _cost(problem, twisted)
+    cost, ends, beyond = _build_cost_model(problem, twisted)
     way, begin = nodes_by_cluster(problem)
     near, back = _candidates(problem, cost, way, beyond, k + (k // 2 if len(pairs) else 0))
     near, back = _feasible_candidates(near, pairs, barred, False, k), _feasible_candidates(back, pairs, barred, True, k)
@@ -248,7 +248,9 @@ def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: Fals
     return least
 
 
-def _cost(problem: RoutingProblem, twisted: bool) -> tuple[CostModel, tuple[np.int32, np.int32] | None, int]:
+def _build_cost_model(
+    problem: RoutingProblem, twisted: bool
+) -> tuple[CostModel, tuple[np.int32, np.int32] | None, int]:
     """Return the cost model over entries, exits and ends, the rows of the two ends (None for a closed path), and the
     offset of the rows of exits.
     """
@@ -281,7 +283,7 @@ def _candidates(problem: RoutingProblem, cost: CostModel, way: Ints, beyond: int
         return _cheapest(grid, k), _cheapest(grid.T, k)
     if m == nodes and beyond:
         exits = way + np.int32(beyond)
-        return _nearest(cost, exits, way, k + 1), _nearest(cost, way, exits, k + 1)
+        return _nearest_rows(cost, exits, way, k + 1), _nearest_rows(cost, way, exits, k + 1)
     # With many nodes, cluster centres are accurate enough to find near clusters.
     xy = cluster_places(problem)
     tree, label = build_tree(xy)
@@ -298,7 +300,7 @@ def _cheapest(grid: NDArray[np.float64], k: int) -> Listed:
     return np.take_along_axis(few, order, axis=1).astype(np.int32), np.take_along_axis(costs, order, axis=1)
 
 
-def _nearest(cost: CostModel, query: Ints, goal: Ints, k: int) -> Listed:
+def _nearest_rows(cost: CostModel, query: Ints, goal: Ints, k: int) -> Listed:
     """Return the indices into `goal` of the rows near each row in `query`; they may include the row itself."""
     tree, label = build_tree(cost.xy[goal])
     tree = tree._replace(

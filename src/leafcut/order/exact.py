@@ -90,17 +90,19 @@ def best_nodes(problem: RoutingProblem, pairs: Ints) -> Ints:
     moves, node = MoveCosts(problem), np.arange(problem.n_nodes, dtype=np.int32)
     between = moves.between(node, node)
     if not problem.closed:
-        return _cheapest(problem, pairs, between, problem.service + moves.from_start(node), moves.to_end(node))[1]
+        return _cheapest_path(problem, pairs, between, problem.service + moves.from_start(node), moves.to_end(node))[1]
     # Without precedence, a closed path may start with cluster 0; otherwise with any cluster without predecessors.
     firsts = np.setdiff1d(np.arange(problem.n_clusters), pairs[:, 1]) if len(pairs) else np.array([0])
     paths = []
     for first in np.flatnonzero(np.isin(problem.cluster, firsts)):
         begun = np.where(node == first, problem.service, np.inf)
-        paths.append(_cheapest(problem, pairs, between, begun, between[:, first]))
+        paths.append(_cheapest_path(problem, pairs, between, begun, between[:, first]))
     return min(paths, key=lambda path: path[0])[1]
 
 
-def _cheapest(problem: RoutingProblem, pairs: Ints, between: Floats, begun: Floats, home: Floats) -> tuple[float, Ints]:
+def _cheapest_path(
+    problem: RoutingProblem, pairs: Ints, between: Floats, begun: Floats, home: Floats
+) -> tuple[float, Ints]:
     """Return the cost and the nodes of the cheapest path, by dynamic programming over sets of clusters and the last
     node.
 

@@ -53,14 +53,14 @@ def cost_model(metric: Metric, xy: NDArray[np.float64], tied: tuple[int, int] = 
         per_mm=float(metric.per_mm),
         zones=zones,
         lift=float(metric.lift),
-        matrix=_table(metric, xy),
+        matrix=_cost_table(metric, xy),
         tied_a=tied[0],
         tied_b=tied[1],
         free=free,
     )
 
 
-def _table(metric: Metric, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+def _cost_table(metric: Metric, xy: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the cost table of an EXPLICIT metric, or the heights of points and tiles (`kernels.cost.RELIEF`)."""
     if metric.matrix is not None:
         return np.ascontiguousarray(metric.matrix, dtype=np.float64)

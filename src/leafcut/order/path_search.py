@@ -64,7 +64,7 @@ GENERATIONS, PATIENCE = 20, 10
 ANTS_SHARE = 0.15
 
 
-def budget(preset: str, clusters: int) -> float:
+def kicks_of_preset(preset: str, clusters: int) -> float:
     """Return the number of kicks of a preset."""
     per_node, fewest, most = PRESETS[preset]
     return min(max(per_node * clusters, fewest), most)
@@ -226,7 +226,7 @@ def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
     one search runs.
     """
     options, stop, best = run.options, run.stop, run.best
-    kicks = math.inf if options.is_limited else budget(options.preset, instance.problem.n_clusters)
+    kicks = math.inf if options.is_limited else kicks_of_preset(options.preset, instance.problem.n_clusters)
     only_time = options.iterations is None and options.time_limit is not None
     threads = thread_count(options) if only_time else 1
     layers = build_clusters(instance) if is_small(instance) else None

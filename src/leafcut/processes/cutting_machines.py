@@ -34,10 +34,10 @@ def _cut_process(settings: Settings) -> str:
     """Return the cutting process. For a laser, this is ``laser_co2`` if the cut chart has only CO2 data for the
     material.
     """
-    from leafcut.read.cutchart import kinds_for, load_chart
+    from leafcut.read.cutchart import load_chart, process_names_for
 
     requested = (settings.cut_data.cut_process or "plasma").lower()
     if requested != "laser":
         return requested
-    kinds = kinds_for(load_chart(settings.cut_data.chart), requested, settings.job.material)
+    kinds = process_names_for(load_chart(settings.cut_data.chart), requested, settings.job.material)
     return "laser_co2" if kinds and all(kind.startswith("laser_co2_") for kind in kinds) else requested

@@ -55,7 +55,7 @@ def check_clearance(
     surface: float | NDArray[np.float64] = surface_z
     if tops is not None and len(tops):
         surface_z = float(tops[:, 2].max())
-        surface = _surface_under(path, tops, surface_z)
+        surface = _surface_height_below(path, tops, surface_z)
     if not level:
         surface_z = -np.inf
     heights = height_checks(path, surface_z, safe_z, milled, surface)
@@ -68,7 +68,7 @@ def check_clearance(
 DangerCheck = tuple[Message, Mask, Message]
 
 
-def _surface_under(path: Toolpath, tops: NDArray[np.float64], highest: float) -> NDArray[np.float64]:
+def _surface_height_below(path: Toolpath, tops: NDArray[np.float64], highest: float) -> NDArray[np.float64]:
     """Return the height of the surface below the end of each move, mm: the top of the hole there, or `highest` if there
     is no hole.
     """
@@ -97,7 +97,7 @@ def height_checks(
     """
     surface = surface_z if surface is None else surface
     rapid = path.kind == Kind.RAPID
-    across = _moves_across(path)
+    across = _moves_in_xy(path)
     lowest = np.fmin(path.before[:, 2], path.end[:, 2])
     low = rapid & across & (lowest < surface_z + LEAST_CLEARANCE - _TOLERANCE)
     home = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, :2]).any(axis=1)
@@ -130,7 +130,7 @@ def torch_check(path: Toolpath, burning: Mask) -> DangerCheck:
     """Return the third rule of `check_clearance` for a torch; `burning` marks the rows in which the torch is on."""
     return (
         Message("torch on in a rapid"),
-        (path.kind == Kind.RAPID) & _moves_across(path) & burning,
+        (path.kind == Kind.RAPID) & _moves_in_xy(path) & burning,
         Message("the torch must be off in a rapid"),
     )
 
@@ -140,7 +140,7 @@ def _difference(path: Toolpath, row: int, kind: Message, text: Message) -> Diffe
     return Difference(kind, 0, int(path.line[row]), Message("{}; this move goes from {} to {}", text, start, end))
 
 
-def _moves_across(path: Toolpath) -> Mask:
+def _moves_in_xy(path: Toolpath) -> Mask:
     """Return a mask of the moves in x or y. The first move to a position on an axis counts as a move."""
     moved = np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == path.before[:, :2])
     across: Mask = (path.kind <= Kind.ARC_CCW) & moved.any(axis=1)
@@ -181,7 +181,7 @@ def _returns_to_cut_depth(path: Toolpath) -> Mask:
     is computed per visit: each visit is shifted down by more than the whole range of heights, so that a minimum from an
     earlier visit is recognised because it is too high.
     """
-    arrives = _moves_across(path) | (path.kind == Kind.MACHINE)
+    arrives = _moves_in_xy(path) | (path.kind == Kind.MACHINE)
     interruption = np.isin(path.kind, [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.FOREIGN)])
     visit = np.cumsum(arrives | interruption | (np.diff(path.offset, prepend=0) != 0))
     heights = path.end[:, 2]

@@ -91,7 +91,7 @@ def find_cleared_descents(
     """
     unchecked = np.zeros(len(descents), dtype=bool)
     stages = _Stages.of(path)
-    cuts = _cuts(path)
+    cuts = _straight_cuts(path)
     if not len(cuts.row):
         return unchecked.copy(), unchecked
     lines: NDArray[Any] = np.asarray(shapely.linestrings(cuts.ends.reshape(-1, 2, 2)))
@@ -176,7 +176,7 @@ def _is_covered(
     return False
 
 
-def _cuts(path: Toolpath) -> _Cuts:
+def _straight_cuts(path: Toolpath) -> _Cuts:
     """Return the cuts of a path; the ends of a slanting cut are added as points with their own heights.
 
     If the start of a cut is unknown, only its end counts. Cuts with cutter compensation by the controller (G41, G42)

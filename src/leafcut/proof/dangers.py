@@ -121,8 +121,8 @@ def find_dangers(
         _spindle_started_manually(issue) if spindle_never_starts and issue.code == "L803" else issue for issue in issues
     ]
     if process not in BEAMS and heights and "L801" not in simulated:
-        issues += [*_surface_unknown(path), *_lowered_zero(program)]
-    issues += [*_untracked_moves(program), *_machine_limits(program.path, machine)]
+        issues += [*_report_unknown_surface(path), *_report_lowered_zero(program)]
+    issues += [*_report_untracked_moves(program), *_machine_limits(program.path, machine)]
     return sorted(issues, key=lambda issue: (RANK[issue.severity], issue.code))
 
 
@@ -190,7 +190,7 @@ def _spindle_started_manually(issue: Issue) -> Issue:
     return replace(issue, message=message, severity=Severity.WARNING)
 
 
-def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
+def _report_unknown_surface(path: Toolpath) -> Iterator[Issue]:
     """Report that no cut goes below Z0, so that the height of the surface is unknown (L814)."""
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
     if not cuts.any() or path.end[cuts, 2].min() < -_TOLERANCE:
@@ -210,7 +210,7 @@ def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
         )
 
 
-def _lowered_zero(program: Program) -> Iterator[Issue]:
+def _report_lowered_zero(program: Program) -> Iterator[Issue]:
     """Report that the program lowers Z0, or moves it by an unknown distance, while the tool height is known (L816).
 
     Later rapids are compared with the new Z0. A probed height counts as unknown. Raising Z0 is safe.
@@ -239,7 +239,7 @@ def _lowered_zero(program: Program) -> Iterator[Issue]:
         return
 
 
-def _untracked_moves(program: Program) -> Iterator[Issue]:
+def _report_untracked_moves(program: Program) -> Iterator[Issue]:
     """Report moves to unknown positions, which are neither timed nor checked.
 
     Probes are left out, because their contact points are never known.

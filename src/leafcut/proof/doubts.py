@@ -36,16 +36,16 @@ def find_doubts(program: Program, dialect: Dialect, process: str) -> list[Issue]
     """
     if dialect.language != "g-code":
         return []
-    spindle = [] if process in BEAMS else [*_backward_rotation(program), *_spindle_restarts(program)]
+    spindle = [] if process in BEAMS else [*_report_backward_rotation(program), *_report_spindle_restarts(program)]
     return [
         *spindle,
-        *_long_dwells(program, dialect),
+        *_report_long_dwells(program, dialect),
         *_unknown_changes(program, dialect),
         *_board_commands(program, dialect),
     ]
 
 
-def _backward_rotation(program: Program) -> Iterator[Issue]:
+def _report_backward_rotation(program: Program) -> Iterator[Issue]:
     """Report M4 (counterclockwise rotation) in cuts, except in tapping cycles and in retracts from tapped holes."""
     path, turns, cuts = program.path, program.modal_at_rows("spindle"), _cutting_rows(program.path)
     drills = np.flatnonzero(path.kind == Kind.DRILL)
@@ -69,7 +69,7 @@ def _cutting_rows(path: Toolpath) -> Mask:
     return cuts
 
 
-def _spindle_restarts(program: Program) -> Iterator[Issue]:
+def _report_spindle_restarts(program: Program) -> Iterator[Issue]:
     """Report a spindle that stops and restarts between cuts with the same tool, without a dwell before the next cut.
 
     Starts after a tool change are not reported: every program has them, and the operator watches the first start.
@@ -95,7 +95,7 @@ def _spindle_restarts(program: Program) -> Iterator[Issue]:
         yield Issue("L817", message, Message("line {}", int(path.line[rows[0]])), Severity.NOTE)
 
 
-def _long_dwells(program: Program, dialect: Dialect) -> Iterator[Issue]:
+def _report_long_dwells(program: Program, dialect: Dialect) -> Iterator[Issue]:
     """Report dwells of more than a minute, in blocks and in cycles."""
     path = program.path
     seconds = np.where(path.kind == Kind.DWELL, path.value, 0.0)

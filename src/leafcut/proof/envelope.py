@@ -23,7 +23,9 @@ def check_envelope(path: Toolpath, machine: Machine) -> list[Difference]:
     must be inside the travel. Otherwise only the size of the job is compared with the travel. Heights are those of the
     tool tip, because the tool length is unknown here.
     """
-    return limit_differences([*_positions_outside(path, machine), *_feeds(path, machine), *_speeds(path, machine)])
+    return limit_differences(
+        [*_positions_outside(path, machine), *_feeds_out_of_range(path, machine), *_speeds_out_of_range(path, machine)]
+    )
 
 
 def _reached_positions(path: Toolpath) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -104,7 +106,7 @@ def _exceeds_travel(values: NDArray[np.float64], travel: float, name: str) -> li
     return [Difference(Message("too large"), 0, 0, text)]
 
 
-def _feeds(path: Toolpath, machine: Machine) -> list[Difference]:
+def _feeds_out_of_range(path: Toolpath, machine: Machine) -> list[Difference]:
     feeding = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL))
     values = path.value[feeding]
     wrong = []
@@ -126,7 +128,7 @@ def _feeds(path: Toolpath, machine: Machine) -> list[Difference]:
     return wrong
 
 
-def _speeds(path: Toolpath, machine: Machine) -> list[Difference]:
+def _speeds_out_of_range(path: Toolpath, machine: Machine) -> list[Difference]:
     # For a torch or a water jet, S is not a speed.
     if machine.head not in (Head.SPINDLE, Head.LASER):
         return []

@@ -84,7 +84,7 @@ def check_obstacles(
     rows = np.flatnonzero(moves & ~is_high & np.isfinite(path.end[:, :2]).all(axis=1))
     if not len(rows):
         return limit_differences(unseen)
-    shapes = _shapes(path, rows, dogleg)
+    shapes = _areas_of_motions(path, rows, dogleg)
     radius = np.array([tool_radii.get(tool, 0.0) for tool in path.tool[rows].tolist()])
     needed, with_body = np.full(len(rows), -math.inf), np.zeros(len(rows), dtype=bool)
     for box, top in zip(boxes, heights.tolist(), strict=True):
@@ -123,7 +123,7 @@ def _has_unknown_path(path: Toolpath) -> NDArray[np.bool_]:
     return result
 
 
-def _shapes(path: Toolpath, rows: NDArray[np.intp], dogleg: bool) -> NDArray[Any]:
+def _areas_of_motions(path: Toolpath, rows: NDArray[np.intp], dogleg: bool) -> NDArray[Any]:
     """Return the area of each motion, seen from above. If the start of a motion is unknown, its area is only its
     end.
     """

@@ -13,7 +13,7 @@ from leafcut.errors import ReadError
 from leafcut.gcode.active_comments import is_active_comment
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.own_program import interpret
-from leafcut.gcode.words import COMMENT, lines
+from leafcut.gcode.words import COMMENT, numbered_lines
 from leafcut.message import Message
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
@@ -44,7 +44,7 @@ def _refuse_obeyed_comments(text: str) -> None:
     """Raise an error for comments that a controller acts on. leafcut writes none, but a name in the header may look
     like one.
     """
-    for number, line in lines(text):
+    for number, line in numbered_lines(text):
         if "(" not in line and ";" not in line:
             continue
         comments = [found.strip("(;) \t") for found in COMMENT.findall(line)]

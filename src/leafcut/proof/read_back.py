@@ -52,7 +52,7 @@ def compare_motion(
         a, b = (_without_tiny_moves(path, 2.0 * tolerance_mm) for path in (a, b))
     if not np.array_equal(a.kind, b.kind):
         return [*wrong, _first_divergence(a, b, tolerance_mm)]
-    masks = _masks(a, b, tolerance_mm)
+    masks = _difference_masks(a, b, tolerance_mm)
     wrong_rows = np.flatnonzero(np.any([mask for _, mask in masks], axis=0))
     listed = [_mask_difference(a, b, int(row), masks) for row in wrong_rows[:100]]
     return limit_differences(wrong + listed, len(wrong) + len(wrong_rows))
@@ -88,7 +88,7 @@ def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
     return path.take(keep)
 
 
-def _masks(a: Toolpath, b: Toolpath, tolerance: float) -> list[tuple[Message, Mask]]:
+def _difference_masks(a: Toolpath, b: Toolpath, tolerance: float) -> list[tuple[Message, Mask]]:
     """Return the name and mask of each kind of difference between two paths with the same kinds of rows."""
     wrong_ends = ~_values_agree(a.end, b.end, tolerance) & np.isin(a.kind, _PLACED)[:, None]
     feeding = np.isin(a.kind, _FEEDING)
@@ -191,7 +191,7 @@ def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float) -> Difference:
     kinds = np.flatnonzero(a.kind[:shorter] != b.kind[:shorter])
     n_same = int(kinds[0]) if len(kinds) else shorter
     head_a, head_b = a.take(slice(n_same)), b.take(slice(n_same))
-    wrong = np.flatnonzero(np.any([m for _, m in _masks(head_a, head_b, tolerance)], axis=0))
+    wrong = np.flatnonzero(np.any([m for _, m in _difference_masks(head_a, head_b, tolerance)], axis=0))
     row = int(wrong[0]) if len(wrong) else n_same
     shown = [describe_motion(path[row]) if row < len(path) else Message("nothing more") for path in (a, b)]
     lines = [int(path.line[row]) if row < len(path) else 0 for path in (a, b)]

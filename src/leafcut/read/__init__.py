@@ -11,7 +11,7 @@ from leafcut.model.issue import Severity
 from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.format import Format, Match, Source
-from leafcut.read.registry import Input, formats, read_source, run
+from leafcut.read.registry import Input, formats, read_source, run_reader
 
 __all__ = ["Format", "Input", "Match", "Source", "formats", "read", "read_contours", "read_pockets", "read_whole"]
 
@@ -97,7 +97,7 @@ def _read(reader: Format, format_: Format, loaded: Source, options: ReadOptions)
     named = isinstance(options.origin, str)
     if named and loaded.cache is None:
         loaded = replace(loaded, cache={})  # the drawing is read twice, but parsed once
-    part = _refuse_if_strict(run(reader, loaded, options), loaded, options)
+    part = _refuse_if_strict(run_reader(reader, loaded, options), loaded, options)
     if named and part.reference is None:
         from leafcut.read.reference import reference_geometry
 

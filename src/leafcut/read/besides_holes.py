@@ -117,7 +117,7 @@ def polygon_hole(path: Polyline) -> Hole | None:
     return Hole(float(centre[0] + x), float(centre[1] + y), round(2.0 * radius, 3))
 
 
-def besides_holes(
+def classify_other_contours(
     contours: Sequence[Polyline], holes: Sequence[Hole], circles: Sequence[Hole] = ()
 ) -> tuple[list[Issue], list[Issue]]:
     """Classify closed contours that are not drilled. Return two lists of issues (L201): the second contains the issues

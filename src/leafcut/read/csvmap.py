@@ -15,7 +15,7 @@ from leafcut.message import Message
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
-from leafcut.read.filter_holes import chosen_layers, select_holes
+from leafcut.read.filter_holes import holes_on_chosen_layers, select_holes
 from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_HOLES,

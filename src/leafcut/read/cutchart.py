@@ -81,7 +81,7 @@ class ChartRow:
     rates: ConsumptionRates = ConsumptionRates()
 
     @property
-    def trust(self) -> int:
+    def source_rank(self) -> int:
         """Rank of the source: 0 for a chart of the manufacturer or of the user, 1 for a copy of a chart, 2 for an
         estimate.
         """
@@ -161,11 +161,11 @@ def _row(place: str, line: int, data: dict[str, Any]) -> ChartRow:
         volts=number("arc_volts"),
         confidence=word("confidence"),
         source=word("source"),
-        rates=_rates(word, number),
+        rates=_consumption_rates(word, number),
     )
 
 
-def _rates(word: Callable[[str], str], number: Callable[..., float | None]) -> ConsumptionRates:
+def _consumption_rates(word: Callable[[str], str], number: Callable[..., float | None]) -> ConsumptionRates:
     """Return the consumption of a chart row in SI units (per second, W, kg). A lifetime of 0 is an error."""
 
     def scaled(key: str, factor: float) -> float | None:
@@ -196,7 +196,7 @@ def material_name(material: str) -> str:
     return MATERIALS.get(word, word)
 
 
-def kinds_for(rows: Iterable[ChartRow], process: str, material: str) -> set[str]:
+def process_names_for(rows: Iterable[ChartRow], process: str, material: str) -> set[str]:
     """Return the full names that the chart has for a process in a material, such as ``laser_co2_60w``."""
     return {r.process for r in rows if is_kind_of_process(r.process, process) and r.material == material_name(material)}
 
@@ -278,7 +278,8 @@ def _no_process_message(rows: list[ChartRow], process: str, material: str) -> Me
     substitute.
     """
     kinds = sorted(
-        kinds_for(rows, process, material) or {r.process for r in rows if is_kind_of_process(r.process, process)}
+        process_names_for(rows, process, material)
+        or {r.process for r in rows if is_kind_of_process(r.process, process)}
     )
     if kinds:
         return Message(
@@ -356,7 +357,7 @@ def _best_row(
 
     def rank(match: tuple[ChartRow, list[Issue]]) -> tuple[bool, bool, float]:
         row = match[0]
-        return bool(_missing_values(row, given)) or not _can_pierce(row, {}), row.trust == _ESTIMATE, -row.feed
+        return bool(_missing_values(row, given)) or not _can_pierce(row, {}), row.source_rank == _ESTIMATE, -row.feed
 
     best = min(candidates, key=rank)
     if not _can_pierce(best[0], {}) and len(candidates) > 1:
@@ -367,11 +368,13 @@ def _best_row(
 def _row_at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow, list[Issue]] | None:
     """Return the most trusted row for a thickness, interpolated between two rows if necessary."""
     for trust in range(_ESTIMATE + 1):
-        trusted = [r for r in group if r.trust <= trust]
+        trusted = [r for r in group if r.source_rank <= trust]
         exact = [r for r in trusted if abs(r.thickness - thickness) <= SAME_THICKNESS * thickness]
         if exact:
-            return min(exact, key=lambda r: (r.trust, abs(r.thickness - thickness))), []
-        pairs = [neighbours for rows in _by_nozzle(trusted) if (neighbours := _neighbours(rows, thickness)) is not None]
+            return min(exact, key=lambda r: (r.source_rank, abs(r.thickness - thickness))), []
+        pairs = [
+            neighbours for rows in _group_by_nozzle(trusted) if (neighbours := _neighbours(rows, thickness)) is not None
+        ]
         neighbours = (
             min(pairs, key=lambda p: p[1].thickness - p[0].thickness) if pairs else _neighbours(trusted, thickness)
         )
@@ -380,7 +383,7 @@ def _row_at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow
     return None
 
 
-def _by_nozzle(rows: list[ChartRow]) -> list[list[ChartRow]]:
+def _group_by_nozzle(rows: list[ChartRow]) -> list[list[ChartRow]]:
     """Group the rows by nozzle. Rows of different nozzles are mixed only if no nozzle has both a thinner and a thicker
     row.
     """
@@ -392,7 +395,9 @@ def _neighbours(rows: list[ChartRow], thickness: float) -> tuple[ChartRow, Chart
     thick = [r for r in rows if r.thickness > thickness]
     if not (thin and thick):
         return None
-    return max(thin, key=lambda r: (r.thickness, -r.trust)), min(thick, key=lambda r: (r.thickness, r.trust))
+    return max(thin, key=lambda r: (r.thickness, -r.source_rank)), min(
+        thick, key=lambda r: (r.thickness, r.source_rank)
+    )
 
 
 def _joined_values(values: list[Message]) -> Message:
@@ -426,7 +431,7 @@ def _interpolate(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, 
         return None if first is None or second is None else first + share * (second - first)
 
     row = replace(
-        b if b.trust > a.trust else a,
+        b if b.source_rank > a.source_rank else a,
         thickness=thickness,
         feed=a.feed * (b.feed / a.feed) ** power,
         rates=_interpolate_rates(a.rates, b.rates, share),
@@ -525,7 +530,7 @@ def _cut_data(
             row.material,
             thickness,
         )
-    if row.trust == _ESTIMATE:
+    if row.source_rank == _ESTIMATE:
         message = Message(
             "the cutting data of {} in {} are uncertain ({}): try them first",
             _describe_process(row),

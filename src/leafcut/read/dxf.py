@@ -34,7 +34,14 @@ from leafcut.read.dxf_shapes import (
     transform_curve,
 )
 from leafcut.read.dxf_strokes import Strokes, stroke_of
-from leafcut.read.filter_holes import MERGE_TOLERANCE, ArcPiece, circles_around, close_circles, part_holes, select_holes
+from leafcut.read.filter_holes import (
+    MERGE_TOLERANCE,
+    ArcPiece,
+    circles_that_are_outlines,
+    close_circles,
+    holes_on_part_layers,
+    select_holes,
+)
 from leafcut.read.format import (
     FREE_HOLES,
     MAX_COORDINATE,
@@ -93,7 +100,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
         paths = tuple(path for path, hole in classified if hole is None)
         polygons = [hole for _, hole in classified if hole is not None]
         others -= Counter(besides.entities)
-    holes, frame_issues = part_holes([*circles, *polygons], options)
+    holes, frame_issues = holes_on_part_layers([*circles, *polygons], options)
     kept, selection_issues = select_holes(holes, options)
     selection_issues = [*frame_issues, *selection_issues]
     if polygons:
@@ -102,17 +109,17 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
         raise ReadError(source.path, _nothing_message(walk, finds, selection_issues))
     undrilled: list[Issue] = []
     contours: list[Issue] = []
-    outline_indices = circles_around(kept, paths, MERGE_TOLERANCE)
+    outline_indices = circles_that_are_outlines(kept, paths, MERGE_TOLERANCE)
     if paths or outline_indices:
-        from leafcut.read.besides_holes import besides_holes  # start-up
+        from leafcut.read.besides_holes import classify_other_contours  # start-up
 
         outlines = [kept[k] for k in outline_indices]
         kept = tuple(hole for k, hole in enumerate(kept) if k not in outline_indices)
-        undrilled, contours = besides_holes(paths, kept, outlines)
+        undrilled, contours = classify_other_contours(paths, kept, outlines)
     if not kept:
         raise ReadError(source.path, _nothing_message(walk, finds, [*selection_issues, *undrilled]))
     issues += walk_issues(walk) + finds.issues() + undrilled + _other_entities(others)
-    edge = edge_of(document, options, factor, source.path, point_budget(source), finds.owned)
+    edge = contours_besides_holes(document, options, factor, source.path, point_budget(source), finds.owned)
     part = Part(
         source.name, kept, source=source.file_name, format="dxf", units=unit or "mm", edge=edge, besides=tuple(contours)
     )
@@ -276,7 +283,7 @@ def _nothing_message(walk: BlockWalk[Shape], finds: HoleCollector, selection_iss
     return Message("no holes: {}", Message.joined("; ", parts))
 
 
-def edge_of(
+def contours_besides_holes(
     document: Any, options: ReadOptions, factor: float, path: str, points: Spend, holes: Collection[str]
 ) -> tuple[Contour, ...]:
     """Return the lines, arcs and polylines that lie directly in model space and are not holes, in mm.

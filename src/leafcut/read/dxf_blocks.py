@@ -136,7 +136,7 @@ class BlockWalk(Generic[S]):
                 self._with_shapes.add(name)
                 fruitful.extend(parents.get(name, ()))
 
-    def _weight(self, name: str, trail: tuple[str, ...]) -> int:
+    def _visited_entities(self, name: str, trail: tuple[str, ...]) -> int:
         """Return the number of entities that are visited when an insertion of a block is expanded, including nested
         blocks. Return 0 if the insertion is not expanded.
         """
@@ -152,7 +152,7 @@ class BlockWalk(Generic[S]):
         for item in content.items:
             if isinstance(item, Insertion):
                 (columns, _), (rows, _) = item.steps
-                weight += rows * columns * self._weight(item.block, trail)
+                weight += rows * columns * self._visited_entities(item.block, trail)
             else:
                 weight += 1
         return weight
@@ -161,7 +161,7 @@ class BlockWalk(Generic[S]):
         self, content: Content[S], matrix: Matrix, inherited: str | None, trail: tuple[str, ...]
     ) -> Iterator[tuple[S, Matrix, str]]:
         self.copies(1)
-        self._note(content, inherited)
+        self._count_other_entities(content, inherited)
         for item in content.items:
             layer = _layer_of(item.layer, inherited)  # type: ignore[union-attr]
             if isinstance(item, Insertion):
@@ -173,7 +173,7 @@ class BlockWalk(Generic[S]):
             else:
                 self.hidden[layer] += 1
 
-    def _note(self, content: Content[S], inherited: str | None) -> None:
+    def _count_other_entities(self, content: Content[S], inherited: str | None) -> None:
         """Count the entities of a block that are not shapes. They are counted once per block, whatever the number of
         insertions.
         """

@@ -64,7 +64,7 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
             names = sorted(str(layer.dxf.get("name", "")) for layer in document.layers)
             reasons = Message("{}; the drawing has the layers {}", reasons, printable(", ".join(names), 120))
         raise ReadError(source.path, Message("nothing to cut: {}", reasons))
-    issues += _heights(tuple(c for c in contours if c.kind != "text"))
+    issues += _height_issues(tuple(c for c in contours if c.kind != "text"))
     part = Part(source.name, source=source.file_name, format="dxf", units=unit or "mm", contours=contours)
     refuse_tiny(source.path, part, options)
     if unit is None:
@@ -72,7 +72,7 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
     return replace(part, issues=tuple(issues))
 
 
-def _heights(contours: tuple[Contour, ...]) -> list[Issue]:
+def _height_issues(contours: tuple[Contour, ...]) -> list[Issue]:
     """Report contours at several heights, or at a height other than Z0, because the drawing looks the same from
     above.
     """

@@ -11,7 +11,7 @@ from leafcut.errors import printable
 from leafcut.geometry.arrays import Floats
 from leafcut.message import Message
 from leafcut.read.dxf_strokes import DxfStroke, Letters, straight_polyline
-from leafcut.read.lettering import letters
+from leafcut.read.lettering import letter_strokes
 
 #: Most letters of an engraving.
 MOST_LETTERS = 2_000
@@ -46,7 +46,7 @@ def _text_strokes(text: str) -> tuple[list[Floats], float]:
     if len(text) > MOST_LETTERS:
         raise ValueError(Message("a text of {:,} letters", len(text)))
     try:
-        return letters(text)
+        return letter_strokes(text)
     except ValueError as problem:
         raise ValueError(f"'{printable(text)}': {problem}") from None
 

@@ -111,7 +111,7 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
         issues.append(units_unknown(Message("the file"), part, Severity.WARNING))
     if prepared.has_plain_integers and not prepared.has_format:
         issues.append(_format_assumed(part, prepared.metric))
-    if prepared.has_plain_integers and (narrow := _too_narrow(holes)):
+    if prepared.has_plain_integers and (narrow := _coordinate_format_issue(holes)):
         issues.append(narrow)
     return replace(part, issues=(*issues, *selection_issues))
 
@@ -131,7 +131,7 @@ def _format_assumed(part: Part, metric: bool | None) -> Issue:
     )
 
 
-def _too_narrow(holes: list[Hole]) -> Issue | None:
+def _coordinate_format_issue(holes: list[Hole]) -> Issue | None:
     """Return a warning if all holes fit inside the largest hole, which means that the coordinate format is wrong."""
     positions = {(hole.x, hole.y) for hole in holes}
     if len(positions) < 2:

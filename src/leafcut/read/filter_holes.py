@@ -32,7 +32,7 @@ SAME_CIRCLE = 0.01
 GAP_LENGTH, GAP_SMALLEST, GAP_LARGEST = 0.01, 2e-4, 0.01
 
 
-def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:
+def holes_on_part_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:
     """Return the holes of the part, without those on layers of frames, texts and dimensions, unless `options.layers` is
     set.
 
@@ -60,7 +60,7 @@ def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole],
     ]
 
 
-def chosen_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:
+def holes_on_chosen_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:
     """Return the holes on the chosen layers and the holes without a layer, and a note on the holes that are left out
     (L204).
     """
@@ -201,7 +201,7 @@ def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolera
     table = np.column_stack([centres[:, :2], radii])
     pairs = []
     for k, neighbours, distances in _neighbours(table, np.maximum(tolerance, _CONCENTRIC * table[:, 2])):
-        steps = neighbours[distances <= _concentric_within(table[k, 2], table[neighbours, 2], tolerance)]
+        steps = neighbours[distances <= _concentric_tolerance(table[k, 2], table[neighbours, 2], tolerance)]
         pairs += [(min(k, step), max(k, step)) for step in steps.tolist()]
     for first, second in sorted(pairs):
         if anchor_of[first] == first and anchor_of[second] == second:
@@ -209,7 +209,7 @@ def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolera
     return [anchor_of[k] for k in anchor_of]
 
 
-def circles_around(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: float) -> list[int]:
+def circles_that_are_outlines(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: float) -> list[int]:
     """Return the circles that are outlines, because they enclose an off-centre hole, or separate off-centre contours.
 
     Concentric circles are steps of one hole. A concentric contour, or a single contour, may be drawn inside a hole,
@@ -219,7 +219,7 @@ def circles_around(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: 
     radius = table[:, 2]
     outlines = set()
     for k, neighbours, distances in _neighbours(table, radius):
-        off_centre = distances > _concentric_within(radius[k], radius[neighbours], tolerance)
+        off_centre = distances > _concentric_tolerance(radius[k], radius[neighbours], tolerance)
         if (off_centre & (distances + radius[neighbours] <= radius[k])).any():
             outlines.add(k)
     boxes: dict[int, list[tuple[float, float, float, float]]] = {}
@@ -228,7 +228,7 @@ def circles_around(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: 
         x0, y0, x1, y1 = path.extents
         middle, half = (0.5 * (x0 + x1), 0.5 * (y0 + y1)), 0.5 * min(x1 - x0, y1 - y0)
         for k in np.flatnonzero(((low <= (x0, y0)) & (high >= (x1, y1))).all(axis=1)).tolist():
-            if math.dist(middle, table[k, :2]) <= _concentric_within(radius[k], half, tolerance):
+            if math.dist(middle, table[k, :2]) <= _concentric_tolerance(radius[k], half, tolerance):
                 continue
             if np.hypot(*(path.flattened() - table[k, :2]).T).max() <= radius[k]:
                 boxes.setdefault(k, []).append((x0, y0, x1, y1))
@@ -240,7 +240,7 @@ def circles_around(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: 
     return sorted(outlines)
 
 
-def _concentric_within(radius: float, inner: Any, tolerance: float) -> Any:
+def _concentric_tolerance(radius: float, inner: Any, tolerance: float) -> Any:
     """Return the maximum distance between the centres of concentric items, mm. The item of radius `inner` must contain
     the centre of the circle.
     """

@@ -46,7 +46,7 @@ def read_gtsp(source: Source, options: ReadOptions) -> Part:
     tsplib.check_kind(path, keys, weight, KINDS)
     n = tsplib.node_count(path, keys)
     issues: list[Issue] = []
-    matrix = tsplib.matrix(path, keys, sections, n, symmetric=False) if weight == "EXPLICIT" else None
+    matrix = tsplib.distance_matrix(path, keys, sections, n, symmetric=False) if weight == "EXPLICIT" else None
     if matrix is not None:
         _check_costs(path, sections["EDGE_WEIGHT_SECTION"], matrix)
     points = tsplib.node_positions(path, sections, n, matrix is not None, issues)
@@ -122,7 +122,7 @@ def _start(path: str, sections: Sections, number: dict[int, int]) -> int:
     if "START_GROUP_SECTION" not in sections:
         return -1
     section = sections["START_GROUP_SECTION"]
-    names = tsplib.numbers(path, section)
+    names = tsplib.section_numbers(path, section)
     if not len(names) or (names[0] != int(names[0])):
         raise ReadError(path, "START_GROUP_SECTION names no set", section[0])
     return _number_of(path, section[0], number, int(names[0]))
@@ -136,7 +136,7 @@ def _number_of(path: str, line: int, number: dict[int, int], name: int) -> int:
 
 def _runs(path: str, section: DataSection) -> list[tuple[int, list[int]]]:
     """Return the lists of a section, each of which ends with -1, and the line number of each list."""
-    values = tsplib.numbers(path, section)
+    values = tsplib.section_numbers(path, section)
     if not len(values):
         return []
     lines = np.repeat(np.arange(section[0], section[0] + len(section[1])), [len(line.split()) for line in section[1]])

@@ -59,7 +59,7 @@ def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
     files = Message.joined(", ", (Message("{} {}", part.source, _counts(part)) for part in parts))
     message = Message("drilled in one program: {}; one tool for each diameter, plated or not", files)
     issues = [Issue("L409", message, severity=Severity.NOTE)]
-    if far := _far_apart(parts):
+    if far := _names_of_distant_parts(parts):
         message = Message("{} lie far apart: do they belong to the same board, with the same origin and units?", far)
         issues.append(Issue("L409", message))
     issues += [issue for issue in selection_issues if issue.code in ("L301", "L302")]
@@ -96,7 +96,7 @@ def _counts(part: Part) -> str:
     return " and ".join([*texts, *([count_of(len(part.slots), "slot")] if part.slots else [])])
 
 
-def _far_apart(parts: Sequence[Part]) -> str:
+def _names_of_distant_parts(parts: Sequence[Part]) -> str:
     """Return the names of two parts that are farther apart than the sum of their sizes, or "" if there are no such
     parts.
     """

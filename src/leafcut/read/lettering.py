@@ -49,7 +49,7 @@ _SUBSTITUTES = {
 }
 
 
-def letters(text: str) -> tuple[LetterLines, float]:
+def letter_strokes(text: str) -> tuple[LetterLines, float]:
     """Return a line of text as strokes, float64[n, 2], and the width of the line. Coordinates are relative to the left
     end of the base line; the cap height is 1.
 

@@ -194,7 +194,7 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
     if unlimited:
         assumed["travel"] = f"unknown in {', '.join('xyz'[axis] for axis in unlimited)} (not checked)"
     machine = replace(machine, assumed=assumed)
-    _check(machine, place, top)
+    _check_values(machine, place, top)
     return machine
 
 
@@ -258,7 +258,7 @@ def _sources(top: TomlTable) -> dict[str, str]:
     return {key: table.text(key) for key in table.values}
 
 
-def _check(machine: Machine, place: str, top: TomlTable) -> None:
+def _check_values(machine: Machine, place: str, top: TomlTable) -> None:
     """Raise DataError for an invalid value; messages show the numbers as written in the file."""
 
     def refuse(key: str, reason: Message) -> DataError:

@@ -117,7 +117,7 @@ def as_pockets(
         ]
         outlines, shapes = [outlines[k] for k in kept], shapes[kept]
         depth, parent = nesting_depths(shapes)
-        _check_reading(outlines, depth, outermost)
+        _check_interpretation(outlines, depth, outermost)
         _check_kinds(outlines, depth, parent)
         level = depth - (outermost == EDGE)
         _check_apart(outlines, contacts, level, issues, picture)
@@ -298,7 +298,7 @@ def _without_duplicates(
     return [k for k in range(len(outlines)) if k not in duplicates]
 
 
-def _check_reading(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], outermost: str) -> None:
+def _check_interpretation(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], outermost: str) -> None:
     """Raise an error if the outermost outlines of a drawing may be edges or pockets, or if an edge contains no
     pocket.
     """

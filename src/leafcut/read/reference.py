@@ -14,7 +14,7 @@ from leafcut.model.contour import Contour, is_aside
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read.format import Format, Source
-from leafcut.read.registry import run
+from leafcut.read.registry import run_reader
 
 #: Tolerance for joining lines, mm; constant, so that `--join-tolerance` does not move the zero.
 JOINED = 0.05
@@ -26,7 +26,7 @@ def read_whole_drawing(format_: Format, loaded: Source, options: ReadOptions) ->
     """
     everything = replace(options, layers=(), min_diameter=None, max_diameter=None, concentric="all")
     reader = format_.whole or format_.contours or format_.read
-    return run(replace(format_, read=reader), loaded, everything)
+    return run_reader(replace(format_, read=reader), loaded, everything)
 
 
 def reference_geometry(format_: Format, loaded: Source, options: ReadOptions) -> Part | None:

@@ -190,7 +190,7 @@ def read_source(source: Input, on_progress: Heartbeat = ignore_heartbeat) -> tup
     loaded = source if isinstance(source, Source) else load(source)
     if on_progress is not ignore_heartbeat:
         loaded = replace(loaded, on_progress=on_progress)
-    return choose(known, loaded), loaded
+    return choose_format(known, loaded), loaded
 
 
 def read_once(source: Input) -> Source:
@@ -208,12 +208,12 @@ def format_name(path: str | Path) -> str:
     """
     try:
         with Path(path).open("rb") as stream:
-            return choose(formats(), Source(str(path), stream.read(SNIFF_BYTES))).name
+            return choose_format(formats(), Source(str(path), stream.read(SNIFF_BYTES))).name
     except (OSError, ValueError, ReadError):
         return ""
 
 
-def choose(known: tuple[Format, ...], source: Source) -> Format:
+def choose_format(known: tuple[Format, ...], source: Source) -> Format:
     """Return the format of a file. A certain match by content comes first, then the extension, then a likely match by
     content.
     """
@@ -244,7 +244,7 @@ def _sniff(format_: Format, head: bytes) -> Match:
         return Match.NO
 
 
-def run(format_: Format, source: Source, options: ReadOptions) -> Part:
+def run_reader(format_: Format, source: Source, options: ReadOptions) -> Part:
     """Read a file with a format.
 
     Raises

@@ -86,7 +86,7 @@ class SolidHole:
     steps: tuple[HoleStep, ...] = ()
 
 
-def labels(values: list[float]) -> list[int]:
+def cluster_labels(values: list[float]) -> list[int]:
     """Return a label for each value. Values have equal labels if they differ by at most `SAME`, or are connected by a
     chain of such differences.
     """
@@ -105,10 +105,10 @@ def join_walls(walls: list[RoundWall]) -> list[RoundWall]:
     """
     level = [wall.low_radius - wall.taper * wall.low for wall in walls]
     keys = zip(
-        labels([wall.x for wall in walls]),
-        labels([wall.y for wall in walls]),
-        labels([w.taper for w in walls]),
-        labels(level),
+        cluster_labels([wall.x for wall in walls]),
+        cluster_labels([wall.y for wall in walls]),
+        cluster_labels([w.taper for w in walls]),
+        cluster_labels(level),
         strict=True,
     )
     by_surface: dict[tuple[int, ...], list[RoundWall]] = {}
@@ -138,7 +138,9 @@ def hole_columns(walls: list[RoundWall], apart: Callable[[RoundWall, RoundWall],
     A gap between walls means that another feature, such as a cross hole or a groove, opens into the hole.
     """
     by_axis: dict[tuple[int, int], list[RoundWall]] = {}
-    for x, y, wall in zip(labels([w.x for w in walls]), labels([w.y for w in walls]), walls, strict=True):
+    for x, y, wall in zip(
+        cluster_labels([w.x for w in walls]), cluster_labels([w.y for w in walls]), walls, strict=True
+    ):
         by_axis.setdefault((x, y), []).append(wall)
     for axis_walls in by_axis.values():
         column: list[RoundWall] = []
@@ -203,7 +205,7 @@ class Surface(NamedTuple):
         return cls(triangles, triangles.min(axis=1), triangles.max(axis=1))
 
 
-def meets_disc(surface: Surface, x: float, y: float, radius: float, low: float, high: float) -> bool:
+def enters_cylinder(surface: Surface, x: float, y: float, radius: float, low: float, high: float) -> bool:
     """Return whether a surface enters a vertical cylinder of the given axis and radius between two heights,
     exclusive.
     """
@@ -379,7 +381,7 @@ def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole],
         bottom = hole.top - hole.depth
 
         def meets(low: float, high: float, drilled: SolidHole = hole, radius: float = radius) -> bool:
-            return meets_disc(surface, drilled.x, drilled.y, radius, low, high)
+            return enters_cylinder(surface, drilled.x, drilled.y, radius, low, high)
 
         if meets(bottom + SAME, math.inf):
             open_below = not meets(-math.inf, hole.top - SAME)
@@ -399,7 +401,7 @@ def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole],
 def _is_covered(surface: Surface, hole: SolidHole, step: HoleStep) -> bool:
     cone = 0.5 * (step.diameter - step.narrow) / math.tan(0.5 * step.angle) if step.angle < math.pi else 0.0
     start = hole.top - step.depth + cone + SAME
-    return meets_disc(surface, hole.x, hole.y, 0.5 * step.diameter * math.cos(ANGLE), start, math.inf)
+    return enters_cylinder(surface, hole.x, hole.y, 0.5 * step.diameter * math.cos(ANGLE), start, math.inf)
 
 
 def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:

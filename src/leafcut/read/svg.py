@@ -89,7 +89,7 @@ def read_svg_contours(source: Source, options: ReadOptions) -> Part:
         copy_budget(source, "uses"),
         source.on_progress,
     )
-    walk.look_up(root)
+    walk.index_elements(root)
     walk.children(root, _Context(page.matrix), 0, ())
     issues += walk.issues()
     if not walk.contours:
@@ -210,7 +210,7 @@ class _Walk:
     #: Results for elements drawn by a `use`, or the exception raised; copies are only placed.
     _cache: dict[tuple[str, int], Any] = field(default_factory=dict)
 
-    def look_up(self, root: Any) -> None:
+    def index_elements(self, root: Any) -> None:
         """Index the ids and the style rules. Raise an error if the nesting exceeds `MAX_DEPTH`."""
         waiting = [(root, 0)]
         while waiting:

@@ -18,7 +18,7 @@ _MOST_BYTES, _MOST_ROWS = 1_000_000, 1000
 _CLOCK = re.compile(r"\s*(?:(\d{1,3}):)?(\d{1,4}):(\d{1,2}(?:\.\d{1,6})?)\s*\Z")
 
 
-def parse_clock(text: str) -> float:
+def parse_stopwatch_time(text: str) -> float:
     """Parse a stop-watch time (``12:34``, ``1:02:03``) or a quantity (``754 s``), and return seconds.
 
     Raises
@@ -70,7 +70,7 @@ def read_times(path: str | Path) -> list[tuple[str, float]]:
         if len(cells) < 2 or not cells[0]:
             raise ReadError(path, f"'{printable(','.join(cells), 40)}' is not program,seconds", count)
         try:
-            seconds = parse_clock(cells[1])
+            seconds = parse_stopwatch_time(cells[1])
         except OptionError as problem:
             if not times and count == 1:
                 continue  # the header

@@ -56,7 +56,7 @@ _MATERIALS = frozenset(
 _MILLS, _CONES = tuple(kind.value for kind in MILLS), tuple(kind.value for kind in CONES)
 
 
-def rows_of(path: Path, units: str, material: str = "") -> tuple[list[ToolRow], bool] | None:
+def read_foreign_library(path: Path, units: str, material: str = "") -> tuple[list[ToolRow], bool] | None:
     """Return the tools in the library of another program, and whether the library lacks feeds. Return None for other
     files.
 

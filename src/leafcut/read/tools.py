@@ -15,7 +15,7 @@ from leafcut.message import Message
 from leafcut.model.kinds import ToolMaterial
 from leafcut.model.tool import CONES, MILLS, BodySegment, Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.options import CYCLES
-from leafcut.read.tool_formats import rows_of
+from leafcut.read.tool_formats import read_foreign_library
 from leafcut.read.tool_keys import HOLE_KEYS, NO_TOOLS, TOOL_KEYS
 from leafcut.read.tool_kinds import ToolRow
 from leafcut.units import parse_quantity
@@ -56,7 +56,7 @@ def load_tools(path: str | Path, units: str = "mm", material: str = "") -> ToolL
         recipe with a missing tool … The message names the file and the table by its number.
     """
     place = str(path)
-    foreign = rows_of(Path(path), units, material)
+    foreign = read_foreign_library(Path(path), units, material)
     if foreign is not None:
         return _foreign_library(*foreign, place)[1]
     top = TomlTable(read_toml(Path(path), TOOLS), place, ("tool", "hole"))
@@ -87,7 +87,7 @@ def foreign_rows(path: Path, units: str, material: str) -> tuple[list[dict[str, 
     DataError
         The file cannot be read, is not a tool library, or contains no usable tool.
     """
-    foreign = rows_of(path, units, material)
+    foreign = read_foreign_library(path, units, material)
     if foreign is None:
         raise DataError("{}: not a tool library of another program", path)
     return _foreign_library(*foreign, str(path))

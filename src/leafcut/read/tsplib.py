@@ -59,7 +59,7 @@ def read_tsp(source: Source, options: ReadOptions) -> Part:
     check_kind(source.path, keys, weight, ("TSP",))
     n = node_count(source.path, keys)
     issues: list[Issue] = []
-    costs = matrix(source.path, keys, sections, n) if weight == "EXPLICIT" else None
+    costs = distance_matrix(source.path, keys, sections, n) if weight == "EXPLICIT" else None
     points = node_positions(source.path, sections, n, costs is not None, issues)
     name = printable(keys.get("NAME", ("", 0))[0]) or source.name
     return Part(
@@ -133,7 +133,7 @@ def node_count(path: str, keys: SpecificationKeys) -> int:
     return int(text)
 
 
-def numbers(path: str, section: DataSection) -> NDArray[np.float64]:
+def section_numbers(path: str, section: DataSection) -> NDArray[np.float64]:
     """Return all numbers of a section, float64. Raise an error at the first line that contains anything else."""
     first, lines = section
     try:
@@ -168,7 +168,7 @@ def node_positions(path: str, sections: Sections, n: int, explicit: bool, issues
 
 def _coordinates(path: str, section: DataSection, n: int, issues: list[Issue]) -> NDArray[np.float64]:
     """Return the coordinates of the nodes, float64[n, 2], in the order of the node numbers."""
-    values = numbers(path, section)
+    values = section_numbers(path, section)
     last = section[0] + len(section[1]) - 1
     if len(values) != 3 * n:
         raise ReadError(
@@ -191,7 +191,7 @@ def _coordinates(path: str, section: DataSection, n: int, issues: list[Issue]) -
     return np.ascontiguousarray(table[:, 1:])
 
 
-def matrix(
+def distance_matrix(
     path: str, keys: SpecificationKeys, sections: Sections, n: int, symmetric: bool = True
 ) -> NDArray[np.float64]:
     """Return the distances of an EXPLICIT problem, float64[n, n]; only a full matrix may be asymmetric."""
@@ -203,7 +203,7 @@ def matrix(
     if "EDGE_WEIGHT_SECTION" not in sections:
         raise ReadError(path, "EDGE_WEIGHT_SECTION is missing")
     section = sections["EDGE_WEIGHT_SECTION"]
-    values = numbers(path, section)
+    values = section_numbers(path, section)
     if len(values) != MATRIX_FORMATS[form](n):
         last = section[0] + len(section[1]) - 1
         needed = MATRIX_FORMATS[form](n)

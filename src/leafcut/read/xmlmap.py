@@ -17,7 +17,7 @@ from leafcut.message import Message
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
-from leafcut.read.filter_holes import chosen_layers, select_holes
+from leafcut.read.filter_holes import holes_on_chosen_layers, select_holes
 from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_HOLES,
@@ -139,7 +139,7 @@ def read_xml(source: Source, options: ReadOptions) -> Part:
             issues.append(Issue("L203", Message("point skipped: {}", problem), place, missing=MissingWork("hole")))
     if not holes:
         raise ReadError(source.path, Message("no usable points: {}", issues[0].message), point_map.points[0].line)
-    on_layer, left_out = chosen_layers(holes, options)
+    on_layer, left_out = holes_on_chosen_layers(holes, options)
     kept, selection_issues = select_holes(on_layer, options, point_tolerance=0.0)
     issues += left_out
     if not kept:

@@ -108,7 +108,7 @@ def _corner_arc(before: Moves, after: Moves, machine: Machine, cosine: Floats) -
     radius = np.maximum(speed * speed / (NORMAL * acceleration), np.minimum(overlap_s * speed / turn, widest))
     trim = radius / np.tan(angle)
     length = radius * turn
-    fits = (length > _TINY) & (angle > _TINY) & (turn > _TINY) & _coplanar(before, after)
+    fits = (length > _TINY) & (angle > _TINY) & (turn > _TINY) & _coplanar_corners(before, after)
     return _CornerArc(half_angle, *(np.where(fits, v, 0.0) for v in (length, speed, acceleration, trim)))
 
 
@@ -133,7 +133,7 @@ def _arc_bounds(before: Moves, after: Moves, half_angle: Floats) -> tuple[Floats
     return angle, reach
 
 
-def _coplanar(before: Moves, after: Moves) -> Mask:
+def _coplanar_corners(before: Moves, after: Moves) -> Mask:
     """Return a mask of the corners that lie in the planes of their adjacent arcs. The other corners get no blend
     arc.
     """

@@ -10,7 +10,7 @@ import numpy as np
 
 from leafcut.geometry.arrays import Floats, Indices
 from leafcut.material.chip_feeds import allowed_feed, minimum_around
-from leafcut.material.engagement import Engaged, slot
+from leafcut.material.engagement import Engaged, slot_engagement
 from leafcut.material.removal import engaged_tool_path
 from leafcut.material.tool_steps import STRAIGHT_ON, ToolSteps
 from leafcut.model.feed_limits import FeedLimits
@@ -87,7 +87,7 @@ def _allowed_feed_shares(
     kind = np.array([piece.kind for piece in pieces])[path.piece]
     allowed[kind == "finish"] = np.minimum(allowed[kind == "finish"], 1.0)
     # The engagement on an entry loop is not measured, so a slot is assumed.
-    allowed[kind == "entry"] = allowed_feed(slot(limits.diameter), limits)[0] / limits.feed
+    allowed[kind == "entry"] = allowed_feed(slot_engagement(limits.diameter), limits)[0] / limits.feed
     before = np.concatenate([[np.inf], allowed[:-1]])
     before[~np.isfinite(path.back[:, 0])] = np.inf
     step = np.minimum(allowed, before)

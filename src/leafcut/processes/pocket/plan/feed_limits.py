@@ -70,11 +70,11 @@ def _unlimited_feed_note(settings: Settings, tool: Tool, material: WorkMaterial 
 
 def _check_slot(limits: FeedLimits, tool: Tool) -> None:
     """Raise an error if the spindle has too little power for a full slot at the minimum feed."""
-    from leafcut.material.engagement import slot  # loads kernels, which are not needed if a file is refused
+    from leafcut.material.engagement import slot_engagement  # loads kernels, which are not needed if a file is refused
 
-    slowest = float(allowed_feed(slot(tool.diameter), limits)[0])
+    slowest = float(allowed_feed(slot_engagement(tool.diameter), limits)[0])
     if slowest < SLOWEST * tool.feed:
-        needed = float(cutting_power(slot(tool.diameter), tool.feed, limits)[0])
+        needed = float(cutting_power(slot_engagement(tool.diameter), tool.feed, limits)[0])
         raise PlanError(
             "--feeds: a first cut {:.4g} mm deep needs {:.3g} kW at the feed of "
             "{}, but the spindle provides only {:.3g} kW; give a smaller --step-down",

@@ -26,7 +26,7 @@ from leafcut.gcode.modal_dependencies import (
     ModalUse,
     depends_on_height,
     next_position,
-    with_fields,
+    replace_fields,
 )
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reversible_cut import find_reversible_cut
@@ -325,7 +325,7 @@ class _Rewriter:
         self.stated |= self.reader.states(piece.begin, piece.end)
 
     def _take_fields(self, fields: frozenset[str], modal: Modal) -> None:
-        self.have = with_fields(self.have, fields, modal)
+        self.have = replace_fields(self.have, fields, modal)
 
     # -- words -------------------------------------------------------------------------------------------------------
 
