@@ -260,7 +260,7 @@ def _run_process(run: Job, sources: Sequence[Input], process_word: str, *, table
     if table and not process.tabulates:
         raise OptionError("--report: {} has no table of parts; give a name that ends in .html", process.title)
     settings = settings_for(run.settings, process, inputs[0][0].name)
-    run = replace(run, settings=replace(settings, process=registry.needed_word(inputs, process_word, process)))
+    run = replace(run, settings=replace(settings, process=registry.needed_process_value(inputs, process_word, process)))
     outcome = run_process(process, run, [loaded for _, loaded in inputs], process_word)
     refuse_missing(run.settings, inputs[0][1], outcome.missing)
     return process, replace(outcome, defaults=run.settings.from_defaults())

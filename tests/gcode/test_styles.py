@@ -11,7 +11,7 @@ import pytest
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.plan.program_rows import known_process
+from leafcut.processes.program.plan.program_rows import detect_process
 from leafcut.processes.program.reading import read_foreign
 from leafcut.processes.settings import collect_settings
 from leafcut.read.machine import load_machine
@@ -52,8 +52,8 @@ def test_no_program_of_a_cam_is_refused(path: Path) -> None:
     known = re.compile(r"G31|M190|M66|M52|MSG|G53 G90", re.IGNORECASE)
     assert all(known.search(program.lines[line - 1]) for line in foreign.tolist())
     laser, plasma = path.name.startswith(("lightburn", "inkscape_laser")), path.name.startswith("sheetcam_qt")
-    assert not laser or known_process(program) == "laser"
-    assert not plasma or known_process(program) == "plasma"
+    assert not laser or detect_process(program) == "laser"
+    assert not plasma or detect_process(program) == "plasma"
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)

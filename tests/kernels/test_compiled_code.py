@@ -40,7 +40,7 @@ def scaled(x):
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Return the folder of a package with the decorators of leafcut and two kernels of its own."""
-    leafcut.kernels.listen()
+    leafcut.kernels.report_compilations()
     folder = tmp_path / "kernels_copy"
     folder.mkdir()
     shutil.copy(leafcut.kernels.__file__, folder)

@@ -91,7 +91,7 @@ def test_what_nothing_does_is_refused_in_one_line(asked: str, names: tuple[str, 
 def test_an_unknown_process_is_refused_with_all_known_ones() -> None:
     known = "auto, drill, cut, pocket, part, reorder, mill, laser, plasma"
     with pytest.raises(OptionError, match=f"^--process: unknown process 'cat'; choose one of {known}$"):
-        registry.check_asked("cat")
+        registry.check_process_value("cat")
 
 
 def test_the_registry_has_every_process_of_the_package() -> None:
@@ -201,7 +201,7 @@ def test_a_broken_process_from_outside_is_told_by_name_and_stops_no_other(instal
         with pytest.raises(
             OptionError, match=f"the process '{name}' is a plug-in of toys that cannot be used .*{words}"
         ):
-            registry.check_asked(name)
+            registry.check_process_value(name)
     assert registry.process_words() == ("auto", "drill", "cut", "pocket", "part", "reorder", "mill", "laser", "plasma")
     assert chosen("auto", "dxf") == "drill"
     assert collect_settings({"machine": "haas-vf2"}).machine.machine == "haas-vf2"
@@ -260,7 +260,7 @@ def test_two_packages_that_have_the_same_are_both_told_of_and_neither_is_used(
     for one, its, two in (("sounding", "bells", name), (name, "horns", "sounding")):
         words = f"the plug-ins '{one}' and '{two}' of bells and horns both have {shared}; uninstall one of them"
         with pytest.raises(OptionError) as refused:
-            registry.check_asked(one)
+            registry.check_process_value(one)
         assert str(refused.value) == f"the process '{one}' is a plug-in of {its} that cannot be used ({words})"
         assert (one, f"plug-in of {its} that cannot be used ({words})") in registry.PACKAGED.listed()
     assert registry.process_words() == ("auto", "drill", "cut", "pocket", "part", "reorder", "mill", "laser", "plasma")
@@ -292,4 +292,4 @@ def test_a_process_has_to_be_said_again_where_the_input_alone_would_be_taken_for
     asked: str, names: tuple[str, ...], needed: str
 ) -> None:
     inputs = inputs_of(*names)
-    assert registry.needed_word(inputs, asked, registry.process_for(inputs, asked)) == needed
+    assert registry.needed_process_value(inputs, asked, registry.process_for(inputs, asked)) == needed

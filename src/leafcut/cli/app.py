@@ -24,7 +24,7 @@ from leafcut.errors import OptionError
 from leafcut.options.settings import Settings
 from leafcut.processes import registry
 from leafcut.processes.base import Process, Work
-from leafcut.processes.settings import all_options, options_used_by, why_unused
+from leafcut.processes.settings import all_options, options_used_by, unused_option_message
 
 #: Flag that shows all options of a command.
 HELP_ALL = "--help-all"
@@ -171,7 +171,7 @@ def _usage_message(problem: CycloptsError, command: str) -> str:
         if not kinds or any(name == used for _, used, _ in options_used_by(*kinds)):
             return ""
         title, alternative = (kinds[0].title, kinds[0].otherwise.get(name, "")) if len(kinds) == 1 else (command, "")
-        return f"{flag}: {why_unused(name, title, alternative)}"
+        return f"{flag}: {unused_option_message(name, title, alternative)}"
 
     names = [name for name in _command_names() if name != "filter"]
     return usage_message(problem, command, names, {name: spec for _, name, spec in all_options()}, reason_unused)

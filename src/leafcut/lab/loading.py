@@ -32,7 +32,7 @@ from leafcut.options.option_spec import flag_name
 from leafcut.processes import registry
 from leafcut.processes.base import Work
 from leafcut.processes.job import machine_of
-from leafcut.processes.settings import collect_settings, resolve_files, why_unused
+from leafcut.processes.settings import collect_settings, resolve_files, unused_option_message
 
 #: Experiments that come with leafcut.
 _SHIPPED = resources.files("leafcut.lab") / "shipped"
@@ -292,7 +292,7 @@ def _check_options(description: Description) -> None:
             for name in run.options:
                 if used is not None and name not in used.used():
                     raise OptionError(
-                        f"{flag_name(name)}: {why_unused(name, used.title, used.otherwise.get(name, ''))}"
+                        f"{flag_name(name)}: {unused_option_message(name, used.title, used.otherwise.get(name, ''))}"
                     )
         except LeafcutError as problem:
             raise OptionError(f"experiment '{description.name}', {run.label}: {problem}") from None

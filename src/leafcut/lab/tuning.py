@@ -194,7 +194,7 @@ def command_of(process: str) -> str:
     """Return the command for a process, ``solve`` or ``auto``; raise `OptionError` if the name is unknown."""
     if process == SOLVE:
         return SOLVE
-    registry.check_asked(process)
+    registry.check_process_value(process)
     return OPTIMIZE if process == "auto" else process
 
 

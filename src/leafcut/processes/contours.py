@@ -100,7 +100,7 @@ def prepare_sheet(
     shapes = polygons([m.path for m in closed])
     _check_simple(closed, shapes)
     kept, touching = _without_duplicates(closed, shapes, issues)
-    _check_whole(closed, shapes, kept, touching)
+    _check_parts_stay_whole(closed, shapes, kept, touching)
     closed, shapes = [closed[k] for k in kept], shapes[kept]
     kept = _select_bore_circles(closed, shapes, concentric, issues)
     closed, shapes = [closed[k] for k in kept], shapes[kept]
@@ -384,7 +384,9 @@ def _without_duplicates(
     return kept, [(c.first, c.second) for c in touching]
 
 
-def _check_whole(closed: list[Contour], shapes: NDArray[Any], kept: list[int], touching: list[tuple[int, int]]) -> None:
+def _check_parts_stay_whole(
+    closed: list[Contour], shapes: NDArray[Any], kept: list[int], touching: list[tuple[int, int]]
+) -> None:
     """Raise PlanError for a part that falls apart because its holes touch its outline or each other."""
     if not touching:
         return

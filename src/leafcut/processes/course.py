@@ -10,7 +10,7 @@ from leafcut.kernels.compiling import announced_compilations
 from leafcut.model.outcome import Outcome
 from leafcut.model.plan import Candidate, Order
 from leafcut.model.toolpath import Kind
-from leafcut.processes.job import Job, assumed_machine, machine_issues, refuse_missing, refuse_too_large
+from leafcut.processes.job import Job, assumed_machine_note, machine_issues, refuse_missing, refuse_too_large
 from leafcut.processes.ordering import check_order, find_order
 from leafcut.processes.plan import OrderRefused, Plan
 
@@ -29,7 +29,7 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
         refuse_missing(plan.job.settings, sources[0], plan.issues)
         given = process.given(plan)
         if process.reads == "drawing":
-            _refuse_early(plan, given)
+            _refuse_oversized_work(plan, given)
         nearest = process.nearest(plan)
         order = given.order if plan.keeps_given else _search_order(process, plan)
         best = _prove_order(process, plan, order, given, nearest)
@@ -51,7 +51,7 @@ def _search_order(process: Process, plan: Plan) -> Order:
     return order
 
 
-def _refuse_early(plan: Plan, given: Candidate) -> None:
+def _refuse_oversized_work(plan: Plan, given: Candidate) -> None:
     """Raise VerifyError before the search if the work exceeds the travel of the machine, because no order would change
     this.
     """
@@ -103,7 +103,7 @@ def _build_outcome(
         issues=(
             *plan.issues,
             *process.issues(plan, best),
-            *assumed_machine(settings, machine, plan.issues),
+            *assumed_machine_note(settings, machine, plan.issues),
             *machine_issues(plan.limits or machine, plan.box, settings.read.origin is not None),
         ),
         work_offset=_work_offset(process, plan, best),

@@ -16,7 +16,7 @@ CUTTING_MACHINES = {
 }
 
 
-def for_cutting(settings: Settings) -> Settings:
+def with_cutting_machine(settings: Settings) -> Settings:
     """Return the settings with the default machine of the cutting process, because the general default machine cannot
     cut sheet.
     """

@@ -168,7 +168,7 @@ def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) 
         raise PlanError("{}: {}{}; --strict refuses an incomplete program", source, missing[0], more)
 
 
-def assumed_machine(settings: Settings, machine: Machine, issues: Iterable[Issue]) -> list[Issue]:
+def assumed_machine_note(settings: Settings, machine: Machine, issues: Iterable[Issue]) -> list[Issue]:
     """Return a note that the default machine is used, unless the user named a machine or another note names it already
     (L807).
     """

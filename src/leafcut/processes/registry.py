@@ -331,7 +331,7 @@ def _whole_drawing(source: Source, settings: Settings) -> WholeDrawing | None:
         return None
 
 
-def check_asked(word: str) -> None:
+def check_process_value(word: str) -> None:
     """Raise OptionError for an unknown value of ``--process``."""
     named = None if word == "auto" else process_of_command(word)
     if word != "auto" and not (named and word in named.asked_as) and word not in process_words():
@@ -339,7 +339,7 @@ def check_asked(word: str) -> None:
 
 
 def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
-    """Return the process for the inputs of a job; `asked` is a known value of ``--process`` (`check_asked`).
+    """Return the process for the inputs of a job; `asked` is a known value of ``--process`` (`check_process_value`).
 
     Raises OptionError if the requested process cannot read the inputs.
     """
@@ -379,7 +379,7 @@ def _usual_name(inputs: Sequence[tuple[Format, Source]]) -> str:
     return _USUAL[kind]
 
 
-def needed_word(inputs: Sequence[tuple[Format, Source]], asked: str, chosen: Process) -> str:
+def needed_process_value(inputs: Sequence[tuple[Format, Source]], asked: str, chosen: Process) -> str:
     """Return the value of ``--process`` that selects the chosen process again, or "" if the inputs alone determine the
     process.
     """

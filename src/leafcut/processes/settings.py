@@ -139,7 +139,7 @@ def files_read(settings: Settings) -> list[str]:
     return [str(value) for spec, value in values if not spec.is_output and spec.names_file(value)]
 
 
-def why_unused(name: str, title: str, instead: str = "") -> Message:
+def unused_option_message(name: str, title: str, instead: str = "") -> Message:
     """Return the message for an option that the current work, named `title`, does not use. It states the works that use
     the option, and a remedy.
     """
@@ -163,7 +163,7 @@ def _find_unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tu
 
     for name in sorted(settings.given):
         if name not in used:
-            yield name, why_unused(name, work.title, work.otherwise.get(name, ""))
+            yield name, unused_option_message(name, work.title, work.otherwise.get(name, ""))
             continue
         # A flag set to off has no effect, so it needs no refusal.
         is_off = group_of(name, settings.groups).specs()[name].kind == "flag" and value_of(name) is False
@@ -186,7 +186,7 @@ def resolve_files(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
     return placed
 
 
-def _sections() -> dict[str, dict[str, type[OptionGroup]]]:
+def _groups_by_table() -> dict[str, dict[str, type[OptionGroup]]]:
     """Return the group of each option by table and option name. The table of a process also accepts the shared options
     that the process uses.
     """
@@ -232,7 +232,7 @@ def placed_options(file: Path) -> list[PlacedOption]:
     def refused(message: str, section: str, name: str = "") -> OptionError:
         return OptionError("{}: {}", place_in(file, text, section, name), message)
 
-    sections = _sections()
+    sections = _groups_by_table()
     # Options may also be outside of tables: `machine = "haas-vf2"`.
     names = {name: group for group, name, _ in all_options()}
     sections_seen: dict[str, str] = {}

@@ -17,9 +17,9 @@ from leafcut.processes.cutting_data.economics import (
     CuttingResults,
     Prices,
     ToolWork,
-    best_of,
     cutting_results,
-    deep_hole_share,
+    deep_hole_factor,
+    index_of_best,
     tool_life,
 )
 
@@ -74,7 +74,7 @@ def test_the_best_speed_of_a_grid_is_groovers_closed_form(objective: str, printe
     closed = c * (n / (1.0 - n) * rate / (rate * change + edge)) ** n
     grid = np.arange(20.0, 80.0, 0.01)
     found = at_speed(GROOVER, GROOVER_PRICES, grid, 0.25)
-    best = grid[best_of(found, objective)]
+    best = grid[index_of_best(found, objective)]
     assert best == pytest.approx(closed, abs=0.011)
     assert best == pytest.approx(printed, abs=0.5)
 
@@ -88,7 +88,7 @@ def test_the_high_speed_steel_of_a_published_batch_has_the_closed_forms_speed_an
     prices = Prices(40.0 / 3600.0, 20.0 / 15.0 + 2.0, 180.0, math.inf)
     grid = np.arange(30.0, 70.0, 0.01)
     found = at_speed(work, prices, grid, 0.3)
-    best = best_of(found, "cost")
+    best = index_of_best(found, "cost")
     assert grid[best] == pytest.approx(47.68, abs=0.015)
     assert found.life[best] / 60.0 == pytest.approx(53.54, rel=3e-3)
 
@@ -148,7 +148,7 @@ def test_each_feed_has_the_life_of_the_law_in_whose_range_it_is() -> None:
 
 def test_a_drill_stands_less_speed_in_a_deep_hole() -> None:
     """Three diameters 1, four 0.85, eight and more 0.6; with m = 0.2 four diameters leave 0.85^5 of the life."""
-    assert [deep_hole_share(d, 10.0) for d in (5, 30, 35, 40, 80, 200)] == pytest.approx([1, 1, 0.925, 0.85, 0.6, 0.6])
+    assert [deep_hole_factor(d, 10.0) for d in (5, 30, 35, 40, 80, 200)] == pytest.approx([1, 1, 0.925, 0.85, 0.6, 0.6])
     work = ToolWork(Tool(1, 10.0), CuttingWork.DRILL, (taylor(9.8, 0.2),), 1.0, 1.0, hole_depth=40.0)
     flat = replace(work, hole_depth=30.0)
     speed, chip = np.array([300.0]), np.array([0.2])
@@ -171,7 +171,7 @@ def test_equals_are_told_apart_by_the_other_objectives_then_by_the_lower_speed()
         "life": np.array([9.0, 9.0, 5.0, 5.0]),
     }
     found = CuttingResults(**columns)
-    assert {objective: best_of(found, objective) for objective in ("time", "cost", "life")} == {
+    assert {objective: index_of_best(found, objective) for objective in ("time", "cost", "life")} == {
         "time": 3,
         "cost": 3,
         "life": 1,

@@ -310,7 +310,9 @@ def test_the_proof_refuses_a_feed_above_a_limit(
 ) -> None:
     """What chose the feeds is made to raise all of them by a fifth, whatever is allowed."""
     text = RAMP.replace("F300", "F1100") if "plunge_feed" in library_says else SLOT
-    monkeypatch.setattr(plan, "_in_material", lambda loads, *_: loads.feed * np.where(loads.removed.cuts, 1.2, 1.0))
+    monkeypatch.setattr(
+        plan, "_speeds_in_material", lambda loads, *_: loads.feed * np.where(loads.removed.cuts, 1.2, 1.0)
+    )
     tools = library(
         tmp_path, **{"feed": '"6000 mm/min"' if "plunge_feed" in library_says else '"600 mm/min"', **library_says}
     )
@@ -410,7 +412,7 @@ def test_the_proof_refuses_more_volume_than_the_program_ever_took(
         deep = loads.removed.cuts & (loads.moves.ends[:, 2] < -1.0)
         return loads.feed * np.where(deep, raised, 1.0)
 
-    monkeypatch.setattr(plan, "_in_material", feeds)
+    monkeypatch.setattr(plan, "_speeds_in_material", feeds)
     found = reordered(tmp_path, text, feeds=True, workpiece=BLOCK, tool_diameter=6)
     said = [issue.message for issue in found.issues if issue.code == "L513"]
     assert any("a new speed is higher than is allowed there" in message for message in said) == refused

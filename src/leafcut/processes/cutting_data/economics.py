@@ -108,7 +108,7 @@ class CuttingResults(NamedTuple):
         return tuple(CuttingPoint(*row) for row in zip(*(column.tolist() for column in self), strict=True))
 
 
-def deep_hole_share(depth: float, diameter: float) -> float:
+def deep_hole_factor(depth: float, diameter: float) -> float:
     """Return the factor on the speed of a drill for a hole depth: 1 up to three diameters, falling to 0.6 at eight
     diameters.
     """
@@ -121,7 +121,7 @@ def tool_life(work: ToolWork, speed: Floats, chip: Floats) -> Floats:
     The tool life equation whose feed range contains the chip thickness applies; the first equation also covers thinner
     chips.
     """
-    depth_factor = deep_hole_share(work.hole_depth, work.tool.diameter) if work.work is CuttingWork.DRILL else 1.0
+    depth_factor = deep_hole_factor(work.hole_depth, work.tool.diameter) if work.work is CuttingWork.DRILL else 1.0
     seconds = np.empty_like(speed)
     least = np.array([life.least_feed for life in work.lives])
     law_index = np.maximum(np.searchsorted(least, chip * (1.0 + 1e-9), side="right") - 1, 0)
@@ -154,7 +154,7 @@ def cutting_results(
     return CuttingResults(rpm, feed, chip, speed, time, cost, life, worn, power, torque, thrust)
 
 
-def best_of(results: CuttingResults, objective: str) -> int:
+def index_of_best(results: CuttingResults, objective: str) -> int:
     """Return the index of the best result for an objective.
 
     Ties are broken by the other objectives (time, then cost, then life), and then by the lower spindle speed.

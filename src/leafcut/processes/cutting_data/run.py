@@ -259,7 +259,7 @@ def _tool_front(
         work=work.work,
         holes=work.holes,
         points=best.points(),
-        chosen=best_of(best, objective),
+        chosen=index_of_best(best, objective),
         candidates=candidates,
         allowed=allowed,
         given=given,

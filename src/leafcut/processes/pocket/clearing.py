@@ -171,7 +171,7 @@ def _with_fastest_feeds(job: PocketJob, clearings: list[Clearing]) -> tuple[list
         divided = [
             # Measure each region separately, because their order is not known yet.
             _with_divided_pieces(
-                c, iter(with_feeds(c.path.pieces, job.limits, job.exact, acceleration, anywhere=anywhere))
+                c, iter(with_varied_feeds(c.path.pieces, job.limits, job.exact, acceleration, anywhere=anywhere))
             )
             for c in clearings
         ]

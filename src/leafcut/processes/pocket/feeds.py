@@ -34,7 +34,7 @@ WIDTH_MARGIN = 2.0
 MIN_LENGTH = 1e-3
 
 
-def with_feeds(
+def with_varied_feeds(
     pieces: Sequence[PocketPiece], limits: FeedLimits, rules: PocketRules, acceleration: float, *, anywhere: bool
 ) -> list[list[PocketPiece]]:
     """Divide each path section where its feed changes. The feed of a section is relative to the feed of the tool.

@@ -41,7 +41,7 @@ def _with_planned_rules(region: CentreRegion) -> CentreRegion:
     return replace(region, rules=region.rules.planned)
 
 
-def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
+def _wide_gap_finder(region: CentreRegion) -> Callable[[PocketPath], Points]:
     """Return a function that computes the points of a path, float64[n, 2], where passes are too far apart.
 
     Passes are too far apart if their distance exceeds the step-over. The function measures the path with fitted arcs,
@@ -56,7 +56,7 @@ def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
 def _zigzag(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
     from leafcut.processes.pocket.plan.zigzag import zigzag
 
-    wide = _too_wide(region)
+    wide = _wide_gap_finder(region)
     with run.deadline.running(run.cancelled) as late:
         return zigzag(_with_planned_rules(region), None, late, wide)
 
@@ -64,7 +64,7 @@ def _zigzag(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
 def _contour(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
     from leafcut.processes.pocket.plan.rings import contour_parallel_path
 
-    planned, wide = _with_planned_rules(region), _too_wide(region)
+    planned, wide = _with_planned_rules(region), _wide_gap_finder(region)
     paths: list[tuple[int, PocketPath]] = []
     for share in NEARER:
         path = contour_parallel_path(
@@ -79,7 +79,7 @@ def _contour(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
 def _connected(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
     from leafcut.processes.pocket.plan.connected_rings import connected_path
 
-    wide = _too_wide(region)
+    wide = _wide_gap_finder(region)
     with run.deadline.running(run.cancelled) as late:
         return connected_path(region, wide, late)
 

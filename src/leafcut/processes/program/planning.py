@@ -170,7 +170,7 @@ def _check_library(job: Job, program: Program, source: str, process: str) -> lis
 
     Raises OptionError if new speeds or heights are requested as well, because they depend on the tool diameters.
     """
-    others = [] if process in BEAMS else other_tools(program, job.settings, job.machine)
+    others = [] if process in BEAMS else tool_diameter_warnings(program, job.settings, job.machine)
     flags = pace_flags(job.settings)
     if flags and others:
         raise OptionError("{}: {}: {}", flags[0], source, others[0])
@@ -214,7 +214,7 @@ def _sections(job: Job, original: Program, process: str) -> Sequence:
         )
     except _TooManySteps:
         said = Message("the program keeps its order, because it is too large to plan; divide it into several programs")
-        found = known_process(original) if process == "auto" else process
+        found = detect_process(original) if process == "auto" else process
         return replace(unchanged_sequence(original, found, "too-large"), issues=(Issue("L507", said),))
 
 

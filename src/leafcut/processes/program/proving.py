@@ -61,7 +61,7 @@ def measure_program(plan: Plan, program: Program) -> Measure:
     lines = None
     if corner_style(machine) == "grbl":
         lines = sent_lines(program.lines)
-    return measure_toolpath(program.path, machine, dark_rows(program, plan.kind), plan.work.stands, lines)
+    return measure_toolpath(program.path, machine, beam_off_rows(program, plan.kind), plan.work.stands, lines)
 
 
 def rewrite_program(plan: Plan, order: Order) -> Candidate:
@@ -115,7 +115,7 @@ def prove_program(plan: Plan, best: Candidate) -> Candidate:
         from leafcut.processes.keep_out import obstacle_hits
 
         if met := obstacle_hits(job, work.obstacles, new.path):
-            raise OrderRefused(_first_of(met))
+            raise OrderRefused(_first_difference_text(met))
     if work.judge is not None and text != work.text:
         try:
             work.judge.check(new, check_cancelled)
@@ -128,7 +128,7 @@ def prove_program(plan: Plan, best: Candidate) -> Candidate:
     return best
 
 
-def _first_of(found: Sequence[Difference]) -> Message:
+def _first_difference_text(found: Sequence[Difference]) -> Message:
     """Return the first difference as a message with the number of the other differences."""
     more = Message(" (and {} more)", len(found) - 1) if len(found) > 1 else ""
     return Message("{}{}", found[0], more)

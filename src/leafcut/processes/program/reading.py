@@ -258,9 +258,9 @@ def _timed_on_router(read: ProgramRead) -> ProgramRead:
 
 
 def _process(read: ProgramRead, process: str) -> str:
-    from leafcut.processes.program.plan.program_rows import known_process
+    from leafcut.processes.program.plan.program_rows import detect_process
 
-    return known_process(read.program) if process == "auto" else process
+    return detect_process(read.program) if process == "auto" else process
 
 
 def _other_machine(settings: Settings, name: str) -> tuple[Machine, Dialect]:

@@ -39,12 +39,12 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
     An exception that `progress` raises cancels the simulation.
     """
     read = read_file(program, settings, dialect, heartbeat_for_step(progress, Message("reading")))
-    _check_lifts(settings, read.dialect)
+    _check_clearance_height(settings, read.dialect)
     run, unknown = controller_motion(read.program, read.dialect, settings.job.clearance_height)
     # `optimize` starts at X0 Y0 by default too.
     lines = sent_lines(read.program.lines)
     cost = measure_toolpath(run, read.machine, start=(0.0, 0.0), lines=lines)
-    assumed = assumed_machine(settings, read.machine, read.issues)
+    assumed = assumed_machine_note(settings, read.machine, read.issues)
     issues = (
         *read.find_dangers(),
         *read.issues,
@@ -86,7 +86,7 @@ def _worst_stretch(line: NDArray[np.int32], lost: NDArray[np.float64]) -> tuple[
     return int(line[begins[worst]]), int(line[ends[worst]]), float(sums[worst])
 
 
-def _check_lifts(settings: Settings, program_dialect: Dialect) -> None:
+def _check_clearance_height(settings: Settings, program_dialect: Dialect) -> None:
     """Raise OptionError if a clearance height is given although the controller adds no moves of its own."""
     if "clearance_height" in settings.asked and (
         program_dialect.torch is None or not program_dialect.torch.material_comment

@@ -26,15 +26,15 @@ from leafcut.model.toolpath import Kind
 from leafcut.options import Settings
 from leafcut.processes.program.reading import BELOW_SURFACE, read_file
 from leafcut.processes.program.stated_part import StatedPart, part_as_placed, stated_part, stock_before_cuts
-from leafcut.processes.program.tools import other_tools, tools_of
+from leafcut.processes.program.tools import tool_diameter_warnings, tools_of
 from leafcut.processes.program.workpiece import (
     block_around,
     block_of,
     field_of,
-    in_other_unit,
-    in_unit_words,
     solid_file,
     stock_issues,
+    unit_hint,
+    unit_that_fits,
 )
 from leafcut.read.step import ChosenSolid
 
@@ -107,12 +107,12 @@ def cut_stock(
     field, moves, removed = _simulate(mine, stock.copy() if same_as is not None else stock, check_cancelled)
     if not removed.cuts.any():
         sides = ", ".join(f"{a} {block.low[k]:g} to {block.high[k]:g}" for k, a in enumerate("XYZ"))
-        unit = in_other_unit(given or "", mine.read.program, mine.cutters, block)
+        unit = unit_that_fits(given or "", mine.read.program, mine.cutters, block)
         raise PlanError(
             "{}: the program never touches the stock, {} mm; give --workpiece in its coordinates{}",
             mine.source,
             sides,
-            in_unit_words(unit),
+            unit_hint(unit),
         )
     rapids, collisions = _rapids(moves, removed), _collisions(moves, removed)
     assumed = _assumed_block(stated) if part is None and not given else []
@@ -132,7 +132,7 @@ def cut_stock(
             for one in stock_differences(_simulate(other, stock, check_cancelled)[0], field, TOLERANCE)
         ),
         (
-            *other_tools(mine.read.program, settings, mine.read.machine),
+            *tool_diameter_warnings(mine.read.program, settings, mine.read.machine),
             *assumed,
             *_rapid_issues(rapids, stated is not None and bool(assumed)),
             *_body_issues(collisions),

@@ -58,7 +58,7 @@ def tools_of(
     return found
 
 
-def other_tools(program: Program, settings: Settings, machine: Machine) -> list[Issue]:
+def tool_diameter_warnings(program: Program, settings: Settings, machine: Machine) -> list[Issue]:
     """Return a warning for each tool whose diameter in the library differs from the comments of the program."""
     if not settings.job.tools:
         return []

@@ -94,7 +94,7 @@ def stock_issues(
     if not options.workpiece:
         return []
     outside = first_cut_beyond(program, cutters, block)
-    found = [outside.issue(in_other_unit(options.workpiece, program, cutters, block))] if outside else []
+    found = [outside.issue(unit_that_fits(options.workpiece, program, cutters, block))] if outside else []
     if _is_file(options.workpiece):
         area = overhang(solid_file(options.workpiece, which))
         if area > _SMALL_AREA:
@@ -153,7 +153,7 @@ def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBloc
     found = first_cut_beyond(program, cutters, block)
     if found is not None:
         line, axis, place, edge = found
-        more = in_unit_words(in_other_unit(text, program, cutters, block))
+        more = unit_hint(unit_that_fits(text, program, cutters, block))
         raise OptionError(
             "--workpiece: {}:{}: a cut reaches {}{:.2f}, but this stock ends at {}{:g}; give the whole stock{}",
             source,
@@ -178,18 +178,18 @@ class CutBeyondStock(NamedTuple):
 
     def issue(self, unit: str = "") -> Issue:
         """Return a warning. `unit` is the unit in which the stock would contain all cuts, or ""."""
-        more = in_unit_words(unit)
+        more = unit_hint(unit)
         place, edge = f"{self.axis}{self.place:.2f}", f"{self.axis}{self.edge:g}"
         message = Message("a cut reaches {}, but the given stock ends at {}{}", place, edge, more)
         return Issue("L810", message, Message("line {}", self.line))
 
 
-def in_unit_words(unit: str) -> str:
+def unit_hint(unit: str) -> str:
     """Return the end of a message that states the unit in which the stock would contain all cuts, or ""."""
     return Message("; in {}, the stock would contain all cuts: save the file in mm", unit) if unit else ""
 
 
-def in_other_unit(text: str, program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> str:
+def unit_that_fits(text: str, program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> str:
     """If a cut is many stock lengths away from the stock, return the unit in which the stock would contain all cuts,
     otherwise "".
     """

@@ -85,7 +85,7 @@ def slide(plan: Plan, order: Order) -> Order:
         return _with_cuts(order, slide_starts(cuts, plan.work.head, late))
 
 
-def keep_off_heat(plan: Plan, order: Order) -> Order:
+def avoid_hot_starts(plan: Plan, order: Order) -> Order:
     """Change the start point or the position in the order of cuts that would start in hot metal, close to the previous
     start.
     """
@@ -100,7 +100,7 @@ def keep_off_heat(plan: Plan, order: Order) -> Order:
 
 def pierce_in_metal(plan: Plan, order: Order) -> Order:
     """Move start points whose pierce is in the kerf of an earlier cut."""
-    return _with_cuts(order, clear_pierces(cuts_in_order(plan, order), plan.work.head))
+    return _with_cuts(order, clear_pierces_of_kerfs(cuts_in_order(plan, order), plan.work.head))
 
 
 def keep_leads_apart(plan: Plan, order: Order) -> Order:
@@ -114,12 +114,12 @@ def keep_leads_apart(plan: Plan, order: Order) -> Order:
     for _ in range(MAX_SEARCHES):
         if plan.job.deadline.left <= 0.0:
             break
-        cutting, known = starts_apart(plan.work.cutting, best.choices[0].starts), best.choices[0].starts
+        cutting, known = without_meeting_starts(plan.work.cutting, best.choices[0].starts), best.choices[0].starts
         again = replace(plan, stages=stages_of(plan.job, cutting, plan.work.head, known))
         found = find_order(plan.job, again.stages, deadline=plan.job.deadline.part(SEARCH_SHARE))
         spent += sum(s.seconds for s in found.solutions)
         other = Order((sequence_of(plan.job, cutting, found.choices),), found.solutions)
-        for improve in (slide, keep_off_heat, pierce_in_metal, _move_leads_apart):
+        for improve in (slide, avoid_hot_starts, pierce_in_metal, _move_leads_apart):
             other = improve(plan, other)
         if cached_motion(plan, other).cost(objective) >= cached_motion(plan, best).cost(objective):
             break
@@ -129,7 +129,7 @@ def keep_leads_apart(plan: Plan, order: Order) -> Order:
 
 
 def _move_leads_apart(plan: Plan, order: Order) -> Order:
-    return _with_cuts(order, leads_apart(cuts_in_order(plan, order), plan.work.head))
+    return _with_cuts(order, with_leads_apart(cuts_in_order(plan, order), plan.work.head))
 
 
 def detach_later(plan: Plan, order: Order) -> Order:
@@ -205,7 +205,7 @@ def _rank(plan: Plan, order: Order) -> tuple[int, int, float]:
 
 PASSES: tuple[Pass, ...] = (
     slide,
-    keep_off_heat,
+    avoid_hot_starts,
     pierce_in_metal,
     keep_leads_apart,
     detach_later,

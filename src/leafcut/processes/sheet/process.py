@@ -20,7 +20,7 @@ from leafcut.options import (
 )
 from leafcut.options.drawings import SHEET_NAMES
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, Process, option_names, use
-from leafcut.processes.cutting_machines import for_cutting
+from leafcut.processes.cutting_machines import with_cutting_machine
 from leafcut.processes.sheet.options import CutOptions
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ class SheetCutting(Process):
 
     def usual(self, settings: Settings) -> Settings:
         """Return the settings with a cutting machine, unless the user chose a machine."""
-        return for_cutting(settings)
+        return with_cutting_machine(settings)
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
         """Return the suitability of a drawing for cutting. It is high if the name of a layer suggests a sheet, and

@@ -46,7 +46,7 @@ from leafcut.processes.sheet.plan.cutting import (
     prepare_cutting,
     sorted_by_band,
 )
-from leafcut.processes.sheet.plan.moved_starts import clear_pierces, leads_apart
+from leafcut.processes.sheet.plan.moved_starts import clear_pierces_of_kerfs, with_leads_apart
 from leafcut.processes.sheet.plan.narrow_shapes import with_narrow_shapes
 from leafcut.processes.sheet.plan.toolpath import TORCH_ON, TorchSetup
 from leafcut.processes.sheet.post import check_words
@@ -159,7 +159,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     joined = _with_best_chains(job, cutting, file, head.overhead)
     if joined is not cutting:
         known = sorted_by_band(joined, drawing_order(joined), options)
-    by_nearest = leads_apart(clear_pierces(sequence_of(job, cutting, nearest.choices), head), head)
+    by_nearest = with_leads_apart(clear_pierces_of_kerfs(sequence_of(job, cutting, nearest.choices), head), head)
     work = replace(work, cutting=joined, nearest=by_nearest)
     return replace(plan, work=work, stages=stages_of(job, joined, head, known))
 
@@ -203,7 +203,7 @@ def _given_order(
 
         order = plan_order(cutting, file)
     known = sorted_by_band(cutting, order, options)
-    given, fits = clear_pierces(CutSequence(cutting, tuple(known)), replace(head, start=None, end=None)), False
+    given, fits = clear_pierces_of_kerfs(CutSequence(cutting, tuple(known)), replace(head, start=None, end=None)), False
     known = list(given.starts)
     if file is not None:
         try:
@@ -214,7 +214,7 @@ def _given_order(
             fits = False
         else:
             given, fits = CutSequence(whole, starts), True
-    return known, leads_apart(given, head), fits
+    return known, with_leads_apart(given, head), fits
 
 
 def _with_best_chains(job: Job, cutting: Cutting, file: PlanFile | None, overhead: float) -> Cutting:

@@ -7,7 +7,7 @@ import pytest
 
 from leafcut.model.kinds import ProgramKind
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.plan.program_rows import dark_rows, read_rows
+from leafcut.processes.program.plan.program_rows import beam_off_rows, read_rows
 from rewriting import program_of
 
 MILLED = "G21 G90 G17 G94 / S1000 M3 / G0 X0 Y0 Z5 / G1 Z-2 F100 / X10 / Z-3 / X20 / G0 Z5 / X50 / M5 / M2"
@@ -38,11 +38,11 @@ def test_of_a_beam_only_what_is_lit_cuts_and_a_feed_in_the_dark_is_a_way() -> No
     assert places(LIT, ProgramKind.LASER, "cut") == [10.0, 30.0]
     assert places(LIT, ProgramKind.LASER, "travel")[-1] == 20.0
     program = program_of(LIT)
-    dark = dark_rows(program, ProgramKind.LASER)
+    dark = beam_off_rows(program, ProgramKind.LASER)
     assert program.path.end[dark, 0].tolist() == [20.0]
     assert (program.path.kind[dark] == Kind.FEED).all()
 
 
 @pytest.mark.parametrize("process", [ProgramKind.MILL, ProgramKind.DRILL])
 def test_of_a_tool_no_row_is_dark(process: str) -> None:
-    assert not dark_rows(program_of(LIT), process).any()
+    assert not beam_off_rows(program_of(LIT), process).any()

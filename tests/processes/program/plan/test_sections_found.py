@@ -11,7 +11,7 @@ from leafcut.model.sequence import FixedBlocks, ProgramTask, Section, Sequence
 from leafcut.processes.program.plan.find_sections import SectionFinder
 from leafcut.processes.program.plan.fixed_last import follows_compensation, must_stay_last, stops_before_work
 from leafcut.processes.program.plan.merging import changes_saved, merge_sections
-from leafcut.processes.program.plan.operations import keep_apart
+from leafcut.processes.program.plan.operations import divide_at_operations
 from leafcut.processes.program.plan.reversing import with_reversible
 from rewriting import program_of
 
@@ -130,16 +130,16 @@ def test_a_comment_that_marks_an_operation_divides_a_section_and_its_pairs() -> 
     program, finder, sequence = found(*cuts[:2], "(SLOT)", *cuts[2:])
     assert places(sequence) == [[0, 20, 20, 60, 80]]
     assert sequence.sections[0].precedence.tolist() == [[1, 2]]
-    apart = keep_apart(program, sequence, finder.rows, mix_operations=False)
+    apart = divide_at_operations(program, sequence, finder.rows, mix_operations=False)
     assert places(apart) == [[0, 20], [20, 60, 80]]
     assert [section.precedence.tolist() for section in apart.sections] == [[], []]
-    assert places(keep_apart(program, sequence, finder.rows, mix_operations=True)) == places(sequence)
+    assert places(divide_at_operations(program, sequence, finder.rows, mix_operations=True)) == places(sequence)
 
 
 def test_pairs_within_a_part_of_a_section_are_counted_from_its_first_piece() -> None:
     cuts = [CUT.format(x) for x in (0, 20, 40, 60, 60)]
     program, finder, sequence = found(*cuts[:2], "(SLOT)", *cuts[2:])
-    apart = keep_apart(program, sequence, finder.rows, mix_operations=False)
+    apart = divide_at_operations(program, sequence, finder.rows, mix_operations=False)
     assert [section.precedence.tolist() for section in apart.sections] == [[], [[1, 2]]]
 
 
@@ -149,7 +149,7 @@ def test_only_the_first_part_of_a_section_starts_where_it_did_and_only_the_last_
     program, finder, sequence = found("G0 X-9 Y-9", *cuts[:2], "(SLOT)", *cuts[2:], behind)
     whole = sequence.sections[0]
     assert (whole.start, whole.end) == ((-9, -9), (90, 0))
-    first, last, *_ = keep_apart(program, sequence, finder.rows, mix_operations=False).sections
+    first, last, *_ = divide_at_operations(program, sequence, finder.rows, mix_operations=False).sections
     assert (first.start, first.end) == (whole.start, None)
     assert (last.start, last.end) == (None, whole.end)
 

@@ -15,7 +15,7 @@ from leafcut.processes.program.proof.features import (
     HEIGHT,
     PLACE,
     Features,
-    first_with_units,
+    first_block_with_units,
     is_uniform,
     name_of,
 )
@@ -124,7 +124,7 @@ def test_the_first_block_with_units(text: str, block: int) -> None:
     lines = text.split(" / ")
     program = program_of(" / ".join(["G21 G0 X1"] * len(lines)))
     found = replace(program, lines=lines)
-    assert first_with_units(found) == block
+    assert first_block_with_units(found) == block
 
 
 def test_a_length_offset_that_a_block_may_have_changed_is_no_register() -> None:

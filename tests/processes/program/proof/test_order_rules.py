@@ -17,8 +17,8 @@ from leafcut.processes.program.proof.order_rules import (
     detaching_visits_of_outlines,
     line_index,
     lowest_level,
+    nearby_passes,
     passes_at_levels,
-    passes_beside,
     passes_side_by_side,
     rows_in_order,
     visits_of,
@@ -105,7 +105,7 @@ def test_passes_are_at_two_levels_beyond_a_hundredth_of_a_millimetre(
     assert pairs_of(passes_side_by_side, visits_at(cuts), cuts, doubt, 6.0) == [[0, 1]] * (not apart)
     said = [
         (said, pairs.tolist())
-        for said, pairs in passes_beside(visits_at(cuts), *index_of(cuts), doubt, 6.0, lambda a, b: a < b)
+        for said, pairs in nearby_passes(visits_at(cuts), *index_of(cuts), doubt, 6.0, lambda a, b: a < b)
     ]
     word = "is at another level beside" if apart else "runs beside"
     assert said == [(word, [[0, 1]])]

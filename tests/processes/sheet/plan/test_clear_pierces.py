@@ -7,7 +7,7 @@ import shapely
 from cut_sheets import PLASMA, assert_leads_in_scrap, assert_nothing_is_gouged, cutting_of, in_order, sheet_of, square
 from leafcut.model.problem import Metric
 from leafcut.processes.sheet.plan.cutting import Cutting, HeadTravel, drawing_order
-from leafcut.processes.sheet.plan.moved_starts import clear_pierces
+from leafcut.processes.sheet.plan.moved_starts import clear_pierces_of_kerfs
 from leafcut.processes.sheet.plan.starts import CutStart
 
 
@@ -36,7 +36,7 @@ def close_squares() -> Cutting:
 def test_a_pierce_in_an_earlier_kerf_moves_to_whole_metal() -> None:
     cutting = close_squares()
     order = crossing_starts(cutting)
-    clear = list(clear_pierces(in_order(cutting, order), HeadTravel(Metric())).starts)
+    clear = list(clear_pierces_of_kerfs(in_order(cutting, order), HeadTravel(Metric())).starts)
     assert [s.contour for s in clear] == [0, 1]
     assert in_earlier_kerfs(cutting, clear) == 0
     cuts = [cutting.cut(s) for s in clear]
@@ -47,11 +47,11 @@ def test_a_pierce_in_an_earlier_kerf_moves_to_whole_metal() -> None:
 def test_starts_that_are_clear_of_all_kerfs_stay() -> None:
     cutting = cutting_of(sheet_of((square(20, 20, 50), 0, -1, 1), (square(200, 20, 50), 0, -1, 2)))
     order = drawing_order(cutting)
-    assert list(clear_pierces(in_order(cutting, order), HeadTravel(Metric())).starts) == order
+    assert list(clear_pierces_of_kerfs(in_order(cutting, order), HeadTravel(Metric())).starts) == order
 
 
 def test_a_start_that_is_fixed_stays_even_in_a_kerf() -> None:
     cutting = close_squares()
     order = crossing_starts(cutting)
     only = Cutting(cutting.sheet, cutting.rules, cutting.contours, cutting.scrap, order)
-    assert list(clear_pierces(in_order(only, order), HeadTravel(Metric())).starts) == order
+    assert list(clear_pierces_of_kerfs(in_order(only, order), HeadTravel(Metric())).starts) == order

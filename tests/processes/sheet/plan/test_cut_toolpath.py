@@ -17,7 +17,7 @@ from leafcut.model.toolpath import Kind, Toolpath, ToolpathBuilder
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.costs import measure_cuts, part_areas
 from leafcut.processes.sheet.plan.cutting import drawing_order
-from leafcut.processes.sheet.plan.toolpath import TorchSetup, follow, generate_cuts
+from leafcut.processes.sheet.plan.toolpath import TorchSetup, follow_path, generate_cuts
 from leafcut.read.machine import load_machine
 from leafcut.timing.toolpath import measure_toolpath, seconds_by_row
 
@@ -158,7 +158,7 @@ def test_no_arc_has_ends_that_the_decimals_of_a_program_cannot_tell_apart(turn) 
     builder = ToolpathBuilder()
     builder.rapid(z=1.0)
     builder.rapid(0.0, 0.0)
-    follow(builder, path, 10.0)
+    follow_path(builder, path, 10.0)
     laid_path = builder.build()
     arcs = [k for k in range(len(laid_path.kind)) if laid_path.kind[k] in (Kind.ARC_CW, Kind.ARC_CCW)]
     for k in arcs:
@@ -176,7 +176,7 @@ def test_no_step_is_so_short_that_a_program_takes_its_ends_for_one_place(steps, 
     builder = ToolpathBuilder()
     builder.rapid(z=1.0)
     builder.rapid(0.0, 0.0)
-    follow(builder, path, 10.0)
+    follow_path(builder, path, 10.0)
     ends = builder.build().end[1:, :2]
     assert (np.hypot(*np.diff(ends, axis=0).T) > math.sqrt(2.0) * 0.00254).all()
     assert ends[-1].tolist() == pytest.approx([x[-1], 0.0])

@@ -23,7 +23,7 @@ from cut_sheets import (
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.problem import Metric
 from leafcut.processes.sheet.plan.cutting import Cutting, HeadTravel
-from leafcut.processes.sheet.plan.moved_starts import leads_apart
+from leafcut.processes.sheet.plan.moved_starts import with_leads_apart
 from leafcut.processes.sheet.plan.starts import CutStart
 
 
@@ -46,7 +46,7 @@ def test_one_of_two_cuts_whose_leads_cross_begins_elsewhere() -> None:
     cutting = cutting_of(two_squares(9.0))
     order = crossing(cutting)
     assert apart(cutting, *order) < PLASMA.kerf - ROOM
-    moved = list(leads_apart(in_order(cutting, order), HeadTravel(Metric())).starts)
+    moved = list(with_leads_apart(in_order(cutting, order), HeadTravel(Metric())).starts)
     assert [s.contour for s in moved] == [s.contour for s in order]
     assert sum(a is not b for a, b in zip(moved, order, strict=True)) == 1
     assert apart(cutting, *moved) >= PLASMA.kerf - ROOM
@@ -55,7 +55,7 @@ def test_one_of_two_cuts_whose_leads_cross_begins_elsewhere() -> None:
 def test_a_start_that_a_plan_file_fixes_stays_and_the_other_one_moves() -> None:
     cutting = replace(cutting_of(two_squares(9.0)), fixed={1: ("start",)})
     order = crossing(cutting)
-    moved = list(leads_apart(in_order(cutting, order), HeadTravel(Metric())).starts)
+    moved = list(with_leads_apart(in_order(cutting, order), HeadTravel(Metric())).starts)
     assert moved[1] is order[1]
     assert moved[0] is not order[0]
 
@@ -63,7 +63,7 @@ def test_a_start_that_a_plan_file_fixes_stays_and_the_other_one_moves() -> None:
 def test_leads_that_are_apart_stay_where_they_are() -> None:
     cutting = cutting_of(two_squares(60.0))
     order = [cutting.starts[own[0]] for own in cutting.by_contour]
-    assert list(leads_apart(in_order(cutting, order), HeadTravel(Metric(), start=(0.0, 0.0))).starts) == order
+    assert list(with_leads_apart(in_order(cutting, order), HeadTravel(Metric(), start=(0.0, 0.0))).starts) == order
 
 
 def test_the_leads_of_a_chain_count_too() -> None:
@@ -76,7 +76,7 @@ def test_the_leads_of_a_chain_count_too() -> None:
     )
     cutting = chained(cutting_of(sheet))
     order = [cutting.starts[own[0]] for own in cutting.by_contour if own]
-    moved = list(leads_apart(in_order(cutting, order), HeadTravel(Metric())).starts)
+    moved = list(with_leads_apart(in_order(cutting, order), HeadTravel(Metric())).starts)
     for k, s in enumerate(moved):
         for other in moved[k + 1 :]:
             assert apart(cutting, s, other) >= PLASMA.kerf - ROOM

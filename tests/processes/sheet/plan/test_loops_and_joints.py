@@ -14,11 +14,11 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.processes.sheet.plan.contours import prepare_contours
 from leafcut.processes.sheet.plan.corner_loops import with_loops
 from leafcut.processes.sheet.plan.cut_path import (
-    body_of,
     chain_length,
     joints_of,
     make_chain,
     make_cut,
+    path_from_start,
     without_tiny_segments,
 )
 from leafcut.processes.sheet.plan.scrap import Scrap
@@ -67,7 +67,7 @@ def test_joints_lie_evenly_keep_from_corners_and_are_as_long_as_asked_with_a_ker
         joints = joints_of(contour, start, 0.0)
         assert len(joints) == 4
         assert all(high - low == pytest.approx(0.4 + LASER.kerf) for low, high in joints)
-        body, _ = body_of(contour, start, overcut=False)
+        body, _ = path_from_start(contour, start, overcut=False)
         places = [body.point_at(0.5 * (low + high)) for low, high in joints]
         for x, y in places:
             corner = min(math.dist((x, y), (cx, cy)) for cx in (50, 150) for cy in (50, 150))
@@ -81,8 +81,8 @@ def test_a_cut_goes_once_round_and_its_overcut_further_in_its_own_direction() ->
     contour = cutting.contours[0]
     ways = set()
     for start in cutting.starts:
-        body, past = body_of(contour, start)
-        bare, none = body_of(contour, start, overcut=False)
+        body, past = path_from_start(contour, start)
+        bare, none = path_from_start(contour, start, overcut=False)
         assert (body.length, bare.length) == (
             pytest.approx(contour.path.length + 2),
             pytest.approx(contour.path.length),

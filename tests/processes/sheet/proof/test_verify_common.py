@@ -22,7 +22,7 @@ from leafcut.options import PostOptions
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
 from leafcut.processes.sheet.plan.cutting import HeadTravel, drawing_order, prepare_cutting
-from leafcut.processes.sheet.plan.moved_starts import clear_pierces, leads_apart
+from leafcut.processes.sheet.plan.moved_starts import clear_pierces_of_kerfs, with_leads_apart
 from leafcut.processes.sheet.post import write_cut_program
 from leafcut.processes.sheet.proof.cut_motion import read_back
 from leafcut.processes.sheet.proof.matched_runs import CutRequest
@@ -159,7 +159,7 @@ def test_whatever_a_rectangle_is_split_into_is_proved_or_refused(seed: int) -> N
     except PlanError as refused:
         assert "no lead fits into the scrap" in str(refused)
         return
-    order = list(clear_pierces(in_order(cutting, drawing_order(cutting)), HeadTravel(Metric())).starts)
-    cuts = tuple(cutting.cut(s) for s in list(leads_apart(in_order(cutting, order), HeadTravel(Metric())).starts))
+    order = list(clear_pierces_of_kerfs(in_order(cutting, drawing_order(cutting)), HeadTravel(Metric())).starts)
+    cuts = tuple(cutting.cut(s) for s in list(with_leads_apart(in_order(cutting, order), HeadTravel(Metric())).starts))
     assert any(c.common for c in cuts) or len(boxes) == 1
     assert wrong(cuts, rules, sheet) == []

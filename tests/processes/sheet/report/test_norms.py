@@ -15,7 +15,7 @@ from leafcut import api
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.model.cutting import CutMeasures, CutTimes, PartTimes
 from leafcut.processes.registry import report_of
-from leafcut.processes.sheet.report.norms import norm_rows, norms_text
+from leafcut.processes.sheet.report.norms import cycle_time_rows, cycle_times_csv
 from leafcut.report.json_answer import as_json
 from leafcut.report.page import write_page
 
@@ -83,7 +83,7 @@ def test_parts_of_one_name_or_without_a_name_and_alike_are_one_row() -> None:
     norm = CutMeasures(
         parts=(part(1, 5.0), part(2, 5.0, "foot"), part(3, 7.0, "foot"), part(4, 5.0), part(5, 9.0), part(0, 0.0))
     )
-    assert [(row.name, row.quantity, row.perimeter, row.total_s) for row in norm_rows(norm)] == [
+    assert [(row.name, row.quantity, row.perimeter, row.total_s) for row in cycle_time_rows(norm)] == [
         ("1, 4", 2, 100.0, 20.0),
         ("foot", 2, 100.0, 20.0),
         ("5", 1, 100.0, 10.0),
@@ -93,7 +93,7 @@ def test_parts_of_one_name_or_without_a_name_and_alike_are_one_row() -> None:
 def test_no_name_of_a_drawing_is_a_formula_of_a_spreadsheet(outcome: Any) -> None:
     plan = outcome.detail.plan
     evil = replace(plan, measures=replace(plan.measures, parts=(part(1, 5.0, "=HYPERLINK(1)"),)))
-    rows = list(csv.DictReader(io.StringIO(norms_text(evil))))
+    rows = list(csv.DictReader(io.StringIO(cycle_times_csv(evil))))
     assert rows[0]["name"] == "'=HYPERLINK(1)"
 
 

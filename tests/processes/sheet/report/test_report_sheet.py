@@ -23,7 +23,7 @@ from leafcut.processes.registry import report_of
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report.cut_words import clock, contour_words, cut_title, name_words, size_words
 from leafcut.processes.sheet.report.sheet_detail import cut_detail, detailed_cuts
-from leafcut.processes.sheet.report.sheet_drawing import build_sheet_scene, part_window, sheet_drawing, stretches
+from leafcut.processes.sheet.report.sheet_drawing import build_sheet_scene, part_window, path_sections, sheet_drawing
 from leafcut.report.json_answer import as_json
 from leafcut.report.page import path_svg, write_page
 from leafcut.report.summary import print_summary
@@ -197,7 +197,7 @@ def test_the_stretches_of_a_cut_are_its_leads_its_kerf_and_where_the_torch_is_of
     """A hole of 20 mm: 4 mm in, 20π mm round, of which a joint from 10 to 12 mm stays, and 4 mm out, the last dark."""
     end = 4.0 + 20.0 * math.pi
     cut = replace(HOLE, joints=((10.0, 12.0),), torch_off_at=end + 3.0)
-    kinds = [(k, round(a, 3), round(b, 3)) for k, a, b in stretches(cut)]
+    kinds = [(k, round(a, 3), round(b, 3)) for k, a, b in path_sections(cut)]
     assert kinds == [
         ("lead", 0.0, 4.0),
         ("kerf", 4.0, 10.0),
@@ -206,8 +206,8 @@ def test_the_stretches_of_a_cut_are_its_leads_its_kerf_and_where_the_torch_is_of
         ("lead", round(end, 3), round(end + 3.0, 3)),
         ("dark", round(end + 3.0, 3), round(end + 4.0, 3)),
     ]
-    assert [k for k, _, _ in stretches(MARK)] == ["mark"]
-    assert [k for k, _, _ in stretches(replace(SQUARE, loops=((20.0, 30.0),)))] == [
+    assert [k for k, _, _ in path_sections(MARK)] == ["mark"]
+    assert [k for k, _, _ in path_sections(replace(SQUARE, loops=((20.0, 30.0),)))] == [
         "lead",
         "kerf",
         "lead",
@@ -232,7 +232,7 @@ def test_a_run_over_several_contours_is_one_cut_with_one_dot(sheet_outcome):
     path = joined(HOLE.path, Polyline.of_points([HOLE.path.end, SQUARE.path.start]), SQUARE.path)
     over = (HOLE.path.length, path.length - SQUARE.path.length)
     plan = plan_of([cut_of([1, 3], path, 3.0, bridges=(over,))], 1.0)
-    assert [k for k, _, _ in stretches(plan.cuts[0])] == ["lead", "kerf", "bridge", "kerf", "lead"]
+    assert [k for k, _, _ in path_sections(plan.cuts[0])] == ["lead", "kerf", "bridge", "kerf", "lead"]
     svg = path_svg(report_of(sheet_outcome(detail=SheetDetail((plan, None, plan)))), "after")
     assert svg.count('class="begin pierce"') == 1
     assert contour_words(plan, plan.cuts[0]) == "hole, outline"

@@ -72,7 +72,7 @@ def _run_side_by_side(a: Ring, b: Ring, step_over: float) -> bool:
     return bool((away <= 1.05 * step_over).mean() >= LONG)
 
 
-def spines(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> list[list[int]]:
+def ring_chains(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> list[list[int]]:
     """Return chains of nested rings that are side by side, from the inside out; the most promising chain comes first.
 
     `edges` contains the pairs of rings that may be joined.
@@ -198,7 +198,7 @@ class RingLinks:
     def _best_spine(self) -> tuple[list[int], list[tuple[float, float]]]:
         """Return the spine with the lowest cost, and the stations where the path enters and leaves its rings."""
         best: tuple[float, list[int], list[tuple[float, float]]] | None = None
-        for spine in spines(self.cut, self.edges, self.step):
+        for spine in ring_chains(self.cut, self.edges, self.step):
             first = self.cut[spine[0]]
             n = max(min(math.ceil(first.length / self.step), 24), 4)
             # Approximate saving, because the joints of a spine are crossed once instead of twice.

@@ -61,7 +61,7 @@ def contour_parallel_path(region: CentreRegion) -> PocketPath:
         here = shapely.Point(path.end)
         a = min(ready, key=lambda r: (round(cut[r].line.distance(here), 6), -cut[r].level))
         start = cut[a].station_of(path.end)
-        path.append_section(cut[a].stretch(start, start + cut[a].length), kind_of(cut[a], rules))
+        path.append_section(cut[a].stretch(start, start + cut[a].length), kind_of_ring(cut[a], rules))
         left.remove(a)
     return PocketPath("contour", tuple(path.pieces))
 
@@ -79,7 +79,11 @@ class LinkedPath:
     def append_section(self, path: Points, kind: str) -> None:
         """Append a path section, with a link at depth if the link is short and stays in the region."""
         link = shapely.LineString([self.end, path[0]])
-        if self.pieces and 0.0 < link.length <= LINK_STEPS * self.region.rules.step_over and is_free(self.region, link):
+        if (
+            self.pieces
+            and 0.0 < link.length <= LINK_STEPS * self.region.rules.step_over
+            and stays_in_region(self.region, link)
+        ):
             self.pieces.append(PocketPiece(as_polyline(link.coords), "link"))
         self.pieces.append(PocketPiece(as_polyline(path), kind))
         self.end = path[-1]
@@ -90,7 +94,7 @@ def never_stopped() -> bool:
     return False
 
 
-def kind_of(ring: Ring, rules: PocketRules) -> str:
+def kind_of_ring(ring: Ring, rules: PocketRules) -> str:
     """Return ``finish`` for a ring along a wall on which no stock remains, otherwise ``rough``."""
     return "finish" if ring.level == 0 and rules.stock == 0.0 else "rough"
 
@@ -100,6 +104,6 @@ def _first_place(cut: list[Ring]) -> Points:
     return first
 
 
-def is_free(region: CentreRegion, line: Any) -> bool:
+def stays_in_region(region: CentreRegion, line: Any) -> bool:
     """Return whether a line stays in the region of tool centres, apart from rounding errors."""
     return bool(shapely.difference(line, region.polygon).length < 1e-6)

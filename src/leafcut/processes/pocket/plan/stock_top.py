@@ -62,12 +62,12 @@ def highest_over(triangles: NDArray[np.float64], area: Any) -> float:
         flat = shapely.Polygon(near[k, :, :2])
         if flat.area < _UPRIGHT or not area.intersects(flat):
             continue
-        places = near[k] if area.covers(flat) else _on_plane(near[k], area.intersection(flat))
+        places = near[k] if area.covers(flat) else _raise_to_triangle(near[k], area.intersection(flat))
         best = max(best, float(places[:, 2].max(initial=-np.inf)))
     return best
 
 
-def _on_plane(triangle: NDArray[np.float64], part: Any) -> NDArray[np.float64]:
+def _raise_to_triangle(triangle: NDArray[np.float64], part: Any) -> NDArray[np.float64]:
     """Return the corners of a plane shape, raised to the plane of a triangle, float64[n, 3], mm."""
     xy = shapely.get_coordinates(part)
     a, b, c = triangle

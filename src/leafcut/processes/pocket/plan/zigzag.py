@@ -14,7 +14,14 @@ from leafcut.geometry.arrays import Points, segments
 from leafcut.geometry.regions import as_polyline, polygons, shrink
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.plan.region import CentreRegion
-from leafcut.processes.pocket.plan.rings import LINK_STEPS, LinkedPath, is_free, kind_of, never_stopped, rings
+from leafcut.processes.pocket.plan.rings import (
+    LINK_STEPS,
+    LinkedPath,
+    kind_of_ring,
+    never_stopped,
+    rings,
+    stays_in_region,
+)
 from leafcut.processes.pocket.plan.spurs import add_spurs
 
 #: Number of angles to try.
@@ -76,7 +83,7 @@ def _zigzag_at_angle(region: CentreRegion, angle: float, margin: float) -> tuple
         starts = [ring.station_of(path.end) for ring in walls]
         lines = [ring.stretch(s, s + ring.length) for ring, s in zip(walls, starts, strict=True)]
         k = min(range(len(lines)), key=lambda i: math.dist(path.end, lines[i][0]))
-        path.append_section(lines[k], kind_of(walls.pop(k), rules))
+        path.append_section(lines[k], kind_of_ring(walls.pop(k), rules))
     lines = add_spurs([piece.path.vertices[:, :2] for piece in path.pieces], region.polygon, rules)
     pieces = [PocketPiece(as_polyline(line), piece.kind) for line, piece in zip(lines, path.pieces, strict=True)]
     return PocketPath("zigzag", tuple(pieces)), far
@@ -135,7 +142,7 @@ def _joined_lines(region: CentreRegion, rows: list[list[Points]], row: int, turn
         at = lines[-1][-1]
         options = [(math.dist(at, end[0]), k, end) for k, line in enumerate(rows[row]) for end in (line, line[::-1])]
         options = [o for o in options if o[0] <= LINK_STEPS * region.rules.step_over]
-        options = [o for o in options if is_free(region, shapely.LineString(np.vstack([at, o[2][0]]) @ turned))]
+        options = [o for o in options if stays_in_region(region, shapely.LineString(np.vstack([at, o[2][0]]) @ turned))]
         if not options:
             break
         _, k, line = min(options, key=lambda o: o[0])

@@ -85,7 +85,7 @@ def check_pockets(
     """
     cuts = list(cutting_moves(written, rules.tolerance))
     low = _lower_tops(pockets, tops, rules)
-    wrong = [*_unknown_places(written), *_rapids(written, cuts, rules, retract, low)]
+    wrong = [*_unknown_places(written), *_dangerous_rapids(written, cuts, rules, retract, low)]
     return limit_differences([*wrong, *_cuts_beyond_walls(cuts, pockets, rules, depths)])
 
 
@@ -403,7 +403,7 @@ def _unknown_places(path: Toolpath) -> list[Difference]:
     ]
 
 
-def _rapids(
+def _dangerous_rapids(
     path: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules, retract: float, lower: Sequence[tuple[float, Any]]
 ) -> list[Difference]:
     """Return the rapids below the R plane that move sideways, or descend to an area that is not cleared."""

@@ -33,7 +33,7 @@ from leafcut.processes.pocket.report.pocket_words import (
     several_depths,
     strategy_figures,
     sum_measures,
-    wider_words,
+    wide_cut_words,
     written_measures,
 )
 from leafcut.report import chart, views
@@ -194,7 +194,10 @@ class PocketReport(PathReport[PocketDetail]):
             fact("uncovered_percent", "%", self._uncut_words(m), Message("Uncut")),
             fact("max_step_over", "mm", asked, Message("Step-over")),
             fact(
-                "max_width", "mm", wider_words(m, rules.tool_diameter) if m.wide_mm > 0.0 else "", Message("Widest cut")
+                "max_width",
+                "mm",
+                wide_cut_words(m, rules.tool_diameter) if m.wide_mm > 0.0 else "",
+                Message("Widest cut"),
             ),
             fact("feed_mm", "mm", lifted, Message("Path over a level"), of_search=True),
             Fact(value=above, unit="%", sentence=floor, name=Message("Above minimum"), of_search=True),

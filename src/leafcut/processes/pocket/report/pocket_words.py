@@ -158,7 +158,7 @@ def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
     return words
 
 
-def wider_words(m: PocketMeasures, diameter: float) -> str:
+def wide_cut_words(m: PocketMeasures, diameter: float) -> str:
     """Return a sentence about cuts that are much wider than the step-over: their share of the path, and the widest
     cut.
     """

@@ -25,8 +25,8 @@ from leafcut.processes.program.plan.program_rows import (
     TOLERANCE,
     Rows,
     find_barriers,
-    free_runs,
     read_rows,
+    runs_without_barriers,
 )
 
 #: Reason for blocks that contain only fixed work; `Sequence.stays` has the reason for each piece of work.
@@ -86,18 +86,18 @@ class SectionFinder:
         """Return all sections in program order."""
         found: list[Section] = []
         for section in reversed(list(self._candidates())):
-            if (found and found[-1].pieces[0].begin == section.pieces[-1].end) or self._may_end(section):
+            if (found and found[-1].pieces[0].begin == section.pieces[-1].end) or self._next_block_fits_all(section):
                 found.append(section)
             else:
                 self._record_reason(section.pieces, "goes-on", section.pieces[-1].end)
         return found[::-1]
 
     def _candidates(self) -> Iterator[Section]:
-        waiting = list(reversed(free_runs(self.program, self.barriers)))
+        waiting = list(reversed(runs_without_barriers(self.program, self.barriers)))
         while waiting:
             begin, end = waiting.pop()
-            starts = self._starts(begin, end)
-            switches = self._switches(starts)
+            starts = self._task_starts(begin, end)
+            switches = self._spindle_switches(starts)
             if switches:
                 self.barriers.update(dict.fromkeys(switches, Message("the spindle is switched on or off")))
                 edges = [begin - 1, *switches, end]
@@ -122,7 +122,7 @@ class SectionFinder:
 
     # -- starts of pieces -------------------------------------------------------------------------------------------
 
-    def _starts(self, begin: int, end: int) -> list[_TaskStart]:
+    def _task_starts(self, begin: int, end: int) -> list[_TaskStart]:
         """Return the starts of the pieces of work in a series of blocks.
 
         A start is a travel move of the retracted tool after the previous work has ended.
@@ -226,10 +226,10 @@ class SectionFinder:
         """Return the direction and speed of the spindle, which must be the same before and after a piece of work."""
         return modal.spindle, modal.rpm if modal.spindle and not self.beam else 0.0
 
-    def _switches(self, starts: list[_TaskStart]) -> list[int]:
+    def _spindle_switches(self, starts: list[_TaskStart]) -> list[int]:
         """Return the blocks in a series that switch the spindle for the work after them."""
         found = []
-        free = self._speeds_recur(starts)
+        free = self._returns_to_earlier_speed(starts)
         for one, other in pairwise(starts):
             key = self._spindle_state(self.program.modal(other.block))
             before = self._spindle_state(self.program.modal(one.block))
@@ -240,7 +240,7 @@ class SectionFinder:
                 found.append(last)
         return found
 
-    def _speeds_recur(self, starts: list[_TaskStart]) -> bool:
+    def _returns_to_earlier_speed(self, starts: list[_TaskStart]) -> bool:
         """Return whether a series of blocks returns to an earlier spindle speed by S words alone, so that reordering
         can save changes of the speed.
 
@@ -275,7 +275,7 @@ class SectionFinder:
             end = starts[-1].block
             starts = starts[:-1]
         for start in starts:
-            self.why[start.block] = self._reason_single(*edges) if len(starts) == 1 else ("crossing", -1)
+            self.why[start.block] = self._why_single_task_stays(*edges) if len(starts) == 1 else ("crossing", -1)
         if len(starts) < 2:
             return
         path = self.program.path
@@ -297,7 +297,7 @@ class SectionFinder:
                 chosen = chosen[len(pieces) :]
             self.why.update((start.block, (why, end if why == "goes-on" else -1)) for start in chosen)
 
-    def _reason_single(self, before: int, after: int) -> tuple[str, int]:
+    def _why_single_task_stays(self, before: int, after: int) -> tuple[str, int]:
         """Return the reason why a single piece of work between two barriers stays, and the barrier that separates it
         from other work.
         """
@@ -329,7 +329,7 @@ class SectionFinder:
             up = (math.isnan(z) and self.beam) or z >= clearance - TOLERANCE
             same = self.program.modal(block + 1).spindle == turning and self._has_default_modes(block + 1)
             if up and same and not (self.beam and self.rows.beam[row]):
-                return self._end_of_retract(self._dwells_end(block + 1, end, low + int(cuts[-1])), end)
+                return self._end_of_retract(self._end_of_dwells(block + 1, end, low + int(cuts[-1])), end)
         return None
 
     def _end_of_retract(self, block: int, end: int) -> int:
@@ -348,7 +348,7 @@ class SectionFinder:
             self.program.path.kind[r] == Kind.RAPID and not self.rows.sideways[r] for r in rows
         )
 
-    def _dwells_end(self, block: int, end: int, last_cut: int) -> int:
+    def _end_of_dwells(self, block: int, end: int, last_cut: int) -> int:
         """Return the end of the dwells after a cut. A dwell is part of the cut unless the tool has retracted before
         it.
         """
@@ -412,7 +412,7 @@ class SectionFinder:
             for r in rows
         )
 
-    def _may_end(self, section: Section) -> bool:
+    def _next_block_fits_all(self, section: Section) -> bool:
         """Return whether the block after a section can follow any piece of work of the section.
 
         If that block is a hole that continues a cycle, every piece must end with the same cycle and at the same height.

@@ -226,7 +226,7 @@ class HeightLowering:
             bottom = min(start, float(path.end[row, 2]))
             lowest += max(min(self.longest, 0.5 * max(lengths), lowest - bottom), 0.0)
         new = max(lowest, start, float(path.end[row, 2]))
-        if not new < high - _WORTH or self._over_obstacle(across, new):
+        if not new < high - _WORTH or self._hits_obstacle(across, new):
             return []
         return [Lowered(self._block(one), "Z", new) for one in stated]
 

@@ -96,7 +96,7 @@ class _Merger:
         for place in range(at - 2, -1, -1):
             item = self.items[place]
             if isinstance(item, FixedBlocks):
-                if not self._can_be_passed(item):
+                if not self._work_may_move_past(item):
                     return False
             elif self._have_same_state(item, later):
                 self._merge_into(place, at)
@@ -128,7 +128,7 @@ class _Merger:
         rows = slice(int(self.program.first[kept.begin]), int(self.program.first[kept.end]))
         return [Kind(k) for k in self.program.path.kind[rows].tolist()]
 
-    def _can_be_passed(self, kept: FixedBlocks) -> bool:
+    def _work_may_move_past(self, kept: FixedBlocks) -> bool:
         """Return whether work after the fixed blocks can move to a position before them."""
         if not _BETWEEN.issuperset(self._kinds(kept)):
             return False
@@ -140,7 +140,7 @@ class _Merger:
         return all(getattr(one, f) == getattr(other, f) for f in _SAME if f not in _STATED_BY)
 
     def _is_change(self, kept: FixedBlocks) -> bool:
-        return Kind.TOOL in self._kinds(kept) and self._can_be_passed(kept)
+        return Kind.TOOL in self._kinds(kept) and self._work_may_move_past(kept)
 
     def _have_same_state(self, one: Section, other: Section) -> bool:
         before, after = (self.program.modal(s.pieces[0].begin) for s in (one, other))

@@ -32,7 +32,7 @@ _NUMBERS = re.compile(r"[-+]?[0-9]*\.?[0-9]+")
 _WORD = re.compile(r"[^\W\d_]{2}")
 
 
-def keep_apart(program: Program, sequence: Sequence, rows: Rows, mix_operations: bool) -> Sequence:
+def divide_at_operations(program: Program, sequence: Sequence, rows: Rows, mix_operations: bool) -> Sequence:
     """Divide the sections at CAM operations, and before the cuts that detach parts.
 
     Cuts that detach parts and have no other work after them form a section of their own. Operations are ignored for

@@ -72,12 +72,12 @@ def plan_pace(
         Rows of arcs that a rapid along their chord may replace (`arcs_in_air`).
     """
     limits = tool_limits(loads, tools, rules) if rules.feeds else {}
-    speed = _in_material(loads, limits, cutters, rules, machine)
+    speed = _speeds_in_material(loads, limits, cutters, rules, machine)
     pieces, path = loads.moves, program.path
     vertical = loads.is_vertical
     clear = loads.removed.over <= -rules.clearance
     candidates = ~pieces.rapid & ((clear | vertical) & rules.air | (speed != loads.feed))
-    upwards = vertical & (pieces.ends[:, 5] > pieces.ends[:, 2]) & _leaves_freely(pieces, tools)
+    upwards = vertical & (pieces.ends[:, 5] > pieces.ends[:, 2]) & _may_retract_at_any_speed(pieces, tools)
     fast = np.zeros(len(path), dtype=np.bool_)
     fast[loads.source[clear | vertical]] = True
     corners = RapidCorners(path, machine, rules.clearance, top, fast)
@@ -147,7 +147,7 @@ def arcs_in_air(program: Program, loads: Loads, rules: PaceRules, machine: Machi
     return found
 
 
-def _in_material(
+def _speeds_in_material(
     loads: Loads,
     limits: Mapping[int, ToolLimits],
     cutters: Mapping[int, Cutter],
@@ -170,7 +170,7 @@ def _in_material(
         factor = minimum_around(np.where(mine, factor, np.inf), loads.length, _AROUND * diameter)
         speed[mine] *= factor[mine]
         plunges = loads.plunges & of_tool
-        slower = np.minimum(np.minimum(_downwards(loads, limit), bounds["spindle"]), 1.0)
+        slower = np.minimum(np.minimum(_plunge_feed_factor(loads, limit), bounds["spindle"]), 1.0)
         speed[plunges] *= _least_by_row(slower, loads.source, plunges)
     speed = np.where(speed > loads.feed, np.maximum(np.minimum(speed, machine.max_feed), loads.feed), speed)
     return _limit_to_reachable(speed, loads.feed, loads.length, min(machine.acceleration) * machine.acceleration_factor)
@@ -185,7 +185,7 @@ def _feed_factors(
     by_chip = limit.chip / np.where(mine, loads.chip, 1.0)
     none = np.full_like(by_chip, np.inf)
     by_rate = np.divide(limit.rate, loads.rate, out=none.copy(), where=loads.rate > 0)
-    down = _downwards(loads, limit)
+    down = _plunge_feed_factor(loads, limit)
     return {
         # If several limits are equal, the first of them is the reported reason.
         "ramp": np.where(loads.sinks, np.minimum(down, 1.0) if math.isinf(limit.plunge) else down, np.inf),
@@ -198,7 +198,7 @@ def _feed_factors(
     }
 
 
-def _downwards(loads: Loads, limit: ToolLimits) -> Floats:
+def _plunge_feed_factor(loads: Loads, limit: ToolLimits) -> Floats:
     """Return the factor by which the plunge feed of each move may change."""
     return np.divide(
         limit.plunge, loads.descent_speed, out=np.full_like(loads.feed, np.inf), where=loads.descent_speed > 0
@@ -228,7 +228,7 @@ class KeptFeed(NamedTuple):
     width: float
 
 
-def why_kept(
+def reason_for_kept_feed(
     program: Program, loads: Loads, number: int, limit: ToolLimits, diameter: float, rules: PaceRules, machine: Machine
 ) -> KeptFeed | None:
     """Return the reason why the cuts of a tool are not faster, or None if the tool only plunges."""
@@ -353,7 +353,7 @@ def _clear_intervals(clear: NDArray[np.bool_]) -> list[tuple[float, float]]:
     return [(first / len(clear), last / len(clear)) for first, last in edges.reshape(-1, 2).tolist()]
 
 
-def _leaves_freely(pieces: StraightMoves, tools: Mapping[int, Tool]) -> NDArray[np.bool_]:
+def _may_retract_at_any_speed(pieces: StraightMoves, tools: Mapping[int, Tool]) -> NDArray[np.bool_]:
     """Return a mask of the moves of tools that may retract at any speed, as they do in drilling cycles."""
     slow = [number for number, tool in tools.items() if tool.kind in _FED_OUT]
     return ~np.isin(pieces.tool, slow)

@@ -23,7 +23,7 @@ from leafcut.processes.program.proof.order_rules import (
     Visits,
     detaching_visits,
     line_index,
-    passes_beside,
+    nearby_passes,
     rows_in_order,
     visits_of,
 )
@@ -113,7 +113,7 @@ def with_precedence(
     ties = {cause: ties_of(pairs, n) for cause, pairs in causes.items() if len(pairs)}
     stages = ties_at_edges(detaching_stages(marked), n)
     if stages is not None:
-        ties[FREES] = nearer_ties(ties.get(FREES), stages)
+        ties[FREES] = combine_ties(ties.get(FREES), stages)
     return Precedence(marked, _without_implied(np.concatenate(list(causes.values())), n, check_cancelled), ties)
 
 
@@ -148,7 +148,7 @@ def _related_pairs(work: _OrderRuleInput, process: str, check_cancelled: Heartbe
         pairs[TOUCHES].append(unique_pairs(owner[a], owner[b]))
     if process not in BEAMS and not all(widths):
         visits = work.visits()
-        for _, found in passes_beside(visits, near, owner, KEEP, np.inf, wanted):
+        for _, found in nearby_passes(visits, near, owner, KEEP, np.inf, wanted):
             check_cancelled()
             pairs[PASSES].append(found)
         if not across:
@@ -245,7 +245,7 @@ def no_ties(n: int) -> NDArray[np.int32]:
     return np.tile(np.array([n, -1], dtype=np.int32), (n, 1))
 
 
-def nearer_ties(one: NDArray[np.int32] | None, other: NDArray[np.int32]) -> NDArray[np.int32]:
+def combine_ties(one: NDArray[np.int32] | None, other: NDArray[np.int32]) -> NDArray[np.int32]:
     """Combine the ties that two causes create, and keep the nearer tie of each piece."""
     if one is None:
         return other

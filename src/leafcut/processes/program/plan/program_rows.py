@@ -135,7 +135,7 @@ def _deepest(program: Program, block: NDArray[np.int32], aside: NDArray[np.bool_
     return np.where(np.isfinite(found), found, np.nan)[of_modal]
 
 
-def dark_rows(program: Program, process: str) -> NDArray[np.bool_]:
+def beam_off_rows(program: Program, process: str) -> NDArray[np.bool_]:
     """Return a mask of the feed moves with the beam off, bool[n]. For a cutting tool, the mask is False everywhere."""
     dark: NDArray[np.bool_] = (program.path.kind == Kind.FEED) & (process in BEAMS)
     return dark & ~_beam_mask(program) if dark.any() else dark
@@ -153,7 +153,7 @@ def _beam_mask(program: Program) -> NDArray[np.bool_]:
     return beam
 
 
-def known_process(program: Program) -> str:
+def detect_process(program: Program) -> str:
     """Detect the kind of a program. A beam is switched on before each cut, whereas a spindle is switched on only before
     the first move.
     """
@@ -219,11 +219,11 @@ def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
     for row in _idle_rows(program, rows):
         what = Message("a dwell") if path.kind[row] == Kind.DWELL else Message("the spindle is switched on or off")
         barriers.setdefault(int(block[row]), Message("{} between pieces of work", what))
-    _hold_calls(program, barriers)
+    _add_calls_to_barriers(program, barriers)
     return barriers
 
 
-def _hold_calls(program: Program, barriers: dict[int, str]) -> None:
+def _add_calls_to_barriers(program: Program, barriers: dict[int, str]) -> None:
     """Add fixed blocks and repeated lines to the barriers, except subprogram calls that can move as a whole.
 
     Calls with M98 or M97 can move if they have no parameters and leave the spindle state unchanged.
@@ -301,7 +301,7 @@ def _changed_mode(one: Modal, other: Modal) -> str:
     return ""
 
 
-def free_runs(program: Program, barriers: dict[int, str]) -> list[tuple[int, int]]:
+def runs_without_barriers(program: Program, barriers: dict[int, str]) -> list[tuple[int, int]]:
     """Return the series of blocks (begin, end) without barriers. Only comments may be between their lines."""
     edges = {0, program.n_blocks}
     for block in barriers:

@@ -55,7 +55,7 @@ def find_sequence(
     """
     if process != "auto" and process not in tuple(ProgramKind):
         raise PlanError("unknown process '{}'{}", process, name_suggestion(process, ["auto", *ProgramKind]))
-    found = known_process(program) if process == "auto" else process
+    found = detect_process(program) if process == "auto" else process
     finder = SectionFinder(program, found, check_cancelled, tool_diameter=tool_diameter)
     items = finder.items()
     stays = tuple(stay for item in items if isinstance(item, FixedBlocks) for stay in finder.stays(item))
@@ -64,7 +64,7 @@ def find_sequence(
         sequence = merge_sections(program, sequence, finder.rows, check_cancelled)
     else:
         sequence = replace(sequence, mergeable=changes_saved(program, sequence, finder.rows, check_cancelled))
-    sequence = keep_apart(program, sequence, finder.rows, mix_operations)
+    sequence = divide_at_operations(program, sequence, finder.rows, mix_operations)
     if allow_reverse:
         sequence = with_reversible(program, sequence, finder.rows)
     return sequence

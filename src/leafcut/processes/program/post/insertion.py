@@ -19,7 +19,7 @@ _STANDS_ALONE = frozenset(("G17", "G18", "G19", "G90", "G91", "G90.1", "G91.1", 
 _LAST_NUMBER = 99_999
 
 
-def line_end(lines: Sequence[str]) -> str:
+def line_ending(lines: Sequence[str]) -> str:
     """Return the line ending of a program."""
     first = next(iter(lines), "")
     return first[len(first.rstrip("\r\n")) :] or "\n"
@@ -30,7 +30,7 @@ def code_without_comments(line: str) -> str:
     return COMMENT.sub(lambda m: " " * len(m.group()), line.rstrip("\r\n"))
 
 
-def _body_of(line: str) -> tuple[int, int, str]:
+def _word_range(line: str) -> tuple[int, int, str]:
     """Return the start and the end of the words in a line, and the separator between words."""
     code = code_without_comments(line)
     begin = _FRONT.match(code)
@@ -91,13 +91,13 @@ def replace_words(line: str, texts: Mapping[str, str]) -> str:
     return line
 
 
-def with_words(line: str, words: Sequence[str]) -> str:
+def replace_all_words(line: str, words: Sequence[str]) -> str:
     """Replace all words of a line; the line number, the comments and the style of the line stay.
 
     >>> with_words("N10 G1X5Y2 (here)", ["G1", "X0", "Y1"])
     'N10 G1X0Y1 (here)'
     """
-    start, stop, space = _body_of(line)
+    start, stop, space = _word_range(line)
     inside = [match.group() for match in COMMENT.finditer(line, start, max(stop, start))]
     text = space.join(words)
     text = text.lower() if code_without_comments(line)[start:stop].islower() else text

@@ -17,7 +17,7 @@ from leafcut.processes.program.post.insertion import (
     code_without_comments,
     format_value,
     insert_words_within,
-    line_end,
+    line_ending,
     replace_words,
 )
 from leafcut.units import SECONDS_PER_MINUTE
@@ -75,7 +75,7 @@ class _PaceWriter:
         # Motion and feed in the new text, from the first new speed on.
         self.motion: int | None
         self.feed: float
-        self.end = line_end(program.lines)
+        self.end = line_ending(program.lines)
 
     def text(self, check_cancelled: Heartbeat) -> str:
         program = self.program

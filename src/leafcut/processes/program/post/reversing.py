@@ -19,9 +19,9 @@ from leafcut.processes.program.post.insertion import (
     code_without_comments,
     format_length,
     insert_words,
-    line_end,
+    line_ending,
+    replace_all_words,
     replace_words,
-    with_words,
 )
 
 #: Number of the G word for the reversed motion, by kind of the original motion.
@@ -67,7 +67,7 @@ class ReversedCut:
         """Return the reversed lines, and the modal state after them."""
         new = [*self._lead(), *self._body(), *self._tail()]
         # The last line of a file may lack a line ending; after reversal it may no longer be last.
-        end = line_end(self.program.lines)
+        end = line_ending(self.program.lines)
         new = [line if line.endswith(("\n", "\r")) else line + end for line in new]
         return new, replace(self.program.modal(self.stroke.end), motion=self.motion)
 

@@ -38,7 +38,7 @@ from leafcut.processes.program.post.insertion import (
     format_length,
     format_value,
     insert_words_within,
-    line_end,
+    line_ending,
     renumbered,
 )
 from leafcut.processes.program.post.reversing import ReversedCut
@@ -87,7 +87,7 @@ def rewrite(
     """
     permutations: list[NDArray[np.int64]] = []
     for number, (section, order) in enumerate(zip(sequence.sections, orders, strict=True)):
-        with _of_section(number):
+        with _naming_section(number):
             permutations.append(checked_order(section, order))
     same = not sequence.dropped and obstacles is None and all((p == np.arange(len(p))).all() for p in permutations)
     if same and not renumber:
@@ -99,7 +99,7 @@ def rewrite(
 
 
 @contextmanager
-def _of_section(number: int) -> Iterator[None]:
+def _naming_section(number: int) -> Iterator[None]:
     """Add the number of the section to each PostError that is raised in the block."""
     try:
         yield
@@ -125,7 +125,7 @@ class _Rewriter:
         self.task_lines = TaskLines(program, sequence)
         self.original = OriginalPositions(program)
         self.out: list[tuple[str, bool]] = []
-        self.end = line_end(program.lines)
+        self.end = line_ending(program.lines)
         self.have = Modal()
         self.place = [math.nan] * 3
         #: Initial height of the active series of cycles, mm.
@@ -140,13 +140,13 @@ class _Rewriter:
         for item in self.sequence.items:
             if isinstance(item, FixedBlocks):
                 if done:
-                    with _of_section(done - 1):
+                    with _naming_section(done - 1):
                         self._restore_state(item)
                 self._write_fixed_blocks(item)
                 continue
             if not done:
                 self._set_state_of_original(item.pieces[0].begin)
-            with _of_section(done):
+            with _naming_section(done):
                 self._write_section(item, orders[done])
             done += 1
         self._copy_lines(self.task_lines.tail)

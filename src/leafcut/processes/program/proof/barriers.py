@@ -318,12 +318,12 @@ def compare_barrier_groups(before: list[BarrierGroup], after: list[BarrierGroup]
         if same:
             hard.mark_of.update({a.key: b for a, b in zip(same.pop().marks, wall.marks, strict=True)})
         else:
-            hard.differences.append(_other_tool_change(wall, [one for walls in left.values() for one in walls]))
+            hard.differences.append(_added_tool_change(wall, [one for walls in left.values() for one in walls]))
             hard.implied.extend(_implied_changes(list(wall.marks), "new"))
     return hard
 
 
-def _other_tool_change(wall: BarrierGroup, others: list[BarrierGroup]) -> Difference:
+def _added_tool_change(wall: BarrierGroup, others: list[BarrierGroup]) -> Difference:
     """Report a tool change that the original program does not contain. If the original program changes to the same tool
     elsewhere, report that change as well.
     """

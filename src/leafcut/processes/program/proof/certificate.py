@@ -29,7 +29,7 @@ from leafcut.processes.program.proof.barriers import (
 )
 from leafcut.processes.program.proof.changed_order import ChangedOrder
 from leafcut.processes.program.proof.explanation import explain
-from leafcut.processes.program.proof.features import FIRST_CYCLE, first_with_units
+from leafcut.processes.program.proof.features import FIRST_CYCLE, first_block_with_units
 from leafcut.processes.program.proof.matching import Feature, MatchTolerance, Pairing, match_features
 from leafcut.processes.program.proof.program_work import (
     ProgramWork,
@@ -204,8 +204,8 @@ class _Comparison:
         pairing, turned = self._compare_work(before, after, grouping)
         self.add(find_misplaced_barriers(before.marks, grouping.mark_of, self.tolerance))
         self.add(find_lost_modes(self.programs, (before, after), pairing.new_of, grouping.mark_of))
-        self.add(_wider_travel(before.path, after.path, self.tolerance, [beyond, _known_bounds(pairing.extra)]))
-        self.add(_outside(new.path, machine))
+        self.add(_farther_reach(before.path, after.path, self.tolerance, [beyond, _known_bounds(pairing.extra)]))
+        self.add(_moves_outside_travel(new.path, machine))
         differences = tuple(limit_differences(self.differences, self.count))
         compared = () if differences else (*COMPARED, _EITHER_WAY) if self.allow_reverse else COMPARED
         return Certificate(
@@ -238,7 +238,7 @@ class _Comparison:
         room = MatchTolerance(self.tolerance, self.beam)
         pairing = match_features(features[0], features[1], room)
         if pairing.missing and not (pairing.new_of >= 0).any():
-            self.add(_other_units(self.programs))
+            self.add(_unit_difference(self.programs))
         explanation = explain(pairing, room, grouping.implied)
         self.add(difference for difference, changes in grouping.states if not changes <= explanation.changes)
         self.add(explanation.differences, explanation.found)
@@ -253,10 +253,10 @@ class _Comparison:
         return pairing, len(np.unique(turned[turned >= 0]))
 
 
-def _other_units(programs: tuple[Program, Program]) -> Iterator[Difference]:
+def _unit_difference(programs: tuple[Program, Program]) -> Iterator[Difference]:
     """Yield a difference if the programs state different units, because this may explain all other differences."""
     units = [{m.unit for m in program.modals if m.unit} for program in programs]
-    stated = [first_with_units(program) for program in programs]
+    stated = [first_block_with_units(program) for program in programs]
     written = all(block < program.n_blocks for block, program in zip(stated, programs, strict=True))
     if written and all(len(side) == 1 for side in units) and units[0] != units[1]:
         was, now = (Message("inches") if side == {MM_PER_INCH} else "mm" for side in units)
@@ -277,7 +277,7 @@ def _known_bounds(features: list[Feature]) -> Bounds | None:
     return tuple(lowest.tolist()), tuple(highest.tolist())
 
 
-def _wider_travel(
+def _farther_reach(
     before: Toolpath, after: Toolpath, tolerance: float, beyond: list[Bounds | None]
 ) -> Iterator[Difference]:
     """Yield the axes on which the new program reaches farther than the original program.
@@ -319,7 +319,7 @@ def _farthest_move(path: Toolpath, axis: int, sign: float) -> tuple[int, float]:
     return row, float(ends[row]) if row >= 0 else -math.inf
 
 
-def _outside(path: Toolpath, machine: Machine | None) -> list[Difference]:
+def _moves_outside_travel(path: Toolpath, machine: Machine | None) -> list[Difference]:
     """Return the moves outside the travel of the machine, up to the first shift of the origin. Positions after the
     shift are unknown.
     """

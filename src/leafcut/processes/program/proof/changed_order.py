@@ -19,7 +19,7 @@ from leafcut.processes.program.proof.order_rules import (
     Visits,
     detaching_visits,
     line_index,
-    passes_beside,
+    nearby_passes,
     rows_in_order,
     touching_in_new_order,
     visits_of,
@@ -151,7 +151,7 @@ class ChangedOrder:
             owner = np.where(chosen[visit], visit, -1)
             near, of = line_index(lines_of(self.features, self.traces, owner, FREE.sagitta))
             known: set[tuple[str, int, int]] = set()
-            for relation, pairs in passes_beside(visits, near, of, FREE, width, wanted):
+            for relation, pairs in nearby_passes(visits, near, of, FREE, width, wanted):
                 self.check_cancelled()
                 # Long cuts meet in several parts of the index.
                 new = [pair for pair in ((relation, *pair) for pair in pairs.tolist()) if pair not in known]

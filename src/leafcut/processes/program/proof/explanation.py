@@ -80,7 +80,7 @@ def explain(pairing: Pairing, room: MatchTolerance, implied: Sequence[StateChang
     if counted:
         # New features may be counterparts of features that were counted but not explained.
         stretches[1] = []
-    found += _moved(stretches[0], stretches[1], sides, room)
+    found += _moved_features(stretches[0], stretches[1], sides, room)
     for change, rest, side in (("missing", stretches[0], sides[0]), ("extra", stretches[1], sides[1])):
         found += (_group_difference(change, group, side) for group in _grouped(rest, _adjacent))
     if not found and (missing or extra) and not implied:
@@ -221,7 +221,7 @@ def _adjacent(one: Stretch, other: Stretch) -> bool:
 def _group_difference(change: str, group: list[Stretch], side: Features) -> Difference:
     """Return the difference for adjacent runs of features that are all missing or all new."""
     features = [feature for stretch in group for feature in stretch]
-    holes = [_hole(stretch, side) for stretch in group]
+    holes = [_describe_hole(stretch, side) for stretch in group]
     text = _group_text(group, holes)
     if len(group) == 1 and (holes[0] or len(features) == 1):
         message = Message("{} is missing", text) if change == "missing" else Message("{} is new", text)
@@ -235,7 +235,7 @@ def _group_difference(change: str, group: list[Stretch], side: Features) -> Diff
 def _group_text(group: list[Stretch], holes: list[Message | None]) -> Message:
     tool = _tool_of(group[0][0])
     if len(group) == 1:
-        return Message("{} with tool {}", _stretch_text(group[0], holes[0]), tool)
+        return Message("{} with tool {}", _describe_run(group[0], holes[0]), tool)
     described = [hole for hole in holes if hole]
     if len(described) < len(holes):
         features = [feature for stretch in group for feature in stretch]
@@ -247,7 +247,7 @@ def _group_text(group: list[Stretch], holes: list[Message | None]) -> Message:
     return Message("{} holes, the first {}, with tool {}", len(group), described[0], tool)
 
 
-def _stretch_text(stretch: Stretch, hole: Message | None) -> Message:
+def _describe_run(stretch: Stretch, hole: Message | None) -> Message:
     """Describe a run of features. The last value is the end of the run; unless the run is a hole made by several cuts,
     its start comes before it.
     """
@@ -260,7 +260,7 @@ def _stretch_text(stretch: Stretch, hole: Message | None) -> Message:
     return Message("{} from {} to {}", _count_text(stretch), start, end)
 
 
-def _hole(stretch: Stretch, side: Features) -> Message | None:
+def _describe_hole(stretch: Stretch, side: Features) -> Message | None:
     """Describe a hole, which is a canned cycle, or vertical cuts without adjoining cuts. The last value is the position
     of the hole.
 
@@ -280,7 +280,7 @@ def _hole(stretch: Stretch, side: Features) -> Message | None:
     return Message("hole at {}", position_text(first.place[0], first.place[1], bottom))
 
 
-def _moved(
+def _moved_features(
     gone: list[Stretch], new: list[Stretch], sides: tuple[Features, Features], room: MatchTolerance
 ) -> Iterator[Difference]:
     """Yield differences for the features that only moved, and remove these features from both lists."""
@@ -297,8 +297,8 @@ def _moved(
             groups[tuple(round(b - a, 3) + 0.0 for a, b in ends)].append((stretch, found))
     for shift, group in groups.items():
         one, other = group[0]
-        holes = [_hole(s, side) for s, side in zip((one, other), sides, strict=True)]
-        before, after = (hole or _stretch_text(s, None) for s, hole in zip((one, other), holes, strict=True))
+        holes = [_describe_hole(s, side) for s, side in zip((one, other), sides, strict=True)]
+        before, after = (hole or _describe_run(s, None) for s, hole in zip((one, other), holes, strict=True))
         tool, single = _tool_of(one[0]), holes[0] is not None or len(one) == 1
         if len(group) > 1:
             count = _count_text([f for s, _ in group for f in s])
@@ -319,7 +319,7 @@ def _moved(
                 after.values[-1],
             )
         pairs = [pair for both in group for pair in zip(*both, strict=True)]
-        yield _difference("moved", pairs, message, "hole" if all(_hole(s, sides[0]) for s, _ in group) else "")
+        yield _difference("moved", pairs, message, "hole" if all(_describe_hole(s, sides[0]) for s, _ in group) else "")
 
 
 def _differs_only_in_position(one: Stretch, other: Stretch, room: MatchTolerance) -> bool:

@@ -214,7 +214,9 @@ def _columns(modals: Iterable[Modal]) -> dict[str, NDArray]:
 def _history(program: Program) -> TextHistory:
     """Return the text history at each row of a program."""
     path, length = program.path, program.modal_at_rows("length")
-    stated = (program.row_block >= first_with_units(program)) + 2 * _started(path, program.modal_at_rows("spindle"))
+    stated = (program.row_block >= first_block_with_units(program)) + 2 * _spindle_started(
+        path, program.modal_at_rows("spindle")
+    )
     return TextHistory(
         (stated + 4 * _length_taken(path, length)).astype(np.int8),
         np.searchsorted([setting.line for setting in program.obeyed], path.line).astype(np.int32),
@@ -222,7 +224,7 @@ def _history(program: Program) -> TextHistory:
     )
 
 
-def _started(path: Toolpath, spindle: Indices) -> Indices:
+def _spindle_started(path: Toolpath, spindle: Indices) -> Indices:
     """Return 0 for rows where the spindle turns without a start since the last tool change, and 1 for all others.
 
     M6 stops the spindle on LinuxCNC and on Haas machines; on other controllers it may not.
@@ -257,7 +259,7 @@ def compensated_moves(rows: ProgramPath) -> Mask:
     return mask
 
 
-def _length_taken(path: Toolpath, length: Indices) -> Indices:
+def _length_offset_known(path: Toolpath, length: Indices) -> Indices:
     """Return 0 for rows whose length offset may be cancelled since it was stated, and 1 for all others.
 
     On some controllers, such as Fanuc and Haas, a tool change or a move to a machine position (G28, G53) cancels it.
@@ -268,7 +270,7 @@ def _length_taken(path: Toolpath, length: Indices) -> Indices:
     return found
 
 
-def first_with_units(program: Program) -> int:
+def first_block_with_units(program: Program) -> int:
     """Return the first block that states the units, or the number of blocks."""
     for block, line in enumerate(program.line.tolist()):
         text = program.lines[line - 1]

@@ -77,7 +77,7 @@ def match_features(before: Features, after: Features, room: MatchTolerance) -> P
 
 def _match_by_hash(before: Features, after: Features, tolerance: float) -> tuple[Indices, Indices]:
     """Return the matching rows of both programs, whose values agree except for rounding errors."""
-    hashed = np.concatenate([_hashed(side) for side in (before, after)])
+    hashed = np.concatenate([_feature_hashes(side) for side in (before, after)])
     _, number = np.unique(hashed, return_inverse=True)
     old, new = _match_equal_numbers(number[: len(before)], number[len(before) :])
     del hashed, number
@@ -100,7 +100,7 @@ def _match_equal_numbers(one: Indices, other: Indices) -> tuple[Indices, Indices
     rest = min(n, m) - head
     differs = np.flatnonzero(one[n - rest :][::-1] != other[m - rest :][::-1])
     tail = int(differs[0]) if len(differs) else rest
-    keys = [_counted(side[head : len(side) - tail]) for side in (one, other)]
+    keys = [_occurrence_keys(side[head : len(side) - tail]) for side in (one, other)]
     _, old, new = np.intersect1d(keys[0], keys[1], assume_unique=True, return_indices=True)
     ends = np.arange(head), np.arange(tail)
     return (
@@ -119,7 +119,7 @@ def _rounded(features: Features) -> Iterator[Indices]:
         yield np.where(known, np.rint(np.where(known, values, 0.0)), -float(_FAR)).astype(np.int64)
 
 
-def _hashed(features: Features) -> NDArray[np.uint64]:
+def _feature_hashes(features: Features) -> NDArray[np.uint64]:
     """Return a hash of each feature. Callers must check matching hashes for collisions."""
     mixed = np.zeros(len(features), dtype=np.uint64)
     for column in _rounded(features):
@@ -128,7 +128,7 @@ def _hashed(features: Features) -> NDArray[np.uint64]:
     return mixed
 
 
-def _counted(number: Indices) -> Indices:
+def _occurrence_keys(number: Indices) -> Indices:
     """Return a key for each row, which combines the number of the row with the count of earlier rows that have the same
     number.
     """

@@ -221,7 +221,7 @@ def passes_side_by_side(
             yield part[_shares_beside(near.lines, owner, part, reach) >= doubt.beside_part]
 
 
-def passes_beside(
+def nearby_passes(
     visits: Visits, near: NearLines, owner: Indices, doubt: OrderThresholds, width: float, wanted: PairFilter
 ) -> Iterator[tuple[Message, Indices]]:
     """Yield pairs of nearby passes, int64[k, 2], each with a description of the relation. A pair may occur several

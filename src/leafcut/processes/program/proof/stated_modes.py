@@ -75,7 +75,7 @@ def find_lost_modes(
     `new_of` and `mark_of` are the matched features and barriers. Only cuts in both programs count, because an added cut
     depends on the same modes as its neighbours.
     """
-    words = [_words(program) for program in programs]
+    words = [_lines_with_g_words(program) for program in programs]
     counted = _common_rows(works, new_of, mark_of)
     for mode, pattern in zip(_MODES, _PATTERNS, strict=True):
         was, now = (_first_use(*side, mode, pattern) for side in zip(programs, works, words, counted, strict=True))
@@ -128,7 +128,7 @@ class _FirstUse(NamedTuple):
     cuts: int
 
 
-def _words(program: Program) -> dict[int, str]:
+def _lines_with_g_words(program: Program) -> dict[int, str]:
     """Return the normalized text of all lines with a G word other than G0 to G3, by line number."""
     return {number: normalized(text) for number, text in enumerate(program.lines, 1) if _OTHER.search(text)}
 

@@ -26,7 +26,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Indices, Mask, Point, Points
 from leafcut.model.cutting import CutChoice, PlanFile
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, apart_along
+from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, distance_along
 from leafcut.processes.sheet.plan.cutting import Cutting
 from leafcut.processes.sheet.plan.leads import NO_LEAD, as_lines
 from leafcut.processes.sheet.plan.scrap import Scrap
@@ -268,7 +268,7 @@ def bridge_fits(contours: list[CutContour], pair: tuple[int, int], ends: Bridge,
     one, other = (contours[k] for k in pair)
     if one.hole or pair[0] == pair[1] or scrap_of(one) != scrap_of(other):
         return False
-    return bool(_fit_between(np.array([ends]), one, other, scrap)[0])
+    return bool(_fitting_bridges(np.array([ends]), one, other, scrap)[0])
 
 
 def find_bridges(contours: list[CutContour], members: Sequence[int], scrap: Scrap, reach: float) -> Bridges:
@@ -284,11 +284,11 @@ def find_bridges(contours: list[CutContour], members: Sequence[int], scrap: Scra
     for k, pair in enumerate(zip(places.contour[begin].tolist(), places.contour[end].tolist(), strict=True)):
         groups.setdefault(pair, []).append(k)
     for (a, b), group in groups.items():
-        fits[group] = _fit_between(lines[group], contours[a], contours[b], scrap)
+        fits[group] = _fitting_bridges(lines[group], contours[a], contours[b], scrap)
     return replace(places, begin=begin[fits], end=end[fits], length=length[fits])
 
 
-def _fit_between(lines: NDArray[np.float64], one: CutContour, other: CutContour, scrap: Scrap) -> Mask:
+def _fitting_bridges(lines: NDArray[np.float64], one: CutContour, other: CutContour, scrap: Scrap) -> Mask:
     """Return a mask of the bridges from one contour to another, float64[n, 2, 2], that are inside scrap."""
     ok = leaves_kerf_at_once(lines, one.line, scrap.rules.kerf)
     ok &= leaves_kerf_at_once(lines[:, ::-1], other.line, scrap.rules.kerf)
@@ -348,7 +348,7 @@ def _candidate_positions(contours: list[CutContour], pairs: Sequence[tuple[int, 
     wanted: dict[int, dict[float, float]] = {k: {} for k in near}
     for k, neighbours in near.items():
         contour, others = contours[k], sorted(set(neighbours))
-        at = _samples(contour)
+        at = _sample_positions(contour)
         points = shapely.points([contour.path.point_at(a) for a in at])
         away = np.array([shapely.distance(points, contours[o].line) for o in others])
         for i, j in itertools.combinations_with_replacement(range(len(others)), 2):
@@ -384,7 +384,7 @@ def _positions_between(one: NDArray[np.float64], other: NDArray[np.float64], rea
     return {(k, float(total[k])) for k in (best, int(np.argmin(farther)))}
 
 
-def _samples(contour: CutContour) -> NDArray[np.float64]:
+def _sample_positions(contour: CutContour) -> NDArray[np.float64]:
     """Return positions along a contour, mm: evenly spaced positions, and the ends of its segments."""
     length = contour.path.length
     even = (np.arange(SAMPLES) + 0.5) * length / SAMPLES
@@ -405,7 +405,7 @@ def _spaced_positions(contour: CutContour, wanted: dict[float, float], most: int
     """
     kept: list[float] = []
     for at in sorted(wanted, key=lambda a: (wanted[a], a)):
-        if contour.in_loop(at) or any(apart_along(at, b, contour.path.length) < SAME_PLACE for b in kept):
+        if contour.in_loop(at) or any(distance_along(at, b, contour.path.length) < SAME_PLACE for b in kept):
             continue
         kept.append(at)
         if len(kept) == most:

@@ -202,7 +202,7 @@ def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue
     return [Issue("L617", words, Message("at {}", ", ".join(places[:3])) + (" …" if len(places) > 3 else ""))]
 
 
-def pierced_first(
+def precedence_for_pierces(
     contours: Sequence[CutContour], starts: Sequence[CutStart], pairs: Iterable[tuple[int, int]], rules: CutRules
 ) -> list[tuple[int, int]]:
     """Return precedence pairs (before, after) for contours whose possible pierces all lie on other contours.
@@ -226,14 +226,14 @@ def pierced_first(
             continue
         for first in sorted(set(sets), key=lambda ks: (len(ks), ks)):
             added = [(k, other) for other in first]
-            if has_order({*kept, *added}):
+            if is_acyclic({*kept, *added}):
                 kept.update(added)
                 found += added
                 break
     return found
 
 
-def has_order(pairs: Iterable[tuple[int, int]]) -> bool:
+def is_acyclic(pairs: Iterable[tuple[int, int]]) -> bool:
     """Return whether the precedence pairs (before, after) have no cycle."""
     sorter: TopologicalSorter[int] = TopologicalSorter()
     for before, after in pairs:

@@ -25,7 +25,7 @@ from leafcut.message import Message
 from leafcut.model.cutting import Lead
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod
-from leafcut.processes.sheet.plan.common_edges import CROSSING, GAP, EdgeGap, facing_edges, has_order, least_length
+from leafcut.processes.sheet.plan.common_edges import CROSSING, GAP, EdgeGap, facing_edges, is_acyclic, least_length
 from leafcut.processes.sheet.plan.contours import (
     OFFSET_TOLERANCE,
     ROUNDING,
@@ -469,7 +469,7 @@ class Grouper:
         left = list(lines)
         while True:
             inner = [a for a in left if a.inlets == (None, None)]
-            pairs = ((a, b) for a in inner for b in left if a is not b and _continues(a, b, left))
+            pairs = ((a, b) for a in inner for b in left if a is not b and _share_free_end(a, b, left))
             pair = next(pairs, None)
             if pair is None:
                 return left
@@ -603,7 +603,7 @@ def _line_precedence(lines: Sequence[CommonLine], half: float) -> tuple[tuple[in
             needed |= {(n, k) for k in min(hit, key=len)}
     corners = {(k, n) for n, k in needed if any(_is_at_end(end, lines[k].ends) for end in lines[n].ends)}
     pairs = (set(_end_precedence(lines)) - corners) | needed
-    return tuple(sorted(pairs)) if has_order(pairs) else None
+    return tuple(sorted(pairs)) if is_acyclic(pairs) else None
 
 
 def _have_common_stretch(lines: Sequence[Any], least: float) -> bool:
@@ -633,7 +633,7 @@ def _is_at_end(point: Point, ends: Sequence[Point]) -> bool:
     return any(math.dist(point, end) <= 2.0 * MEET for end in ends)
 
 
-def _continues(a: CommonLine, b: CommonLine, lines: Sequence[CommonLine]) -> bool:
+def _share_free_end(a: CommonLine, b: CommonLine, lines: Sequence[CommonLine]) -> bool:
     """Return whether two lines share an end that no third line touches."""
     end = next((end for end in a.ends if _is_at_end(end, b.ends)), None)
     others = (shapely.LineString(c.points) for c in lines if c is not a and c is not b)

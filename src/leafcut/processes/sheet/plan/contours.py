@@ -191,7 +191,7 @@ class CutContour:
 
     def is_smooth(self, at: float) -> bool:
         """Return whether a position is away from corners, as required to start with compensation by the controller."""
-        return all(apart_along(at, corner, self.path.length) > 2.0 * self.rules.kerf for corner in self.corners)
+        return all(distance_along(at, corner, self.path.length) > 2.0 * self.rules.kerf for corner in self.corners)
 
     def in_loop(self, at: float) -> bool:
         """Return whether a position is in a corner loop, or so close to it that the closing joint would be in the loop.
@@ -218,7 +218,7 @@ class CutContour:
         return lead_path(lead, self.path.point_at(at), self.travel_at(at, clockwise), left, out)
 
 
-def apart_along(a: float, b: float, length: float) -> float:
+def distance_along(a: float, b: float, length: float) -> float:
     """Return the distance between two positions along a closed path, mm."""
     return min((a - b) % length, (b - a) % length)
 
@@ -282,7 +282,7 @@ def _prepare_contour(index: int, source: Contour, rules: CutRules) -> CutContour
         pinched = tuple(rings[1:])
         path = rings[0] if rings[0].area >= 0.0 else rings[0].reversed()
     line = flat_line(path)
-    if rules.half > 0.0 and source.is_hole and not _holds_pierce(path, line, rules):
+    if rules.half > 0.0 and source.is_hole and not _has_room_for_pierce(path, line, rules):
         return None
     corners = corners_along(drawn, path, line)
     return CutContour(index, source, path, line, source.is_hole, diameter, rules, corners, pinched=pinched)
@@ -311,7 +311,7 @@ def with_notches(contours: list[CutContour], rules: CutRules) -> list[CutContour
     return [replace(c, notch_of=found[n][1]) if n in found else c for n, c in enumerate(contours)]
 
 
-def _holds_pierce(path: Polyline, line: Any, rules: CutRules) -> bool:
+def _has_room_for_pierce(path: Polyline, line: Any, rules: CutRules) -> bool:
     """Return whether a pierce fits into a hole, half a kerf inside its torch path."""
     if path.area > 2.0 * rules.kerf * path.length:
         return True

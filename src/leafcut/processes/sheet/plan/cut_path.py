@@ -44,7 +44,7 @@ Fixed = Mapping[int, tuple[str, ...]]
 def make_cut(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> Cut:
     """Return the cut of a single contour with the chosen start."""
     contour = contours[start.contour]
-    rules, choice = contour.rules, choice_of(contour, start, fixed.get(start.contour, ()))
+    rules, choice = contour.rules, plan_file_entry(contour, start, fixed.get(start.contour, ()))
     if rules.compensation == "controller" and contour.has_leads:
         path, begin = programmed_path(contour, start)
         return Cut(
@@ -60,7 +60,7 @@ def make_cut(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> C
             compensation=41 if contour.is_scrap_left(start.clockwise) else 42,
             small_hole=contour.is_small,
         )
-    body, past = body_of(contour, start)
+    body, past = path_from_start(contour, start)
     closed = contour.path.closed
     lead_in = contour.lead_at(start.lead_in, start.at, start.clockwise) if closed or start.lead_in.length else None
     end = start.at - past if start.clockwise else start.at + past
@@ -107,7 +107,7 @@ def make_chain(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) ->
     past = 0.0
     for number, step in enumerate(steps):
         contour = contours[step.contour]
-        body, past = body_of(contour, step, overcut=step is steps[-1])
+        body, past = path_from_start(contour, step, overcut=step is steps[-1])
         if number:
             bridge = Polyline.of_points([pieces[-1].end, body.start])
             pieces.append(bridge)
@@ -120,7 +120,7 @@ def make_chain(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) ->
     overcut, end = max(past, 0.0), steps[-1]
     out = last.lead_at(end.lead_out, end.at + (-past if end.clockwise else past), end.clockwise, out=True)
     whole = joined(*(without_tiny_segments(p) for p in (*pieces, *([out] if out is not None else []))))
-    choices = [choice_of(contours[s.contour], s, fixed.get(s.contour, ())) for s in steps]
+    choices = [plan_file_entry(contours[s.contour], s, fixed.get(s.contour, ())) for s in steps]
     return Cut(
         contours=tuple(contours[s.contour].index for s in steps),
         path=whole,
@@ -148,7 +148,7 @@ def chain_length(contours: Sequence[CutContour], start: CutStart) -> float:
     return bridges + bodies + start.lead_in.length + steps[-1].lead_out.length + overcut
 
 
-def body_of(contour: CutContour, start: CutStart, *, overcut: bool = True) -> tuple[Polyline, float]:
+def path_from_start(contour: CutContour, start: CutStart, *, overcut: bool = True) -> tuple[Polyline, float]:
     """Return the path of a contour from its start, and the overlap of the path beyond the start, mm, which is negative
     for a micro-joint.
     """
@@ -173,7 +173,7 @@ def without_tiny_segments(piece: Polyline) -> Polyline:
     return piece if keep.all() or keep.sum() < 2 else Polyline(rows[keep])
 
 
-def choice_of(contour: CutContour, start: CutStart, fixed: tuple[str, ...] = ()) -> CutChoice:
+def plan_file_entry(contour: CutContour, start: CutStart, fixed: tuple[str, ...] = ()) -> CutChoice:
     """Return the entry of a start in a plan file."""
     x, y = contour.path.point_at(start.at)
     words = ("clockwise", "counter-clockwise") if contour.path.closed else ("backward", "forward")

@@ -24,7 +24,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
-from leafcut.processes.sheet.plan.common_edges import doubled_edges, pierced_first
+from leafcut.processes.sheet.plan.common_edges import doubled_edges, precedence_for_pierces
 from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, names_of, prepare_contours, with_notches
 from leafcut.processes.sheet.plan.cut_path import chain_length, compensate_where_needed, make_chain, make_cut
 from leafcut.processes.sheet.plan.cut_rules import CutRules
@@ -94,7 +94,7 @@ class Cutting:
     @cached_property
     def pairs(self) -> list[tuple[int, int]]:
         """Precedence pairs (before, after) of contours, as indices into `contours`."""
-        return sorted({*process_pairs(self.sheet, self.contours), *self.order})
+        return sorted({*precedence_pairs(self.sheet, self.contours), *self.order})
 
     @cached_property
     def by_contour(self) -> list[list[int]]:
@@ -194,7 +194,7 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
     contours = with_notches(contours, rules)
     starts = find_starts(contours, scrap)
     issues = [*issues, *doubled_edges(contours, rules), *_lead_issues(contours, starts, rules)]
-    order += pierced_first(contours, starts, [*process_pairs(sheet, contours), *order], rules)
+    order += precedence_for_pierces(contours, starts, [*precedence_pairs(sheet, contours), *order], rules)
     return Cutting(sheet, rules, contours, scrap, starts, tuple(issues), tuple(order))
 
 
@@ -275,7 +275,7 @@ def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutR
             yield Issue("L613", message, names_of(group), Severity.NOTE)
 
 
-def process_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tuple[int, int]]:
+def precedence_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tuple[int, int]]:
     """Yield precedence pairs (before, after): inner contours before outer contours, and the marks of a part before its
     cuts.
     """

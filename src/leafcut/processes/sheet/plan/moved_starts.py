@@ -95,7 +95,7 @@ def _slide_start(
 # -- pierces ---------------------------------------------------------------------------------------------------------
 
 
-def clear_pierces(cuts: CutSequence, head: HeadTravel) -> CutSequence:
+def clear_pierces_of_kerfs(cuts: CutSequence, head: HeadTravel) -> CutSequence:
     """Choose new starts where a pierce would be in or next to the kerf of an earlier cut.
 
     If possible, a pierce is a full kerf away from the centreline of each earlier cut, otherwise half a kerf. Of these
@@ -199,7 +199,7 @@ def _clear_start(burnt: _CutPaths, k: int, head: HeadTravel) -> CutStart | None:
 # -- leads -----------------------------------------------------------------------------------------------------------
 
 
-def leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
+def with_leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
     """Choose new starts where leads would run into other leads or bridges.
 
     The cheapest start without such a conflict is used.
@@ -218,7 +218,7 @@ def leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
     return cuts.with_starts(order)
 
 
-def starts_apart(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
+def without_meeting_starts(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
     """Return the cutting with the starts of an order, and with those other starts whose leads avoid the leads of the
     order.
     """

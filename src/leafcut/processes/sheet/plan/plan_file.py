@@ -14,7 +14,7 @@ from leafcut.message import Message
 from leafcut.model.cutting import ContourPrint, CutChoice, Lead, PlanFile
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.plan.contours import CutContour
-from leafcut.processes.sheet.plan.cutting import Cutting, process_pairs
+from leafcut.processes.sheet.plan.cutting import Cutting, precedence_pairs
 from leafcut.processes.sheet.plan.leads import NO_LEAD
 from leafcut.processes.sheet.plan.scrap import Scrap
 from leafcut.processes.sheet.plan.starts import (
@@ -116,7 +116,11 @@ def _check_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:
         inside: list[int] = ring.args[1]
     rank = {k: place for place, k in enumerate(in_order)}
     late, early = next(
-        ((a, b) for a, b in process_pairs(cutting.sheet, cutting.contours) if rank.get(a, -1) > rank.get(b, len(rank))),
+        (
+            (a, b)
+            for a, b in precedence_pairs(cutting.sheet, cutting.contours)
+            if rank.get(a, -1) > rank.get(b, len(rank))
+        ),
         (inside[0], inside[1]),
     )
     names = cutting.contours[early].name(), cutting.contours[late].name()

@@ -14,7 +14,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point, Points
 from leafcut.message import Message
 from leafcut.model.cutting import Lead
-from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, apart_along
+from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, distance_along
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads import NO_LEAD, as_lines, lead_shape, lead_variants, placed_leads
 from leafcut.processes.sheet.plan.scrap import Scrap
@@ -168,7 +168,7 @@ def start_places(contour: CutContour, most: int) -> list[float]:
     if by_controller:
         return _smooth_places(contour, even)
     near = 0.25 * length / count
-    return sorted(corners + [at for at in even if all(apart_along(at, c, length) > near for c in corners)])
+    return sorted(corners + [at for at in even if all(distance_along(at, c, length) > near for c in corners)])
 
 
 def _smooth_places(contour: CutContour, places: list[float]) -> list[float]:

@@ -197,12 +197,12 @@ def _follow_cut(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
             builder.spindle(0.0)
         burning = on
         feed = next(f for at, f in reversed(cut.speeds) if at <= middle)
-        follow(builder, cut.path.piece(low, high), feed)
+        follow_path(builder, cut.path.piece(low, high), feed)
     if torch.switches and not burning:
         builder.torch(True)
 
 
-def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
+def follow_path(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
     """Cut along an open path from its start, at a constant speed, mm/s."""
     for s in _writable_segments(without_short_steps(path)):
         if s.is_arc:

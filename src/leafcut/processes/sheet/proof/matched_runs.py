@@ -18,7 +18,7 @@ from leafcut.model.cutting import CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.machine import Probe
 from leafcut.model.sheet import Sheet
-from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target, metal_of, targets_of
+from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target, part_areas, targets_of
 from leafcut.processes.sheet.proof.torch_runs import FLATNESS, TorchRun, burning_pieces
 
 #: Maximum length of the sections into which chords are divided, mm.
@@ -72,7 +72,7 @@ class MatchedRuns:
     def __init__(self, runs: list[TorchRun], plan: CutPlan, sheet: Sheet, dialect: Dialect, asked: CutRequest) -> None:
         self.runs, self.plan, self.asked = runs, plan, asked
         self.targets = targets_of(sheet, asked.half)
-        self.parts, self.numbers = metal_of(sheet)
+        self.parts, self.numbers = part_areas(sheet)
         rings = [path.flattened(FLATNESS) for path in sheet.paths]
         self.sheet = shapely.Polygon(rings[0], rings[1:]) if rings else None
         self.zones = [shapely.box(*zone) for zone in sheet.zones]
@@ -112,7 +112,7 @@ class MatchedRuns:
         return 2.0 * self.asked.half if self.asked.half > 0.0 else self.plan.data.kerf
 
     @cached_property
-    def burnt_lines(self) -> NDArray[Any]:
+    def kerf_lines(self) -> NDArray[Any]:
         """Lines along which each run cuts through the sheet, as shapely geometry; empty for marks."""
         nothing: Any = shapely.MultiLineString()
         return np.where(self.marks, nothing, self.lines)

@@ -118,7 +118,7 @@ def _corners(path: Polyline) -> NDArray[np.float64]:
     return found
 
 
-def metal_of(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
+def part_areas(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
     """Return the metal of each part as polygons shrunk by the tolerance, and the numbers of the parts.
 
     The metal is the outline without its holes. Chambers of divided notches are ignored.

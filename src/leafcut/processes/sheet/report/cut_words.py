@@ -10,7 +10,7 @@ from typing import Any
 from leafcut.message import Message
 from leafcut.model.cutting import Consumption, ConsumptionRates, Cut, CutMeasures, CutPlan, CutTimes, PartTimes
 from leafcut.processes.sheet.model import SheetDetail
-from leafcut.processes.sheet.report.norms import consumption_as_json, norms_as_json, rates_as_json
+from leafcut.processes.sheet.report.norms import consumption_as_json, cycle_times_as_json, rates_as_json
 from leafcut.report.wording import (
     NO_VALUE,
     clock,
@@ -64,7 +64,7 @@ def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
         "cost": norm.cost,
         "batch_cost": norm.batch_cost,
         "consumption": {"sheet": consumption_as_json(norm.used), "batch": consumption_as_json(norm.batch_used)},
-        "norms": norms_as_json(norm),
+        "norms": cycle_times_as_json(norm),
         "parts": [
             {
                 "part": p.part,

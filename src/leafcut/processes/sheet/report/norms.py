@@ -44,7 +44,7 @@ class NormRow:
         return clock_parts(self.total_s)
 
 
-def norm_rows(norm: CutMeasures) -> list[NormRow]:
+def cycle_time_rows(norm: CutMeasures) -> list[NormRow]:
     """Return a table row for each part name, in the order of first appearance.
 
     Parts without a name share a row if their area and perimeter are equal. Contours outside parts, and the moves at the
@@ -104,7 +104,7 @@ def rates_as_json(rates: ConsumptionRates) -> dict[str, Any]:
     return {"nozzle": rates.nozzle, "gas": rates.gas, "second_gas": rates.second_gas}
 
 
-def norms_as_json(norm: CutMeasures) -> list[dict[str, Any]]:
+def cycle_times_as_json(norm: CutMeasures) -> list[dict[str, Any]]:
     """Return the rows of the table of cycle times in the form for JSON."""
     return [
         {
@@ -117,11 +117,11 @@ def norms_as_json(norm: CutMeasures) -> list[dict[str, Any]]:
             "total_s": row.total_s,
             **consumption_as_json(row.used),
         }
-        for row in (*norm_rows(norm), sheet_row(norm), batch_row(norm))
+        for row in (*cycle_time_rows(norm), sheet_row(norm), batch_row(norm))
     ]
 
 
-def norms_text(plan: CutPlan) -> str:
+def cycle_times_csv(plan: CutPlan) -> str:
     """Return the table of cycle times and consumption as CSV text, with the cutting data in each row."""
     data = plan.data
     cutting_data = {
@@ -133,7 +133,7 @@ def norms_text(plan: CutPlan) -> str:
     text = io.StringIO()
     writer = csv.DictWriter(text, _COLUMNS, lineterminator="\n", restval="")
     writer.writeheader()
-    for row in norms_as_json(plan.measures):
+    for row in cycle_times_as_json(plan.measures):
         writer.writerow({key: _cell(value) for key, value in (cutting_data | row).items()})
     return text.getvalue()
 

@@ -11,7 +11,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.report.cut_words import cut_name
-from leafcut.processes.sheet.report.sheet_drawing import dot_class, stretches
+from leafcut.processes.sheet.report.sheet_drawing import dot_class, path_sections
 from leafcut.report.marks import arrow_head
 from leafcut.report.svg import STEPS, element, lines_data, nice_step, scaled_group, text, tick_words, title
 from leafcut.report.wording import length_words
@@ -114,7 +114,7 @@ def _lead_words(cut: Cut) -> str:
 
     For example: ``lead-in 6.0 mm, lead-out 4.0 mm``.
     """
-    after = [(kind, high - low) for kind, low, high in stretches(cut) if low >= cut.lead_out]
+    after = [(kind, high - low) for kind, low, high in path_sections(cut) if low >= cut.lead_out]
     words = [f"lead-in {length_words(cut.lead_in)}"]
     for kind, phrase in (("lead", "lead-out {}"), ("dark", "{} with the torch off")):
         length = sum(part for of_kind, part in after if of_kind == kind)
@@ -135,7 +135,7 @@ def _part_areas(view: DetailView, sheet: Sheet) -> str:
 def _kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
     """Draw a cut as a band of its true width, with its centreline."""
     lines = []
-    for kind, low, high in stretches(cut):
+    for kind, low, high in path_sections(cut):
         data = view.line(cut.path.piece(low, high))
         if kind in ("kerf", "lead", "bridge"):
             lines.append(element("path", d=data, class_=f"{kind} band", stroke_width=kerf * view.scale * STEPS))

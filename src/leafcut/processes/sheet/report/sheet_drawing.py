@@ -182,7 +182,7 @@ def _clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
 # -- the cuts --------------------------------------------------------------------------------------------------------
 
 
-def stretches(cut: Cut) -> list[tuple[str, float, float]]:
+def path_sections(cut: Cut) -> list[tuple[str, float, float]]:
     """Return the sections of the path of a cut in order: the kind of each section, and the distances of its ends along
     the path, mm.
 
@@ -216,7 +216,7 @@ def _kind_at(cut: Cut, at: float) -> str:
 def _cut_drawing(scene: SheetScene, plan: CutPlan, number: int) -> str:
     cut, frame = plan.cuts[number], scene.frame
     data: dict[str, str] = {}
-    for kind, low, high in stretches(cut):
+    for kind, low, high in path_sections(cut):
         points = _chords(frame, cut.path.piece(low, high))
         data[kind] = data.get(kind, "") + lines_data(_segments(points))
     # Leads are drawn over the kerf, because they are short and start at its end.
@@ -298,7 +298,7 @@ def _order_marks(scene: SheetScene, plan: CutPlan, moves: Points) -> list[str]:
 def legend(scene: SheetScene, plans: list[CutPlan]) -> dict[str, Any]:
     """Return the marks and colours that the drawings use."""
     cuts = [cut for plan in plans for cut in plan.cuts]
-    kinds = {kind for cut in cuts for kind, _, _ in stretches(cut)}
+    kinds = {kind for cut in cuts for kind, _, _ in path_sections(cut)}
     return {
         "kinds": kinds,
         "true_kerf": scene.true_kerf,

@@ -23,7 +23,7 @@ from leafcut.processes.sheet.report.cut_words import (
     part_kinds,
     size_words,
 )
-from leafcut.processes.sheet.report.norms import NormRow, batch_row, norm_rows, norms_text, sheet_row
+from leafcut.processes.sheet.report.norms import NormRow, batch_row, cycle_time_rows, cycle_times_csv, sheet_row
 from leafcut.report.path_report import PathReport
 from leafcut.report.wording import (
     NO_VALUE,
@@ -167,12 +167,12 @@ class SheetReport(PathReport[SheetDetail]):
         return {
             "times": stacked_bars(kinds, rows),
             "parts": parts_table(self.cuts),
-            "norms": norms_table(self.cuts),
+            "norms": cycle_time_table(self.cuts),
         }
 
     def norms(self) -> str:
         """Return the table of cycle times and consumption as CSV text."""
-        return norms_text(self.cuts)
+        return cycle_times_csv(self.cuts)
 
     def page(self) -> dict[str, Any]:
         """Return the data of the report page: drawings, orders, parts and cutting data."""
@@ -348,10 +348,10 @@ def _contours_words(plan: CutPlan, part: int) -> str:
 # -- norms -----------------------------------------------------------------------------------------------------------
 
 
-def norms_table(plan: CutPlan) -> PageRow:
+def cycle_time_table(plan: CutPlan) -> PageRow:
     """Return the table of cycle times and consumption, with a row for each kind of part and rows with totals."""
     norm, rates = plan.measures, plan.data.rates
-    found = norm_rows(norm)
+    found = cycle_time_rows(norm)
     rows = found[:MOST_PART_ROWS]
     feet = [(Message("Sheet"), sheet_row(norm))]
     if norm.quantity > 1:
