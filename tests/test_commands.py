@@ -146,7 +146,10 @@ def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFix
             "nest bracket.dxf --quantity 2",
             "--quantity: .*; write the number after the drawing, such as .*:20$",
         ),
-        ("simulate plate_10.dxf", r"plate_10\.dxf: a drawing \(dxf\), not a program; make its program first: leafcut"),
+        (
+            "simulate plate_10.dxf",
+            r"plate_10\.dxf: this is a drawing \(dxf\), not a program; create its program first: leafcut",
+        ),
         ("send part.nc", r"send needs --machine \(see leafcut send --help\)$"),
         ("send part.nc --machine", r"--machine needs a value \(see leafcut send --help\)$"),
         ("sim part.nc", r"unknown command 'sim'; did you mean 'simulate'\?$"),

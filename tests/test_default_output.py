@@ -96,7 +96,7 @@ def test_a_drawing_without_a_usual_work_is_refused_with_the_commands(
     shutil.copy(EXAMPLES / "gusset.svg", "g.svg")
     assert run(["g.svg", "--thickness", "3"]) == 2
     assert capsys.readouterr().err == (
-        "leafcut: g.svg: several kinds of work are possible; type leafcut cut g.svg, leafcut pocket g.svg or "
+        "leafcut: g.svg: several kinds of work are possible; use leafcut cut g.svg, leafcut pocket g.svg or "
         "leafcut part g.svg\n"
     )
     assert run(["g.svg", "--thickness", "3", "--machine", "laser-table", *FAST]) == 0

@@ -216,7 +216,7 @@ def test_a_number_given_twice_and_a_move_after_g80_without_g0() -> None:
 
 
 def test_statements_of_a_fagor_stand_in_parentheses_and_are_no_remarks() -> None:
-    """An assignment may change anything; a jump leaves the text unchanged."""
+    """An assignment may change any state of the machine; a jump leaves the text unchanged."""
     head = "G71 G90 G17\nG0 X0 Y0 Z5 F100\n"
     assert kept(run(head + "(P1=5)\nG1 X5\n", "fagor8055")) == [3, 4]
     assert kept(run(head + "G1 X5\n(RPT N1,N2)N3\nG90 G1 X6 Y6 Z6 F10\n", "fagor8055")) == [4, 5]

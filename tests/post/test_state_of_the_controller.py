@@ -142,7 +142,7 @@ def test_rows_are_written_with_the_words_of_the_controller(name: str, steps: lis
         (
             "marlin",
             [("machine", None, None, 0.0)],
-            "marlin has no moves in machine coordinates; take tool_change.position out of the machine's profile",
+            "marlin has no moves in machine coordinates; remove tool_change.position from the machine's profile",
         ),
         (
             "haas",

@@ -74,6 +74,6 @@ def test_a_tool_is_not_named_ahead_where_its_word_does_more(
     holes: Path, tmp_path: Path, machine: str, why: str
 ) -> None:
     with pytest.raises(
-        OptionError, match=f"--machine {machine}: .*{why}.*; take tool_change.preselect out of the mach"
+        OptionError, match=f"--machine {machine}: .*{why}.*; remove tool_change.preselect from the mach"
     ):
         made(holes, machine=with_changes(tmp_path, machine, "preselect"))

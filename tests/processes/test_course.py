@@ -30,11 +30,11 @@ def test_an_order_of_each_task_once_that_keeps_the_precedence_is_used(nodes: lis
 @pytest.mark.parametrize(
     ("nodes", "wrong"),
     [
-        ([0, 2], "an order of 2 visits does not contain each of the 3 tasks once"),
+        ([0, 2], "an order of 2 visits does not contain each of the 3 tasks exactly once"),
         ([0, 2, 4, 5], "an order of 4 visits"),
-        ([0, 1, 4], "an order of 3 visits does not contain each of the 3 tasks once"),
-        ([0, 2, 6], "an order of 3 visits does not contain each of the 3 tasks once"),
-        ([0, 2, -1], "an order of 3 visits does not contain each of the 3 tasks once"),
+        ([0, 1, 4], "an order of 3 visits does not contain each of the 3 tasks exactly once"),
+        ([0, 2, 6], "an order of 3 visits does not contain each of the 3 tasks exactly once"),
+        ([0, 2, -1], "an order of 3 visits does not contain each of the 3 tasks exactly once"),
         ([4, 0, 2], "a task comes before its predecessor"),
     ],
 )

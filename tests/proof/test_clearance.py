@@ -229,7 +229,7 @@ def burning(builder: ToolpathBuilder) -> None:
             down,
             False,
             "rapid into the part",
-            "a rapid goes down below the surface, Z0.000, where nothing was cut",
+            "a rapid descends below the surface, Z0.000, at a position where nothing has been cut",
             ("X0.000 Y0.000 Z10.000", "X0.000 Y0.000 Z-1.000"),
         ),
         (
@@ -365,7 +365,7 @@ def test_above_a_hole_its_own_top_is_the_surface_and_elsewhere_the_highest(
     builder.rapid(z=z)
     assert whats(builder, tops=tops) == faults
     text = [d.text.partition(";")[0] for d in check_clearance(builder.build(), tops=tops)]
-    assert text == ["a rapid goes down below the surface there, where nothing was cut"] * len(faults)
+    assert text == ["a rapid descends below the surface at a position where nothing has been cut"] * len(faults)
 
 
 def test_the_highest_top_is_the_surface_of_rapids_across() -> None:

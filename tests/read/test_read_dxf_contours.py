@@ -230,7 +230,7 @@ def test_nothing_to_cut_says_what_was_found_instead(draw, hand_drawn):
 
 def test_a_drawing_far_from_its_zero_is_refused_with_the_distance(draw):
     """A site plan in the coordinates of a country."""
-    with pytest.raises(ReadError, match=r"1 LINE skipped: more than 1 km from the drawing origin: move it"):
+    with pytest.raises(ReadError, match=r"1 LINE skipped: more than 1 km from the drawing origin: move the drawing"):
         read_contours(draw(lambda d, s: s.add_line((1e7, 0), (1e7, 50))))
 
 

@@ -50,7 +50,7 @@ class BlockDescription(NamedTuple):
         return self.parameters is None and not self.calls and not self.again
 
     def changed_inputs(self, other: BlockDescription) -> list[Message]:
-        """Return the names of the inputs that differ from those of a block with the same text."""
+        """Return the names of the inputs that differ between this block and another block with the same text."""
         digests = zip(_INPUTS, self[1:], other[1:], strict=True)
         return [words for words, one, two in digests if one != two]
 
@@ -68,8 +68,8 @@ def describe_block(
 ) -> BlockDescription:
     """Return the description of a block.
 
-    `parameters` is a digest of the parameters that the block may read, `called` that of the subprograms. With Fanuc,
-    numbers with and without a decimal point differ, since their units may differ.
+    `parameters` is a digest of the parameters that the block may read, `called` a digest of the subprograms. With
+    Fanuc, numbers with and without a decimal point differ, since their units may differ.
     """
     points = dialect.groups == "fanuc"
     words = [
@@ -94,8 +94,8 @@ def _number_text(value: float) -> str:
 
 
 def subprogram_digest(lines: Sequence[str], dialect: Dialect) -> str:
-    """Return a digest of the text after the end of a program and of its subroutines (o… sub), or "" if there is no such
-    text.
+    """Return a digest of the text after the end of a program and of its subroutines (o… sub), or "" if the program ends
+    there.
 
     An unsupported block can call only this text, regardless of whether its number is stated, computed or implied.
     """

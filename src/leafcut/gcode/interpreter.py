@@ -306,7 +306,7 @@ class Interpreter:
         self._choose_motion(g)
         if state.cycle is not None:
             end_cycle(state)
-            state.motion, state.unknown_motion = None, Message("a cycle with numbers that only the machine knows")
+            state.motion, state.unknown_motion = None, Message("a canned cycle whose numbers only the machine knows")
         if "offset" in g:
             state.set_frame(g["offset"])
         if "length" in g or (unknown & set("HD")):

@@ -503,7 +503,7 @@ class _ProgramReader:
         else:
             self.runner.forget_all(command)
         self.record.describe(self._full_description(at))
-        self.record.add(at + 1, rows, Message("{} is a command of the board", command))
+        self.record.add(at + 1, rows, Message("{} is a command of the controller board, not G-code", command))
         return at + 1
 
     def _words(self, line: str, at: int) -> int:
@@ -542,7 +542,9 @@ class _ProgramReader:
             _LOOPED if looped else _DIRECTS if runner.call else self._computed_reason(reading, line)
         )
         if runner.opaque or of_machine:
-            reason = Message("{} may change anything", runner.opaque or Message("a parameter of the machine"))
+            reason = Message(
+                "{} may change any state of the machine", runner.opaque or Message("a parameter of the machine")
+            )
         elif not reason and "(" in line and has_nested_comment(line):
             reason = _NESTED
         if at + 1 in self.obeyed:

@@ -42,7 +42,7 @@ _Nodes: TypeAlias = tuple[_Key, Points]
 def shortest_path(
     n: int, edges: Callable[[int], tuple[Indices, Floats]], start: int, ends: Collection[int]
 ) -> list[int] | None:
-    """Return the nodes of the shortest path from `start` to the nearest node of `ends`, or None if there is no path.
+    """Return the nodes of the shortest path from `start` to the nearest node of `ends`, or None if no path exists.
 
     `n` is the number of nodes. `edges` returns the neighbours of a node, int64[k], and their distances, float64[k],
     which are infinite where no edge exists.
@@ -88,8 +88,8 @@ class ObstacleMap:
         self._crossed: dict[tuple[Point, Point], frozenset[int]] = {}
         self._met: dict[tuple[Point, Point, float], frozenset[int]] = {}
         self._between: dict[tuple[_Key, _Key, float], NDArray[np.int64]] = {}
-        # Cached paths by ends and radius: the polygons that influenced the path, those of them that were standing, and
-        # the corners of the path.
+        # Cached paths by ends and radius: the polygons that influenced the path, the ones among them that were
+        # standing, and the corners of the path.
         self._paths: dict[
             tuple[Point, Point, float], list[tuple[frozenset[int], frozenset[int], list[Point] | None]]
         ] = {}
@@ -113,7 +113,7 @@ class ObstacleMap:
         return self._met[a, b, radius]
 
     def path_around(self, a: Point, b: Point, standing: set[int], radius: float) -> list[Point] | None:
-        """Return the corners of a short path from `a` to `b`, or None if there is no path.
+        """Return the corners of a short path from `a` to `b`, or None if no path exists.
 
         The path keeps `radius` mm from standing polygons, except within that radius of its ends, and crosses no wall.
         """
@@ -127,7 +127,7 @@ class ObstacleMap:
         return found
 
     def _find_path(self, a: Point, b: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point] | None:
-        """Return the corners of a path, or None if there is no path. Add all polygons that influence the path to
+        """Return the corners of a path, or None if no path exists. Add all polygons that influence the path to
         `seen`.
         """
         met = self.polygons_approached(a, b, radius) if radius > 0.0 else self.polygons_crossed(a, b)
@@ -257,7 +257,7 @@ class ObstacleMap:
         self, nodes: Sequence[_Nodes], standing: set[int], radius: float, seen: set[int]
     ) -> tuple[list[Point] | None, set[int]]:
         """Return the shortest path from the first node to the second along lines that no remaining obstacle blocks, and
-        an empty set. If there is no such path, return None and the remaining polygons that block a line.
+        an empty set. If no such path exists, return None and the remaining polygons that block a line.
         """
         places = np.concatenate([of for _, of in nodes])
         length = np.hypot(*(places[:, None] - places[None, :]).transpose(2, 0, 1))

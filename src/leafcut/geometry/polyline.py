@@ -57,7 +57,7 @@ class Polyline:
     def __post_init__(self) -> None:
         shape = self.vertices.shape
         if len(shape) != 2 or shape[1] != 3 or not shape[0]:
-            raise PlanError("a polyline needs vertices of shape (n, 3), x, y and bulge; these are {}", shape)
+            raise PlanError("a polyline needs vertices of shape (n, 3): x, y and bulge; the shape is {}", shape)
         if not np.isfinite(self.vertices).all():
             raise PlanError("a polyline has a coordinate that is not a number")
 

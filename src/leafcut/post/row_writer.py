@@ -309,7 +309,7 @@ class Writer:
             self.out.write("G90")
         elif 530 not in self.dialect.g_codes:
             raise PostError(
-                "{} has no moves in machine coordinates; take tool_change.position out of the machine's profile",
+                "{} has no moves in machine coordinates; remove tool_change.position from the machine's profile",
                 self.dialect.name,
             )
         else:

@@ -52,7 +52,7 @@ POST = ("dialect", "output_units", "line_numbers", "program_number", "header")
 
 
 def option_names(group: type[OptionGroup], but: Iterable[str] = ()) -> tuple[str, ...]:
-    """Return the names of all options of a group, except those in `but`."""
+    """Return the names of all options of a group, except the names in `but`."""
     left_out = set(but)
     return tuple(name for name in group.specs() if name not in left_out)
 
@@ -157,7 +157,7 @@ class Work(Protocol):
         return ""
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Return how well a drawing suits this work, or None if drawings are not rated."""
+        """Return the rating of a drawing for this kind of work, or None if drawings are not rated."""
         return None
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
@@ -290,7 +290,7 @@ class Process(Work, Protocol):
         return replace(best, text=text, written=written)
 
     def write(self, plan: Plan, given: Candidate, best: Candidate) -> str:
-        """Return the program text of a candidate. Its header compares its time with that of the order of the input."""
+        """Return the program text of a candidate. Its header compares its time with the time of the input's order."""
         from leafcut.post.writer import write_program
         from leafcut.processes.header import header_lines
 
@@ -315,7 +315,7 @@ class Process(Work, Protocol):
     def keep_in_place(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
         """Return an order that leaves the refused tasks at their position in the input; `trial` counts from 1.
 
-        By default, there is no such order. Raises VerifyError if there is none.
+        Raises VerifyError if no such order exists, which is the default.
         """
         raise VerifyError("the program was not written: {}", refused)
 

@@ -287,9 +287,8 @@ def _sheet_edge_by_layer_name(maybe: list[Contour], cuts: list[Contour], marks: 
             places = _places_text([m.path.start for m in (beyond or maybe)])
             layer = closed[k].layer
             raise PlanError(
-                "layer {} is named as the edge of a sheet, and an outline on it lies around parts, but {}, "
-                "{}; leave out the others with --ignore-layers, or assign {} with --sheet-layers or "
-                "--cut-layers",
+                "the name of layer {} indicates the edge of a sheet, and an outline on it encloses parts, but {}, {}; "
+                "leave out the others with --ignore-layers, or assign {} with --sheet-layers or --cut-layers",
                 layer,
                 fact,
                 places,
@@ -335,7 +334,7 @@ def _check_simple(closed: list[Contour], shapes: NDArray[Any]) -> None:
         places = [m.path.start for m, t in zip(closed, thin, strict=True) if t]
         number = count_of(len(places), "outline")
         raise PlanError(
-            "{} enclosing no area (a line there and back), {}; repair the drawing", number, _places_text(places)
+            "{} enclosing no area (a line drawn back and forth), {}; repair the drawing", number, _places_text(places)
         )
     crossed = [r.partition("[")[2].rstrip("]").split() for r in shapely.is_valid_reason(shapes) if r.endswith("]")]
     if crossed:
@@ -554,15 +553,14 @@ def _refuse_frames(contours: Sequence[Contour], options: SheetOptions, issues: l
             continue
         if len(within) > 1 or within[0] in inside:
             raise PlanError(
-                "the name of layer {} indicates a drawing frame, a text or a dimension, and an outline on "
-                "it lies around others, {}; "
-                "leave it out with --ignore-layers, or name "
-                "the layers to cut with --cut-layers",
+                "the name of layer {} indicates a drawing frame, a text or a dimension, and an outline on it "
+                "encloses other outlines, {}; leave the layer out with --ignore-layers, or name the layers to cut "
+                "with --cut-layers",
                 frame.layer,
                 _places_text([frame.path.start]),
             )
         words = Message(
-            "the outline on layer {} is cut as a part, and the outline in it as its hole; if it is a "
+            "the outline on layer {} is cut as a part, and the outline inside it as a hole; if it is a "
             "drawing frame, leave it out with --ignore-layers",
             frame.layer,
         )
@@ -659,8 +657,8 @@ def _check_empty(sheet: Sheet, gone: set[int]) -> None:
     if held:
         around = sheet.contours[held[0].parent]
         raise PlanError(
-            "the hole at {} of part {} is excluded by its diameter, but contains "
-            "something to cut or mark, at {}; change --min-diameter or --max-diameter",
+            "the hole at {} of part {} is excluded by its diameter, but contains contours to cut or "
+            "mark, at {}; change --min-diameter or --max-diameter",
             _start_of(around),
             around.part,
             _start_of(held[0]),

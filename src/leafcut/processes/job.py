@@ -123,11 +123,11 @@ def check_tool_changes(machine: Machine, dialect: Dialect) -> None:
     ):
         if machine.preselect_tool and not supported:
             raise OptionError(
-                "--machine {}: {}; take tool_change.preselect out of the machine's profile", machine.name, reason
+                "--machine {}: {}; remove tool_change.preselect from the machine's profile", machine.name, reason
             )
     if machine.optional_stop and "M1" not in dialect.m_words.split():
         raise OptionError(
-            "--machine {}: {} has no M1; take tool_change.optional_stop out of the machine's profile",
+            "--machine {}: {} has no M1; remove tool_change.optional_stop from the machine's profile",
             machine.name,
             dialect.name,
         )

@@ -125,7 +125,9 @@ def check_order(stages: Sequence[Stage], order: Order) -> None:
         before, after = problem.precedence.T
         if len(nodes) != problem.n_clusters or (position < 0).any():
             fault = Message(
-                "an order of {} visits does not contain each of the {} tasks once", len(nodes), problem.n_clusters
+                "an order of {} visits does not contain each of the {} tasks exactly once",
+                len(nodes),
+                problem.n_clusters,
             )
         elif (position[before] > position[after]).any():
             fault = Message("a task comes before its predecessor")

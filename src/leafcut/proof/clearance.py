@@ -114,9 +114,9 @@ def height_checks(
         (
             Message("rapid into the part"),
             descending & (not milled),
-            Message("a rapid goes down below the surface, Z{:.3f}, where nothing was cut", surface)
+            Message("a rapid descends below the surface, Z{:.3f}, at a position where nothing has been cut", surface)
             if isinstance(surface, float)
-            else Message("a rapid goes down below the surface there, where nothing was cut"),
+            else Message("a rapid descends below the surface at a position where nothing has been cut"),
         ),
     ]
 

@@ -71,7 +71,7 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
     if not rings.rings:
         kinds = ", ".join(sorted(rings.others)) or Message("empty geometries")
         raise ReadError(
-            source.path, Message("no region to mill: the text holds {}; POLYGON or MULTIPOLYGON was expected", kinds)
+            source.path, Message("no region to mill: the text contains {}; POLYGON or MULTIPOLYGON was expected", kinds)
         )
     if rings.others:
         words = ", ".join(f"{number} {kind}" for kind, number in sorted(rings.others.items()))

@@ -223,7 +223,7 @@ def test_the_uncut_area_and_corners_that_the_tool_does_not_reach_are_one_stateme
     outcome = api.optimize(tmp_path / "box.wkt", strategy="contour", **FAST)
     (uncut,) = [fact for fact in report_of(outcome).facts if fact.name == "Uncut"]
     found = re.fullmatch(
-        r"\S+ mm² of the (\S+) mm² that the tool reaches; the rest is stated as not cut", uncut.sentence
+        r"\S+ mm² of the (\S+) mm² that the tool can reach; the rest is reported as uncut", uncut.sentence
     )
     assert found and float(found[1].replace(",", "")) == pytest.approx(1200.0 - (4.0 - math.pi) * 25.0, abs=1.0)
     assert [i.code for i in outcome.issues if "corners" in i.message] == ["L701"]

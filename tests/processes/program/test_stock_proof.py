@@ -181,7 +181,7 @@ def test_a_stock_that_is_never_touched_is_refused_in_one_line(
     file = written(tmp_path, part(*(slot(x, y) for x, y in PLACES)))
     assert run(["reorder", file, "-o", str(tmp_path / "new.nc"), "--workpiece", "500,0,-9,600,90,0"]) == 2
     err = capsys.readouterr().err
-    assert "never touches this stock; give the material in the program's coordinates" in err
+    assert "never touches this stock; specify the stock in program coordinates" in err
     assert err.count("\n") == 1
 
 

@@ -191,7 +191,7 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
             continue
         where = position_text(plunge.x, plunge.y, plunge.tip)
         if drawn.indices_near(plunge.x, plunge.y, tolerance):
-            text = Message("{} drills at {}, where the hole exists already", plunge.tool, where)
+            text = Message("{} drills at {}, where a hole already exists", plunge.tool, where)
             differences.append(Difference(Message("hole twice"), 0, plunge.line, text))
         else:
             text = Message("{} drills at {}, where the drawing has no hole", plunge.tool, where)

@@ -138,7 +138,7 @@ def _mill_by_number(library: ToolLibrary, number: int) -> Tool:
 def _mill_by_diameter(library: ToolLibrary, asked: float | None) -> Tool:
     mills = _end_mills(library)
     if not mills:
-        raise PlanError('{}: no end mill; add a [[tool]] of kind = "end-mill"', library.source)
+        raise PlanError('{}: the library has no end mill; add a [[tool]] with kind = "end-mill"', library.source)
     if asked is None and len(mills) > 1:
         raise OptionError("{}; choose one with --tool-number or --tool-diameter", _mill_list_text(library))
     return mills[0] if asked is None else min(mills, key=lambda tool: abs(tool.diameter - asked))

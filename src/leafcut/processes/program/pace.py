@@ -125,8 +125,8 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     loads = steps.loads(program, Message("cutting the stock"))
     if steps.stock.known and not loads.removed.cuts.any():
         raise OptionError(
-            "--workpiece: {} never touches this stock, so every cut would be in air; give the block in the "
-            "program's coordinates",
+            "--workpiece: {} never touches this stock, so every cut would be in air; specify the block "
+            "in program coordinates",
             source,
         )
     found = PacedProgram(text, program, PaceChange(assumed=not steps.stock.known), tuple(steps.stock_notes()))

@@ -140,7 +140,9 @@ def read_new(job: Job, program_dialect: Dialect, text: str) -> Program:
 def refuse_other_languages(text: str, source: str) -> None:
     """Raise OptionError for a drawing, and ReadError for a language other than G-code; both name the format."""
     if Path(source).suffix.lower() in DRAWINGS and (kind := format_name(source)) not in ("", "gcode"):
-        raise OptionError("{}: a drawing ({}), not a program; make its program first: leafcut {}", source, kind, source)
+        raise OptionError(
+            "{}: this is a drawing ({}), not a program; create its program first: leafcut {}", source, kind, source
+        )
     if what := other_language(text):
         raise ReadError(source, what)
 

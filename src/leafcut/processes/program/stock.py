@@ -173,7 +173,7 @@ def _read(program: Input, settings: Settings, dialect: str | None, check_cancell
         raise PlanError("{}: this program drives a laser or a torch; only milled and drilled stock has heights", source)
     tools = tools_of(read.program, source, settings, read.machine)
     if not tools:
-        raise PlanError("{}: the program cuts nothing, so the stock stays whole", source)
+        raise PlanError("{}: the program cuts nothing, so the stock is unchanged", source)
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
     bodies = {number: body_of(tool) for number, tool in tools.items()}
     return _Cuts(source, read, tools, cutters, bodies, undivided_moves(read.program.path, cutters))

@@ -96,9 +96,7 @@ def stock_judge(job: Job, program: Program, source: str, process: str) -> Judgin
             raise
         return Judging(proof=StockProof(unknown=left_out, reason=str(problem)))
     if options.workpiece and not judge.touched:
-        raise OptionError(
-            "--workpiece: {} never touches this stock; give the material in the program's coordinates", source
-        )
+        raise OptionError("--workpiece: {} never touches this stock; specify the stock in program coordinates", source)
     flat = tuple(number for number, tool in tools.items() if tool.assumed)
     issues = (*judge.issues(), *stock_issues(options, program, cutters, block, which))
     return Judging(judge, StockProof(stock.heights.size, stock.cell, judge.given, flat, left_out), issues)

@@ -429,7 +429,7 @@ def test_a_safe_height_of_the_machine_below_the_clearance_height_is_refused() ->
 def test_circles_out_of_range_are_drilled_only_with_a_warning_or_not_at_all() -> None:
     made = plan(Part("x", (Hole(0, 0, 200.0), Hole(300, 0, 10.0))), None)
     assert [i.message for i in made.issues if i.code == "L401" and i.severity is Severity.WARNING] == [
-        "T1 drill Ø200: unusually large for a drill; leave out circles that are not drilled with --max-diameter"
+        "T1 drill Ø200: unusually large for a drill; use --max-diameter to leave out circles that are not drilled"
     ]
     with pytest.raises(PlanError, match="has no feed"):
         plan(Part("x", (Hole(0, 0, 1e-7),)), None, spindle_speed=6000.0)

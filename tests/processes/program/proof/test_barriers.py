@@ -194,7 +194,7 @@ def compared(before: list[tuple[Barrier, int]], after: list[tuple[Barrier, int]]
     return [found.before, found.after, pairs, found.differences, found.states, found.implied]
 
 
-SAME = "now runs with a different state of the spindle, the coolant or the tasks around it"
+SAME = "the state of the spindle, the coolant or the tasks around"
 
 
 def test_equal_barriers_are_paired_in_order() -> None:
@@ -257,7 +257,7 @@ def test_barriers_that_differ_in_the_state_alone_are_named_with_it(
 def test_a_length_offset_left_on_is_another_state() -> None:
     on, off = (mark((Kind.END, 0, "", (), (), 0, 0, 40, left), 1, "M2") for left in (True, False))
     assert compared([(off, 0)], [(on, 0)])[3:5] == [
-        [Difference("changed end of program", 101, 101, f"'M2' {SAME}")],
+        [Difference("changed end of program", 101, 101, f"{SAME} 'M2' has changed")],
         [],
     ]
 

@@ -81,7 +81,7 @@ def test_a_hole_that_is_added_is_not_reported_by_its_reach_too() -> None:
 def test_other_units_are_named_first_of_all_causes() -> None:
     original = program_of(f"{HEAD} / {STROKE} / M5 / M2")
     new = program_of(f"{HEAD} / {STROKE} / M5 / M2".replace("G21", "G20"))
-    text = "mm became inches, and the lengths did not change with them"
+    text = "mm became inches, but the lengths did not change accordingly"
     assert Difference("units", 1, 1, text) in certify(original, new).differences
-    back = "inches became mm, and the lengths did not change with them"
+    back = "inches became mm, but the lengths did not change accordingly"
     assert Difference("units", 1, 1, back) in certify(new, original).differences

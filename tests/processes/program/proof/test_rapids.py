@@ -126,18 +126,18 @@ BASE = (
 LOWER: dict[str, tuple[str, str, list[tuple[str, int, int, str]]]] = {
     "left lower": (
         "Z6 / X11", "Z5 / X11",
-        [("lower retract", 8, 8, "a rapid leaves X5.000 Y2.000 at Z5.000, Z6.000 before")],
+        [("lower retract", 8, 8, "a rapid leaves X5.000 Y2.000 at Z5.000 instead of Z6.000")],
     ),
     "left lower by more than rounding": (
         "Z6 / X11", "Z5.997 / X11",
-        [("lower retract", 8, 8, "a rapid leaves X5.000 Y2.000 at Z5.997, Z6.000 before")],
+        [("lower retract", 8, 8, "a rapid leaves X5.000 Y2.000 at Z5.997 instead of Z6.000")],
     ),
     "left lower by rounding": ("Z6 / X11", "Z5.999 / X11", []),
     "left higher": ("Z6 / X11", "Z8 / X11", []),
     "down where a cut has ended deeper": ("Z4 / Z2 / Z6", "Z4 / Z-0.9 / Z6", []),
     "lower on the way": (
         "Z6 / X11 Y2", "Z6 / X8 Z3 / X11 Z6 Y2",
-        [("lower retract", 8, 8, "a rapid goes across to X11.000 Y2.000 at Z3.000, Z6.000 before")],
+        [("lower retract", 8, 8, "a rapid goes across to X11.000 Y2.000 at Z3.000 instead of Z6.000")],
     ),
     "an interrupted cut": (
         "F100 / X5", "F100 / G0 Z4 / Z-1 / G1 X5",
@@ -147,7 +147,7 @@ LOWER: dict[str, tuple[str, str, list[tuple[str, int, int, str]]]] = {
     ),
     "lower from a stop": (
         "M0 / G0 Z8", "M0 / G0 Z6.5",
-        [("lower approach", 16, 16, "a rapid arrives at X20.000 Y2.000 at Z6.500, Z8.000 before"),
+        [("lower approach", 16, 16, "a rapid arrives at X20.000 Y2.000 at Z6.500 instead of Z8.000"),
          ("lower retract", 15, 15, "a rapid from 'pause M0' is lower than before")],
     ),
     "down at a stop": (
@@ -160,7 +160,7 @@ LOWER: dict[str, tuple[str, str, list[tuple[str, int, int, str]]]] = {
     ),
     "lower to the end": (
         "G0 Z9 / X0", "G0 Z5 / X0",
-        [("lower retract", 21, 21, "a rapid leaves X25.000 Y2.000 at Z5.000, Z8.000 before"),
+        [("lower retract", 21, 21, "a rapid leaves X25.000 Y2.000 at Z5.000 instead of Z8.000"),
          ("lower approach", 24, 24, "a rapid to 'end of program M2' is lower than before"),
          ("lower retract", 24, 24, "at 'end of program M2' the tool was at Z9.000, now at Z5.000")],
     ),

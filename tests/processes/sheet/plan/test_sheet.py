@@ -134,7 +134,7 @@ def test_what_is_named_a_sheet_and_lies_round_some_of_the_parts_is_not_cut_as_a_
     """Parts in it would be cut as its holes: on the wrong side of every line."""
     drawing = [box(0, 0, 100, 50, "SHEET"), box(5, 5, 10, 10), disc(10, 10, 2), *beyond]
     text = refusal(*drawing, open_paths="cut")
-    assert "layer SHEET is named as the edge of a sheet, and an outline on it lies around parts, but " in text
+    assert "the name of layer SHEET indicates the edge of a sheet, and an outline on it encloses parts, but " in text
     assert "but not around 1 contour, at" in text or "but is one of several paths, at" in text
     named = sheet(*drawing, open_paths="cut", cut_layers="*")
     assert named.outline is None and len(named.contours) == len(drawing)

@@ -136,10 +136,10 @@ def test_a_move_from_an_unknown_place_is_not_counted() -> None:
     ("crossed", "close", "nozzle", "text"),
     [
         (None, 0, 0.0, ""), (2, 0, 0.0, ""),
-        (1, 0, 0.0, "2 travel moves over detached parts, 1 reported; the first to X40.000 Y40.000"),
-        (1, 9, 9.0, "2 travel moves over detached parts, 1 reported; the first to X40.000 Y40.000"),
-        (2, 0, 4.0, "a nozzle of 4 mm passes over detached parts on 3 travel moves, 2 reported; the first to "
-         "X40.000 Y40.000"),
+        (1, 0, 0.0, "2 travel moves over detached parts, but only 1 reported; the first leads to X40.000 Y40.000"),
+        (1, 9, 9.0, "2 travel moves over detached parts, but only 1 reported; the first leads to X40.000 Y40.000"),
+        (2, 0, 4.0, "a nozzle of 4 mm passes over detached parts on 3 travel moves, but only 2 reported; the first "
+         "leads to X40.000 Y40.000"),
         (2, 1, 4.0, ""), (2, 0, 3.0, ""),
     ],
 )  # fmt: skip

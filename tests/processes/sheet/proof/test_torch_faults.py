@@ -56,19 +56,19 @@ BACK = (("tool", 0.0), ("offset", 0.0), ("move", 2.0))
     [
         ((("move", 1.0), ("cut", 1.0), ("end", 0.0)), []),
         ((*READY, ("mark", 1.0), ("cut", 0.0), *BACK, ("cut", 1.0), ("end", 0.0)), []),
-        ((("move", 1.0), ("mark", 1.0), ("end", 0.0)), [(2, f"tool 0 is selected where tool {NUMBER} works")]),
-        ((*READY, ("cut", 1.0), *BACK, ("end", 0.0)), [(4, f"tool {NUMBER} is selected where tool 0 works")]),
+        ((("move", 1.0), ("mark", 1.0), ("end", 0.0)), [(2, f"tool 0 is selected where tool {NUMBER} is needed")]),
+        ((*READY, ("cut", 1.0), *BACK, ("end", 0.0)), [(4, f"tool {NUMBER} is selected where tool 0 is needed")]),
         (
             (("tool", NUMBER), ("move", 1.0), ("offset", NUMBER), ("mark", 1.0), *BACK, ("end", 0.0)),
-            [(4, f"tool {NUMBER} is lit before it moves to its start with its own offset")],
+            [(4, f"tool {NUMBER} is switched on before it moves to its start with its own offset")],
         ),
         (
             (("tool", NUMBER), ("move", 1.0), ("mark", 1.0), *BACK, ("end", 0.0)),
-            [(3, f"tool {NUMBER} is lit before it moves to its start with its own offset")],
+            [(3, f"tool {NUMBER} is switched on before it moves to its start with its own offset")],
         ),
         (
             (("tool", NUMBER), ("offset", NUMBER), ("rise", 5.0), ("mark", 1.0), *BACK, ("end", 0.0)),
-            [(4, f"tool {NUMBER} is lit before it moves to its start with its own offset")],
+            [(4, f"tool {NUMBER} is switched on before it moves to its start with its own offset")],
         ),
         ((*READY, ("mark", 1.0), ("end", 0.0)), [(5, f"the program ends with tool {NUMBER} instead of the torch")]),
     ],
@@ -117,7 +117,7 @@ def probing(path: Toolpath, probe: Probe | None = PROBE) -> list[tuple[int, str]
     return [(d.new, d.text) for d in found]
 
 
-UNPROBED = (7, "the torch is lit without probing the sheet first")
+UNPROBED = (7, "the torch is switched on without probing the sheet first")
 
 
 def test_each_pierce_is_probed_at_its_place() -> None:
@@ -230,7 +230,10 @@ def test_feeds_are_those_of_the_plan_along_the_cut() -> None:
     [
         ({}, None),
         ({"height": 3.8019}, None),
-        ({"height": 3.8021}, ("pierce height", 4, "the torch is lit at Z3.802, not at the pierce height, Z3.800")),
+        (
+            {"height": 3.8021},
+            ("pierce height", 4, "the torch is switched on at Z3.802, not at the pierce height, Z3.800"),
+        ),
         ({"waited": 0.4991}, None),
         ({"waited": 0.9}, None),
         ({"waited": 0.4989}, ("pierce delay", 4, "the torch waits 0.4989 s for the pierce; the chart asks for 0.5 s")),

@@ -317,7 +317,7 @@ def test_a_program_that_finds_the_sheet_before_every_pierce_is_accepted(units: s
 @pytest.mark.parametrize(
     "before, after, words",
     [
-        ("G38.2 Z-20 F2000\nG92 Z-3\n", "", "lit without probing the sheet"),
+        ("G38.2 Z-20 F2000\nG92 Z-3\n", "", "switched on without probing the sheet"),
         ("G92 Z-3\n", "G92 Z0\n", "not set to Z-3"),
         ("G92 Z-3\n", "", "not set to Z-3"),
         ("G38.2 Z-20 F2000\n", "G38.2 Z-2 F2000\n", "probe goes down to Z-2"),
@@ -372,7 +372,7 @@ def test_a_sheet_that_was_found_elsewhere_is_not_found() -> None:
     elsewhere, many = re.subn(r"(X\S+ Y\S+)\n(G38.2 Z-20 F2000\nG92 Z-3)\n", r"\2\nG0 Z10\n\1\n", text, count=1)
     assert many == 1
     found = checked(elsewhere, plan, rules, "plasma", PROBE)
-    assert any("lit without probing the sheet" in d.text for d in found), found
+    assert any("switched on without probing the sheet" in d.text for d in found), found
 
 
 def test_a_probe_that_nobody_asked_for_is_a_difference() -> None:

@@ -288,7 +288,7 @@ def _work_surface(
         return None
     if part.slots:
         raise PlanError(
-            "{}: slots are not routed on a surface; leave --surface out, or the slots (--layers)", part.name
+            "{}: slots cannot be milled on an uneven surface; leave out --surface, or the slots (--layers)", part.name
         )
     from leafcut.processes.drilling.plan.work_surface import WorkSurface, checked_fixture
 
@@ -712,7 +712,7 @@ def _checked_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:
     if cycle.name == "G82" and not cycle.dwell:
         raise PlanError("{}: G82 needs a dwell; set --dwell, or dwell in the library", tool.label)
     if cycle.name == "G84" and tool.kind is not ToolKind.TAP:
-        raise PlanError("{}: G84 taps a thread, and this tool is not a tap; choose another --cycle", tool.label)
+        raise PlanError("{}: G84 is a tapping cycle, but this tool is not a tap; choose another --cycle", tool.label)
     return DrillCycle(
         name=cycle.name,
         r_plane=cycle.r_plane,

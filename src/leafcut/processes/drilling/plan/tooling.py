@@ -189,7 +189,7 @@ class ToolChooser:
                 yield Issue(
                     "L401",
                     Message(
-                        "{}: unusually large for a drill; leave out circles that are not drilled with --max-diameter",
+                        "{}: unusually large for a drill; use --max-diameter to leave out circles that are not drilled",
                         tool.label,
                     ),
                 )

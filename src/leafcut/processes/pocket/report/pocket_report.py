@@ -165,7 +165,7 @@ class PocketReport(PathReport[PocketDetail]):
         if self.compared:
             saved = saved_percent(outcome, outcome.after)
             words = Message(
-                "by {}; {} saved" if saved >= 0.0 else "by {}; {} more now", self.usual, percent_words(abs(saved))
+                "by {}; {} saved" if saved >= 0.0 else "by {}; now {} longer", self.usual, percent_words(abs(saved))
             )
             times.append(Fact("before.time_s", outcome.before.time_s, "s", words, Message("Usual time")))
         return times
@@ -220,7 +220,7 @@ class PocketReport(PathReport[PocketDetail]):
         area, whole = area_words(m.uncovered_mm2), area_words(m.reachable_mm2)
         if all(issue.code != "L701" for issue in self.outcome.issues):
             return Message("{} of {}", area, whole)
-        return Message("{} of the {} that the tool reaches; the rest is stated as not cut", area, whole)
+        return Message("{} of the {} that the tool can reach; the rest is reported as uncut", area, whole)
 
     def _tool_facts(self) -> list[Fact]:
         plans, tool = self.outcome.detail.plans, self.outcome.operations[0].tool

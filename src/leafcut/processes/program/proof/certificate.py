@@ -262,7 +262,7 @@ def _unit_difference(programs: tuple[Program, Program]) -> Iterator[Difference]:
         was, now = (Message("inches") if side == {MM_PER_INCH} else "mm" for side in units)
         old, new = (int(program.line[block]) for program, block in zip(programs, stated, strict=True))
         yield Difference(
-            Message("units"), old, new, Message("{} became {}, and the lengths did not change with them", was, now)
+            Message("units"), old, new, Message("{} became {}, but the lengths did not change accordingly", was, now)
         )
 
 

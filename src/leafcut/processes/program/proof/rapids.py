@@ -311,11 +311,11 @@ RapidCheck = tuple[Message, Callable[[int], tuple[Message, str]], NDArray, NDArr
 Both = tuple[ProgramWork, RapidGaps, ProgramWork, RapidGaps]
 
 
-_LEAVES = partial(Message, "a rapid leaves {} at {}, {} before")
-_ARRIVES = partial(Message, "a rapid arrives at {} at {}, {} before")
-_GOES_DOWN = partial(Message, "a rapid goes down over {} at {}, {} before")
-_GOES_ACROSS_TO = partial(Message, "a rapid goes across to {} at {}, {} before")
-_GOES_ACROSS_FROM = partial(Message, "a rapid goes across from {} at {}, {} before")
+_LEAVES = partial(Message, "a rapid leaves {} at {} instead of {}")
+_ARRIVES = partial(Message, "a rapid arrives at {} at {} instead of {}")
+_GOES_DOWN = partial(Message, "a rapid goes down over {} at {} instead of {}")
+_GOES_ACROSS_TO = partial(Message, "a rapid goes across to {} at {} instead of {}")
+_GOES_ACROSS_FROM = partial(Message, "a rapid goes across from {} at {} instead of {}")
 
 
 def _checks_by_feature(both: Both, new_of: Indices, turned: Indices, room: float, beam: bool) -> Iterator[RapidCheck]:

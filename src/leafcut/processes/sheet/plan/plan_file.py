@@ -171,7 +171,7 @@ def plan_order(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
 
 
 def _fixed_starts(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -> list[CutStart]:
-    """Return the starts of a contour that its entry in the plan file allows. Raises PlanError if none of them fits."""
+    """Return the starts of a contour that its entry in the plan file allows. Raises PlanError if no start fits."""
     contour, scrap = cutting.contours[k], cutting.scrap
     lead = choice.lead_in if "lead" in choice.fixed else None
     if lead is not None:
@@ -220,9 +220,9 @@ def _has_lead(start: CutStart, lead: Lead) -> bool:
 
 
 def _smooth_places(contour: CutContour, places: list[float], plan: PlanFile) -> list[float]:
-    """Return those of the given positions at which a controller with kerf compensation can start.
+    """Return the given positions at which a controller with kerf compensation can start.
 
-    Raises PlanError if there is no such position.
+    Raises PlanError if no position is suitable.
     """
     rules = contour.rules
     if rules.lead_in.style != "arc" or rules.lead_in.run_in <= 0.0:
@@ -264,7 +264,7 @@ def _starts_at(
 
 
 def _with_lead_out(contour: CutContour, scrap: Scrap, starts: list[CutStart], choice: CutChoice) -> list[CutStart]:
-    """Return those of the given starts at which the lead-out of the plan file fits, with this lead-out."""
+    """Return the given starts at which the lead-out of the plan file fits, with this lead-out."""
     if choice.lead_out is None:
         return starts
     kept = []

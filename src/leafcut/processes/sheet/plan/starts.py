@@ -90,9 +90,11 @@ def _refusal(stuck: list[CutContour], contours: list[CutContour], rules: CutRule
     # The controller needs a lead to switch compensation on.
     instead = Message("--compensation geometry") if rules.compensation == "controller" else Message("--lead-in none")
     if not (rules.common_lines or rules.once) and any(_has_common_edge(one, contours) for one in stuck[:3]):
-        instead = Message("cut edges that lie a kerf apart once (--common-lines), nested by leafcut nest --blocks")
+        instead = Message(
+            "nest the parts with leafcut nest --blocks and cut edges one kerf apart only once (--common-lines)"
+        )
     if rules.common_lines:
-        instead = Message("nest the parts in blocks with room around them (leafcut nest --blocks)")
+        instead = Message("nest the parts in blocks with space around them (leafcut nest --blocks)")
     return Message(
         "no lead fits into the scrap at {}; give a shorter --lead-in-length, {}, or more room between the parts",
         names,

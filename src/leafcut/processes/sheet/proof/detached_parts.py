@@ -39,13 +39,18 @@ def check_detached_parts(
     if len(found) > reported:
         line, where = found[0]
         count = count_of(len(found), "travel move")
-        text = Message("{} over detached parts, {} reported; the first to {}", count, reported, position_text(*where))
+        text = Message(
+            "{} over detached parts, but only {} reported; the first leads to {}",
+            count,
+            reported,
+            position_text(*where),
+        )
         return [Difference(Message("travel over a detached part"), 0, line, text)]
     near = crossings(matched, path, 0.5 * nozzle) if nozzle > 0.0 else []
     if len(near) > reported + close:
         line, where = near[0]
         text = Message(
-            "a nozzle of {:g} mm passes over detached parts on {}, {} reported; the first to {}",
+            "a nozzle of {:g} mm passes over detached parts on {}, but only {} reported; the first leads to {}",
             nozzle,
             count_of(len(near), "travel move"),
             reported + close,

@@ -119,7 +119,8 @@ def _unpierced_cuts(matched: MatchedRuns) -> list[Difference]:
             continue
         if sheet is None or shapely.distance(sheet, shapely.Point(*run.start)) < half - TOLERANCE:
             text = Message(
-                "the torch is lit at {} without a pierce, and not beside the sheet", position_text(*run.start)
+                "the torch is switched on at {} without a pierce, although that is not beside the sheet",
+                position_text(*run.start),
             )
             found.append(sheet_difference(Message("not pierced"), text, run.line))
     return found

@@ -79,10 +79,10 @@ def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
         elif row.kind is Kind.SPINDLE and row.value:
             wanted = number if row.ref else 0
             if tool != wanted:
-                text = Message("tool {} is selected where tool {} works", tool, wanted)
+                text = Message("tool {} is selected where tool {} is needed", tool, wanted)
                 found.append(Difference(Message("scribe"), 0, row.line, text))
             elif not placed:
-                text = Message("tool {} is lit before it moves to its start with its own offset", tool)
+                text = Message("tool {} is switched on before it moves to its start with its own offset", tool)
                 found.append(Difference(Message("scribe"), 0, row.line, text))
         elif row.kind is Kind.END and tool:
             found.append(
@@ -115,7 +115,7 @@ def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Pr
         return found
     pierces = [run.lightings[0].line for run, cut in zip(runs, plan.cuts, strict=False) if _pierces(run, cut)]
     return found + [
-        Difference(Message("probe"), 0, line, Message("the torch is lit without probing the sheet first"))
+        Difference(Message("probe"), 0, line, Message("the torch is switched on without probing the sheet first"))
         for line in pierces
         if not lit_after.get(line, False)
     ]
@@ -193,7 +193,9 @@ def _lighting_faults(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, wait
         first = run.lightings[0]
         if heights and not abs(first.height - data.pierce_height) <= _ROOM:
             text = Message(
-                "the torch is lit at Z{:.3f}, not at the pierce height, Z{:.3f}", first.height, data.pierce_height
+                "the torch is switched on at Z{:.3f}, not at the pierce height, Z{:.3f}",
+                first.height,
+                data.pierce_height,
             )
             found.append(Difference(Message("pierce height"), 0, first.line, text))
         if waits and first.waited < data.pierce_delay - DWELL_ROUNDING:
