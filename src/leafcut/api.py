@@ -254,7 +254,7 @@ def _run_process(run: Job, sources: Sequence[Input], process_word: str, *, table
 
     Raises OptionError for options that the process does not use, and for a table that the process does not provide.
     """
-    registry.check_asked(process_word)
+    registry.check_process_value(process_word)
     inputs = [read_source(source) for source in sources]
     process = registry.process_for(inputs, process_word)
     if table and not process.tabulates:

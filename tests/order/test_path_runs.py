@@ -1,4 +1,4 @@
-"""Runs of the path search: how many searches, with which budget, and the ants before them."""
+"""Runs of the path search: how many searches, with which kicks_of_preset, and the ants before them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from leafcut.order import path_search
 from leafcut.order.annealing import build_clusters
 from leafcut.order.directed import DirectedInstance, build_directed, greedy_path
 from leafcut.order.literature.ants import Ants
-from leafcut.order.path_search import PathSearch, budget, offer_path_of_ants, run_paths
+from leafcut.order.path_search import PathSearch, kicks_of_preset, offer_path_of_ants, run_paths
 from leafcut.order.search import AlgorithmRun, Best
 from leafcut.order.stop import PayoffLimit, Stop
 

@@ -183,7 +183,7 @@ def _program_file(
         name, command = api.program_for(loaded[0], **given)
         output = places_beside(inputs[:1], [name], inputs)[0]
         if Path(output).is_file():
-            registry.check_asked(str(given["process"]))
+            registry.check_process_value(str(given["process"]))
             registry.process_for([read_source(source) for source in loaded], str(given["process"]))
     check_own(output, inputs, command)
     return output

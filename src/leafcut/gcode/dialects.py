@@ -336,7 +336,9 @@ def dialect_list() -> list[tuple[str, str]]:
 def dialect_template(name: str) -> str:
     """Return a TOML template based on a shipped dialect. Raises OptionError if no shipped dialect has the name."""
     if name not in _shipped_names():
-        raise OptionError("leafcut has no built-in dialect '{}'{}", name, name_suggestion(name, sorted(_shipped_names())))
+        raise OptionError(
+            "leafcut has no built-in dialect '{}'{}", name, name_suggestion(name, sorted(_shipped_names()))
+        )
     text = re.sub(r"^base = .*\n", "", _text(name), flags=re.MULTILINE)
     about = f"# Save it as my.toml, change it, and run with --dialect my.toml. What it does not say is as in {name}."
     return f'{about}\nbase = "{name}"\n{text}'

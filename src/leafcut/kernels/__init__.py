@@ -71,7 +71,7 @@ def _compiled(function: Function, **flags: Any) -> Function:
 
 
 @functools.cache
-def listen() -> None:
+def report_compilations() -> None:
     """Report to `listeners` when Numba loads and compiles functions."""
     from numba.core import event
 

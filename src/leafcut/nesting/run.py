@@ -25,7 +25,7 @@ from leafcut.nesting.proof import check_drawing, check_nest, check_remnants
 from leafcut.options import ReadOptions, Settings, SheetOptions, SolveOptions
 from leafcut.options.drawings import MARK_NAMES
 from leafcut.options.sheet_word import LARGEST_SHEET, SheetWord
-from leafcut.processes.cutting_machines import for_cutting
+from leafcut.processes.cutting_machines import with_cutting_machine
 from leafcut.read import read_contours
 from leafcut.read.format import Source, factor_of, load
 from leafcut.read.machine import load_machine
@@ -245,7 +245,7 @@ def _available_sheets(
 
     The default is an unlimited number of sheets of the size of the machine's table.
     """
-    options, machine = settings.of(NestOptions), load_machine(for_cutting(settings).machine.machine)
+    options, machine = settings.of(NestOptions), load_machine(with_cutting_machine(settings).machine.machine)
     reach = [machine.reach(axis) for axis in (0, 1)]
     if "sheet" not in settings.given:
         if not machine.table_known:
@@ -284,7 +284,7 @@ def _exceeds_table(stock: Stock, machine: Machine) -> str:
 
 def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
     """Return an issue for each used kind of sheet that is larger than the table of the cutting machine."""
-    machine = load_machine(for_cutting(settings).machine.machine)
+    machine = load_machine(with_cutting_machine(settings).machine.machine)
     used = {nest.stock_of(layout).name: nest.stock_of(layout) for nest in nests for layout in nest.layouts}
     return [
         Issue("L435", Message("{}: check it with the machine that cuts it (--machine)", message))

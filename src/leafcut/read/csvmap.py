@@ -100,7 +100,7 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
     if len(bad) > NAMED_ROWS:
         more = len(bad) - NAMED_ROWS
         issues.append(Issue("L208", Message("{} further rows skipped", more), missing=MissingWork("hole", more)))
-    on_layer, left_out = chosen_layers(holes, options)
+    on_layer, left_out = holes_on_chosen_layers(holes, options)
     kept, selection_issues = select_holes(on_layer, options, point_tolerance=0.0)
     issues += left_out
     if not kept:

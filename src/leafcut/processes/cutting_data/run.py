@@ -24,7 +24,7 @@ from leafcut.model.work_material import WorkMaterial
 from leafcut.options import Settings
 from leafcut.options.cutting import SpeedOptions
 from leafcut.processes.cutting_data.drawn_work import work_of_drawing
-from leafcut.processes.cutting_data.economics import CuttingResults, Prices, ToolWork, best_of, cutting_results
+from leafcut.processes.cutting_data.economics import CuttingResults, Prices, ToolWork, cutting_results, index_of_best
 from leafcut.processes.cutting_data.limits import CuttingLimit, SpeedGrid, limit_error, within_limits
 from leafcut.processes.job import library_of, machine_of
 from leafcut.read.work_materials import load_material

@@ -34,7 +34,7 @@ from leafcut.model.pocket import (
 )
 from leafcut.model.problem import RoutingProblem
 from leafcut.processes.pocket.air_cuts import divide_at_air_cuts
-from leafcut.processes.pocket.feeds import with_feeds
+from leafcut.processes.pocket.feeds import with_varied_feeds
 from leafcut.processes.pocket.job import PocketJob, PocketMotion, raise_path
 from leafcut.processes.pocket.measures import measure_path
 from leafcut.processes.pocket.options import PocketOptions

@@ -35,7 +35,7 @@ from leafcut.processes.plan import Plan
 from leafcut.processes.program.options import ResequenceOptions, pace_flags
 from leafcut.processes.program.plan.corners import rows_with_free_rounding
 from leafcut.processes.program.plan.heights import HeightLowering
-from leafcut.processes.program.plan.pace import KeptFeed, arcs_in_air, plan_pace, why_kept
+from leafcut.processes.program.plan.pace import KeptFeed, arcs_in_air, plan_pace, reason_for_kept_feed
 from leafcut.processes.program.post.pace_writer import with_heights, with_pace, with_returns
 from leafcut.processes.program.proof.new_speeds import (
     changed_stretches,
@@ -536,7 +536,7 @@ class _PaceSteps:
             if number in above or not mine.any() or not np.allclose(speed[mine], loads.feed[mine], rtol=1e-9, atol=0.0):
                 continue
             tool, diameter = self.tools[number], 2.0 * self.cutters[number].radius
-            why = why_kept(program, loads, number, limit, diameter, self.rules, self.job.machine)
+            why = reason_for_kept_feed(program, loads, number, limit, diameter, self.rules, self.job.machine)
             words = Message("the tool only plunges") if why is None else _kept_feed_text(why, limit, diameter)
             issues.append(Issue("L512", Message("{} keeps its feed: {}", tool.label, words), severity=Severity.NOTE))
         return issues

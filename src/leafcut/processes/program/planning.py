@@ -27,10 +27,10 @@ from leafcut.model.toolpath import PLACES, STILL, Kind
 from leafcut.processes.job import dialect_of, library_of
 from leafcut.processes.plan import Plan
 from leafcut.processes.program.options import ResequenceOptions, pace_flags
-from leafcut.processes.program.plan.program_rows import known_process
+from leafcut.processes.program.plan.program_rows import detect_process
 from leafcut.processes.program.reading import ProgramRead, controller_motion, read_foreign
 from leafcut.processes.program.stock_proof import stock_judge
-from leafcut.processes.program.tools import other_tools
+from leafcut.processes.program.tools import tool_diameter_warnings
 from leafcut.timing.travel import travel_metric
 
 if TYPE_CHECKING:

@@ -22,7 +22,7 @@ from leafcut.post.words import comment_lines
 from leafcut.processes.plan import OrderRefused, Plan
 from leafcut.processes.program.model import AvoidedAreas
 from leafcut.processes.program.options import ResequenceOptions
-from leafcut.processes.program.plan.program_rows import dark_rows
+from leafcut.processes.program.plan.program_rows import beam_off_rows
 from leafcut.processes.program.post.rewriter import rewrite
 from leafcut.processes.program.reading import read_new
 from leafcut.timing.grbl import sent_lines
@@ -107,7 +107,7 @@ def prove_program(plan: Plan, best: Candidate) -> Candidate:
         check_cancelled=check_cancelled,
     )
     if not certificate.same:
-        message = _first_of(certificate.differences)
+        message = _first_difference_text(certificate.differences)
         lines = {line for d in certificate.differences for line, _ in ((d.original, d.new), *d.also) if line}
         sections = {_section_at(work, line) for line in lines} - {-1}
         raise OrderRefused(message, _pieces_at(work, lines), sections)

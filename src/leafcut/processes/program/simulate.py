@@ -13,7 +13,7 @@ from leafcut.model.issue import Issue
 from leafcut.model.simulation import Simulation
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import Settings
-from leafcut.processes.job import assumed_machine
+from leafcut.processes.job import assumed_machine_note
 from leafcut.processes.program.reading import controller_motion, read_file
 from leafcut.timing.grbl import sent_lines
 from leafcut.timing.toolpath import measure_toolpath, starved_rows

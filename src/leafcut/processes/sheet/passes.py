@@ -23,7 +23,12 @@ from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.costs import measure_cuts
 from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTravel, bands, build_problem
 from leafcut.processes.sheet.plan.heat import heat_issue, spread_starts
-from leafcut.processes.sheet.plan.moved_starts import clear_pierces, leads_apart, slide_starts, starts_apart
+from leafcut.processes.sheet.plan.moved_starts import (
+    clear_pierces_of_kerfs,
+    slide_starts,
+    with_leads_apart,
+    without_meeting_starts,
+)
 from leafcut.processes.sheet.plan.toolpath import TorchSetup, generate_cuts
 from leafcut.timing.toolpath import measure_toolpath, seconds_by_row
 

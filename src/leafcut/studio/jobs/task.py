@@ -101,7 +101,7 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
     if task.command != "nest" and len(task.inputs) != COMMANDS[task.command]:
         files = Message("one file") if COMMANDS[task.command] == 1 else Message("{} files", COMMANDS[task.command])
         raise OptionError("{} needs {}", task.command, files)
-    registry.check_asked(task.process)
+    registry.check_process_value(task.process)
     options = {name: _resolved(name, value, folder) for name, value in set_options(task.options).items()}
     if drawn:
         options["sheet"] = tuple(

@@ -38,7 +38,7 @@ def runs_of(*lines: list[tuple[float, float]]) -> Any:
         SimpleNamespace(line=10 * k, points=np.array(points, dtype=float), start=points[0])
         for k, points in enumerate(lines, 1)
     ]
-    return SimpleNamespace(runs=runs, burnt_lines=[shapely.LineString(points) for points in lines], kerf=1.5)
+    return SimpleNamespace(runs=runs, kerf_lines=[shapely.LineString(points) for points in lines], kerf=1.5)
 
 
 @pytest.mark.parametrize("around", [0, 2])

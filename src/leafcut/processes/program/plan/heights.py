@@ -152,9 +152,9 @@ class HeightLowering:
             return False
         return self.contact_height(
             following, to_hole=True
-        ) + self.clearance <= plane + _SAME and not self._over_obstacle([following], plane)
+        ) + self.clearance <= plane + _SAME and not self._hits_obstacle([following], plane)
 
-    def _over_obstacle(self, moves: list[int], height: float) -> bool:
+    def _hits_obstacle(self, moves: list[int], height: float) -> bool:
         """Return whether a lowered move would hit a named obstacle, and record the line of the move in `kept`."""
         if self.obstacles is None or height >= self.obstacles.height:
             return False
@@ -266,7 +266,7 @@ class HeightLowering:
             lengths = [float(np.linalg.norm((path.end[one] - path.before[one])[:2])) for one in series.moves]
             bottom = min([*series.planes, start] if start < high else series.planes)
             lowest += max(min(self.longest, 0.5 * max(lengths, default=0.0), lowest - bottom), 0.0)
-        if not lowest < high - _WORTH or self._over_obstacle(moves, lowest):
+        if not lowest < high - _WORTH or self._hits_obstacle(moves, lowest):
             return []
         return [Lowered(self._block(one), "Z", lowest) for one in series.stated]
 
@@ -409,7 +409,7 @@ class HeightLowering:
             after = self.next_effective_row(after)
         lowest = max(contacts) + self.clearance
         deepest = max(one.bottom for one in cycles)
-        if not (deepest < lowest < plane - _WORTH) or self._over_obstacle(moves, lowest):
+        if not (deepest < lowest < plane - _WORTH) or self._hits_obstacle(moves, lowest):
             return []
         return [Lowered(self._block(rows[0]), "R", lowest)]
 

@@ -23,8 +23,8 @@ from leafcut.model.sequence import FixedBlocks, Section, Sequence, StayReason
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.find_sections import STAYING, SectionFinder
 from leafcut.processes.program.plan.merging import changes_saved, merge_sections
-from leafcut.processes.program.plan.operations import keep_apart
-from leafcut.processes.program.plan.program_rows import known_process, read_rows
+from leafcut.processes.program.plan.operations import divide_at_operations
+from leafcut.processes.program.plan.program_rows import detect_process, read_rows
 from leafcut.processes.program.plan.reversing import with_reversible
 
 

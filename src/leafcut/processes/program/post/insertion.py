@@ -48,7 +48,7 @@ def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
     """
     if not front and not back:
         return line
-    start, stop, space = _body_of(line)
+    start, stop, space = _word_range(line)
     text = space.join([*front, line[start:stop], *back])
     return line[:start] + text + line[stop:]
 
@@ -94,7 +94,7 @@ def replace_words(line: str, texts: Mapping[str, str]) -> str:
 def replace_all_words(line: str, words: Sequence[str]) -> str:
     """Replace all words of a line; the line number, the comments and the style of the line stay.
 
-    >>> with_words("N10 G1X5Y2 (here)", ["G1", "X0", "Y1"])
+    >>> replace_all_words("N10 G1X5Y2 (here)", ["G1", "X0", "Y1"])
     'N10 G1X0Y1 (here)'
     """
     start, stop, space = _word_range(line)

@@ -143,7 +143,7 @@ class ReversedCut:
         if "S" in letters or (need.spindle and need.rpm != self.rpm):
             texts.append(self.spelled("S", need.rpm, block + 1))
         self.motion, self.feed, self.rpm = motion, need.feed, need.rpm
-        return with_words(line, texts)
+        return replace_all_words(line, texts)
 
     def _motion_word(self, line: str, motion: int) -> str:
         """Return G1, G2 or G3, with a leading zero if the original line uses one."""

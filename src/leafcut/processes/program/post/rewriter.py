@@ -472,7 +472,7 @@ class _Rewriter:
             self._write_block(*words)
         self._take_fields(modal_use.inherited, need)
         self._take_fields(modal_use.sets, program.modal(kept.end))
-        self.have = with_fields(program.modal(kept.end), INHERITED, self.have)
+        self.have = replace_fields(program.modal(kept.end), INHERITED, self.have)
         self.stated |= self.reader.states(kept.begin, kept.end)
 
     def _rapid_to(self, x: float = math.nan, y: float = math.nan, z: float = math.nan) -> None:

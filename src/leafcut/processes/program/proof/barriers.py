@@ -485,7 +485,10 @@ def find_misplaced_barriers(
         if mark.fixed_place and apart.any():
             was, now = position_text(*mark.place), position_text(*new.place)
             text = Message(
-                "'{}' may start at the current position of the tool, which has changed from {} to {}", mark.text, was, now
+                "'{}' may start at the current position of the tool, which has changed from {} to {}",
+                mark.text,
+                was,
+                now,
             )
             yield Difference(Message("barrier at another position"), mark.line, new.line, text)
         elif new.height_unknown and not mark.height_unknown:

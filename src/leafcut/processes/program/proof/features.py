@@ -218,7 +218,7 @@ def _history(program: Program) -> TextHistory:
         path, program.modal_at_rows("spindle")
     )
     return TextHistory(
-        (stated + 4 * _length_taken(path, length)).astype(np.int8),
+        (stated + 4 * _length_offset_known(path, length)).astype(np.int8),
         np.searchsorted([setting.line for setting in program.obeyed], path.line).astype(np.int32),
         path.latest(Kind.OFFSET, np.cumsum(path.kind == Kind.FOREIGN)).astype(np.int32),
     )

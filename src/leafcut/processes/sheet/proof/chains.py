@@ -33,7 +33,7 @@ def check_chains(matched: MatchedRuns) -> list[Difference]:
     enter no other kerf, where the arc would go out. No other run may cross the bridge, and the scrap around the bridge
     must still be attached.
     """
-    cuts, kerf, lines, found = matched.plan.cuts, matched.kerf, matched.burnt_lines, list[Difference]()
+    cuts, kerf, lines, found = matched.plan.cuts, matched.kerf, matched.kerf_lines, list[Difference]()
     followed: list[list[RunMatch]] = [[] for _ in matched.runs]
     for claim in matched.claims:
         in_group = claim.run < len(cuts) and cuts[claim.run].group

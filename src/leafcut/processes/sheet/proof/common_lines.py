@@ -31,7 +31,7 @@ def check_common_lines(matched: MatchedRuns) -> list[Difference]:
     before that run. If the cutting method needs metal, a line may meet an earlier line only at its end. The run around
     the group must have the requested direction. Other checks ensure that each part is cut completely.
     """
-    runs, lines, found = matched.runs, matched.burnt_lines, list[Difference]()
+    runs, lines, found = matched.runs, matched.kerf_lines, list[Difference]()
     cuts = dict(enumerate(matched.plan.cuts[: len(runs)]))
     common = [k for k, cut in cuts.items() if cut.common > 0.0]
     if not common:
@@ -53,7 +53,7 @@ def check_common_lines(matched: MatchedRuns) -> list[Difference]:
 
 def _group_faults(matched: MatchedRuns, group: int, own: Sequence[int]) -> Iterator[Difference]:
     """Yield the faults of a group of common lines: order and position of the lines, and the run around the group."""
-    runs, lines, cuts, kerf = matched.runs, matched.burnt_lines, matched.plan.cuts, matched.kerf
+    runs, lines, cuts, kerf = matched.runs, matched.kerf_lines, matched.plan.cuts, matched.kerf
     around = [k for k, cut in enumerate(cuts[: len(runs)]) if cut.group == group and not cut.common]
     if len(around) != 1:
         text = Message("{} cuts, instead of a single one, go around parts with common lines", len(around))
@@ -83,7 +83,7 @@ def _clockwise(run: TorchRun) -> bool:
 def _crossing_faults(matched: MatchedRuns, common: Sequence[int]) -> Iterator[Difference]:
     """Yield a fault for each common line that crosses the kerf of an earlier line, where the arc would go out."""
     for early, late in itertools.combinations(sorted(common), 2):
-        met = matched.burnt_lines[late].intersection(matched.burnt_lines[early])
+        met = matched.kerf_lines[late].intersection(matched.kerf_lines[early])
         end = shapely.Point(matched.runs[late].points[-1])
         if not met.is_empty and shapely.distance(met, end) > AT_END:
             x, y = shapely.get_coordinates(met)[0]
