@@ -358,7 +358,7 @@ def _without_duplicates(
         a, b = (_outline_text(closed[k]) for k in (first.first, first.second))
         layers = {closed[k].layer for c in across for k in (c.first, c.second)}
         advice = Message("parts must lie apart") + (
-            Message(", or choose what is cut with --cut-layers") if len(layers) > 1 else ""
+            Message(", or choose what is cut with --cut-layers (leafcut part: --operations)") if len(layers) > 1 else ""
         )
         where = _places_text([c.place for c in across])
         raise PlanError(
