@@ -390,7 +390,9 @@ class _PartOptions1(TypedDict, total=False):
     pitch: str | Sequence[Quantity] | None
     """Distance from copy to copy in X and Y, such as 60,40 (mm; default: must be given with --copies)."""
     tabs: int | None
-    """Number of tabs on each outline, and on each opening that is long enough; 0 for none (default: 4)."""
+    """Number of tabs on each outline, and on each opening that is long enough; a short outline has at least two; 0
+    for none (default: 4).
+    """
     tab_width: Quantity | None
     """Width of a tab between the cuts (mm; default: 6mm)."""
     tab_height: Quantity | None

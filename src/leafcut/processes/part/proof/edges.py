@@ -82,7 +82,7 @@ def _check_ring(
     lines, highest = cuts.lines[mine], cuts.highest[mine]
     through = ring.difference(strip_along(lines[highest <= request.bottom + HEIGHT]))
     left = [piece for piece in shapely.get_parts(_joined(through)) if piece.length > TOLERANCE]
-    wanted = 0 if edge.is_bore else None if edge.inside else edge.tabs
+    wanted = 0 if edge.is_bore else None if edge.inside else max(edge.tabs, tabs.fewest)
     differences = []
     if wanted is not None and len(left) != wanted:
         words = Message(
