@@ -226,10 +226,10 @@ def test_what_lies_beyond_the_sheet_is_refused_with_its_part() -> None:
 
 def test_two_sheets_or_an_open_one_are_refused() -> None:
     part = box(5, 5, 9, 9)
-    assert "holds 2 closed and 0 open" in refusal(
+    assert "contains 2 closed and 0 open" in refusal(
         part, box(0, 0, 50, 50, "S"), box(60, 0, 50, 50, "S"), sheet_layers="S"
     )
-    assert "holds 0 closed and 1 open" in refusal(part, line((0, 0), (50, 0), (50, 50), layer="S"), sheet_layers="S")
+    assert "contains 0 closed and 1 open" in refusal(part, line((0, 0), (50, 0), (50, 50), layer="S"), sheet_layers="S")
 
 
 def test_lines_that_outlines_share_and_nobody_can_tell_apart_are_refused() -> None:
