@@ -114,7 +114,7 @@ def known_tools(
 def shown_stock(
     program: Program, source: str, settings: Settings, machine: Machine, process: str, *, by_options: bool = True
 ) -> ShownStock:
-    """Return the known stock and tools of a program. `tools_of` describes `by_options`.
+    """Return the known stock and tools of a program. Without `by_options`, error messages do not mention options.
 
     Raises ReadError or OptionError if the tool library or ``--workpiece`` is unusable.
     """

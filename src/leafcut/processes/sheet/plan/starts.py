@@ -174,7 +174,7 @@ def start_places(contour: CutContour, most: int) -> list[float]:
 
 
 def _smooth_places(contour: CutContour, places: list[float]) -> list[float]:
-    """Return those of the given positions at which a cut can start. Corners are excluded if the controller compensates
+    """Return the given positions at which a cut can start. Corners are excluded if the controller compensates
     the kerf.
     """
     if contour.rules.compensation != "controller":
