@@ -26,11 +26,11 @@ FILES = sorted(f.name for f in GCODE.glob("*") if f.suffix in (".ngc", ".nc", ".
 #: Programs in which nothing may change places, and a word of why.
 FIXED = {
     "bcnc_sample.gcode": "only",
-    "camotics_genes_encoder.ngc": "from a loop or a subprogram",
+    "camotics_genes_encoder.ngc": "in a loop or a subprogram",
     "camotics_heart_cutout.ngc": "holds",
     "camotics_scorpion.nc": "only",
     "cncjs_helical_thread.gcode": "is incremental (G91), but the position of Z before it is unknown",
-    "lcnc_cam_nisley.ngc": "from a loop or a subprogram",
+    "lcnc_cam_nisley.ngc": "in a loop or a subprogram",
     "lcnc_test_12mmflat.ngc": "only",
     "pcb2gcode_easysdr_outline.ngc": "only",
     "ugs_serial_stress.gcode": "only",
