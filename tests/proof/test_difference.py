@@ -8,7 +8,7 @@ import pytest
 
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, ToolpathBuilder
-from leafcut.proof.difference import describe_motion, end_texts, limit_differences, position_text
+from leafcut.proof.difference import describe_motion, end_texts, cap_differences, position_text
 
 NAN = math.nan
 
@@ -110,4 +110,4 @@ def test_a_move_has_the_position_before_it_as_its_start() -> None:
 def test_fifty_differences_are_listed_and_the_others_counted(n: int, count: int | None, more: int) -> None:
     given = [Difference("feed", k, k, "") for k in range(n)]
     rest = [Difference("and more", 0, 0, f"{more} more differences")] if more else []
-    assert limit_differences(given, count) == given[: min(n, 50)] + rest
+    assert cap_differences(given, count) == given[: min(n, 50)] + rest

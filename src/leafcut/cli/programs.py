@@ -410,7 +410,7 @@ def _part_files(parts: Sequence[str]) -> list[str]:
 
 
 def _check_sheets(output: str, parts: Sequence[str], remnants: str | None) -> None:
-    """Raise OutputError if a sheet of this name, or a remnant in the folder `remnants`, is not leafcut's own."""
+    """Raise OutputError if a sheet of this name, or a remnant in the folder `remnants`, was not written by leafcut."""
     file, inputs = Path(output), _part_files(parts)
     names = [(file.parent, r"(_v\d+)?(_\d+)?")]
     if remnants is not None:

@@ -14,7 +14,7 @@ QUIET_SECONDS = 0.5
 
 
 class Reporter:
-    """A progress callback that shows a bar when standard error is a terminal and the run takes long."""
+    """A progress callback that shows a bar when standard error is a terminal and the run takes a while."""
 
     def __init__(self, *, quiet: bool = False) -> None:
         self.bar: Any = None

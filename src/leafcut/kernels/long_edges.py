@@ -46,8 +46,8 @@ def _walk_end(
     moving: int,
     places: int,
 ) -> tuple[float, int]:
-    """Let one end of an edge walk. Return the gain of the steps that are kept, and the number of `places` that may
-    still be written.
+    """Move one end of an edge step by step along the tour. Return the gain of the steps that are kept, and how many
+    more entries of `places` may be written.
 
     Changes: tour, joined_to, steps.
     """

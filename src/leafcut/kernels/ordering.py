@@ -102,7 +102,7 @@ def construct_order(
 
 @kernel
 def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, sums: NDArray, links: NDArray) -> float:
-    """Choose the best node of each cluster in an order, int32[m], and return the length of the closed path.
+    """For an order of clusters, int32[m], choose the best node of each; return the length of the closed path.
 
     The result is exact: the path is cut at its smallest cluster, and all nodes of this cluster are tried.
     Changes: path, trial int32[m]; sums and links as in `choose_nodes_between`.

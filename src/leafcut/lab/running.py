@@ -395,14 +395,14 @@ def _answer(
 def _warm_up(task: RunTask) -> None:
     """Run the first task of each kind once before it is timed, so that compilation does not count."""
     variant = (task.command, *(str(task.options.get(name)) for name in ("algorithm", "strategy", "parallel")))
-    if variant not in _warm():
-        _warm().add(variant)
+    if variant not in _warmed_variants():
+        _warmed_variants().add(variant)
         with suppress(LeafcutError):  # the run itself reports the error
             _answer(task, _study_for(task), None)
 
 
 @cache
-def _warm() -> set[tuple[str, ...]]:
+def _warmed_variants() -> set[tuple[str, ...]]:
     return set()
 
 

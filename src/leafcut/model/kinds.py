@@ -60,7 +60,7 @@ class ProgramKind(StrEnum):
 
 
 class CuttingWork(StrEnum):
-    """Operation of a rotating tool, which determines its tool life and loads."""
+    """Operation of a rotating tool. It determines the life of the tool and the loads on it."""
 
     DRILL = "drill"
     MILL = "mill"

@@ -136,7 +136,7 @@ class StockOptions(OptionGroup):
         unit="mm",
         minimum=0.001,
         maximum=100,
-        default_words="a fortieth of the smallest tool, up to a fifth of it for a large stock",
+        default_words="1/40 of the smallest tool diameter, up to 1/5 of it for large stock",
     )
 
 

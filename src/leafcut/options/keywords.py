@@ -571,9 +571,9 @@ class _FireflyOptions1(TypedDict, total=False):
     leafcut).
     """
     reading: Literal["brighter-tenth", "brighter-distance", "darker-tenth", "darker-distance", None]
-    """Interpretation of the paper: which firefly of a pair moves first, and the maximum length of a short
-    inversion: a tenth of the nodes, or the number of places at which two tours differ (distance) (default:
-    brighter-tenth).
+    """How to read the paper where it is ambiguous. First word: the firefly of a pair that moves first. Second
+    word: the maximum length of a short inversion, either a tenth of the nodes or the number of places at which
+    two tours differ (distance) (default: brighter-tenth).
     """
     n_fireflies: int | None
     """Number of fireflies (n) (default: 11; 10 for published-complex)."""
@@ -629,8 +629,8 @@ class _StockOptions1(TypedDict, total=False):
     below Z0 (stock), or all space that no rapid has crossed (reorder --air)).
     """
     cell: Quantity | None
-    """Cell size of the stock model, which has at most 64 million cells of 4 bytes (256 MB) (mm; default: a
-    fortieth of the smallest tool, up to a fifth of it for a large stock).
+    """Cell size of the stock model, which has at most 64 million cells of 4 bytes (256 MB) (mm; default: 1/40 of
+    the smallest tool diameter, up to 1/5 of it for large stock).
     """
 
 

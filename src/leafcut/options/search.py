@@ -216,8 +216,9 @@ class FireflyOptions(OptionGroup):
     reading: str = option(
         "text",
         "brighter-tenth",
-        "interpretation of the paper: which firefly of a pair moves first, and the maximum length of a short "
-        "inversion: a tenth of the nodes, or the number of places at which two tours differ (distance)",
+        "how to read the paper where it is ambiguous. First word: the firefly of a pair that moves first. Second word: "
+        "the maximum length of a short inversion, either a tenth of the nodes or the number of places at which two "
+        "tours differ (distance)",
         choices=("brighter-tenth", "brighter-distance", "darker-tenth", "darker-distance"),
         needs=_PUBLISHED,
     )

@@ -12,7 +12,7 @@ from leafcut.message import Message
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath, last_rows
-from leafcut.proof.difference import end_texts, limit_differences
+from leafcut.proof.difference import end_texts, cap_differences
 
 #: Minimum height above the surface that counts as clear, mm: the smallest R plane that can be requested.
 LEAST_CLEARANCE = 0.05
@@ -62,7 +62,7 @@ def check_clearance(
     checks = [*heights, torch_check(path, turning) if torch else spindle_check(path, turning)]
     dangers = [(int(row), kind, text) for kind, mask, text in checks for row in np.flatnonzero(mask)[:100]]
     total = sum(int(mask.sum()) for _, mask, _ in checks)
-    return limit_differences([_difference(path, *danger) for danger in sorted(dangers)], total)
+    return cap_differences([_difference(path, *danger) for danger in sorted(dangers)], total)
 
 
 DangerCheck = tuple[Message, Mask, Message]

@@ -14,7 +14,7 @@ from leafcut.units import to_fixed
 MOST_LISTED = 50
 
 
-def limit_differences(differences: list[Difference], count: int | None = None) -> list[Difference]:
+def cap_differences(differences: list[Difference], count: int | None = None) -> list[Difference]:
     """Return at most `MOST_LISTED` differences. If there are more, the last entry states how many of the `count`
     differences are not listed.
     """

@@ -10,7 +10,7 @@ from leafcut.model.difference import Difference
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import MOTIONS, Kind, Toolpath, arc_extremes
-from leafcut.proof.difference import limit_differences
+from leafcut.proof.difference import cap_differences
 
 #: Tolerance for rounded coordinates, mm.
 _TOLERANCE = 0.001
@@ -23,7 +23,7 @@ def check_envelope(path: Toolpath, machine: Machine) -> list[Difference]:
     must be inside the travel. Otherwise only the size of the job is compared with the travel. Heights are those of the
     tool tip, because the tool length is unknown here.
     """
-    return limit_differences(
+    return cap_differences(
         [*_positions_outside(path, machine), *_feeds_out_of_range(path, machine), *_speeds_out_of_range(path, machine)]
     )
 

@@ -19,7 +19,7 @@ from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
 from leafcut.proof.clearance import rows_at_machine_height
-from leafcut.proof.difference import end_texts, limit_differences, position_text
+from leafcut.proof.difference import end_texts, cap_differences, position_text
 
 #: Tolerance for rounded positions and heights, mm (0.0001 inch is 0.00254 mm).
 _TOLERANCE = 0.003
@@ -83,7 +83,7 @@ def check_obstacles(
     unseen = [_unknown_path_difference(path, row) for row in untracked.tolist()]
     rows = np.flatnonzero(moves & ~is_high & np.isfinite(path.end[:, :2]).all(axis=1))
     if not len(rows):
-        return limit_differences(unseen)
+        return cap_differences(unseen)
     shapes = _areas_of_motions(path, rows, dogleg)
     radius = np.array([tool_radii.get(tool, 0.0) for tool in path.tool[rows].tolist()])
     needed, with_body = np.full(len(rows), -math.inf), np.zeros(len(rows), dtype=bool)
@@ -109,7 +109,7 @@ def check_obstacles(
         ]
         for is_rapid in (False, True)
     )
-    return limit_differences([*cuts, *unseen, *rapids])
+    return cap_differences([*cuts, *unseen, *rapids])
 
 
 def _has_unknown_path(path: Toolpath) -> NDArray[np.bool_]:

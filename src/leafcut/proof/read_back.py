@@ -12,7 +12,7 @@ from leafcut.geometry.arrays import Mask
 from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, plane_axes
-from leafcut.proof.difference import describe_motion, limit_differences
+from leafcut.proof.difference import describe_motion, cap_differences
 
 #: Relative tolerance of feeds: no controller maintains a feed more precisely, and it is not visible on a part.
 FEED_PART = 0.005
@@ -55,7 +55,7 @@ def compare_motion(
     masks = _difference_masks(a, b, tolerance_mm)
     wrong_rows = np.flatnonzero(np.any([mask for _, mask in masks], axis=0))
     listed = [_mask_difference(a, b, int(row), masks) for row in wrong_rows[:100]]
-    return limit_differences(wrong + listed, len(wrong) + len(wrong_rows))
+    return cap_differences(wrong + listed, len(wrong) + len(wrong_rows))
 
 
 def _comparable_rows(path: Toolpath) -> Toolpath:

@@ -17,7 +17,7 @@ from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.proof.clearance import LEAST_CLEARANCE
-from leafcut.proof.difference import end_texts, limit_differences
+from leafcut.proof.difference import end_texts, cap_differences
 
 #: Tolerance for rounded positions and heights, mm (0.0001 inch is 0.00254 mm).
 _TOLERANCE = 0.003
@@ -85,7 +85,7 @@ def check_surface(
         )
         for row in sorted(meeting_rows)
     ]
-    return limit_differences(wrong)
+    return cap_differences(wrong)
 
 
 def surface_meets_area(triangles: NDArray[np.float64], area: Any, radius: float, height: float) -> bool:

@@ -438,7 +438,7 @@ def _interpolate(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, 
         **{f: mixed(f) for f in ("pierce_height", "pierce_delay", "cut_height", "kerf", "volts")},  # type: ignore[arg-type]
     )
     message = Message(
-        "the cut chart has no row of {:g} mm: interpolated between {:g} and {:g} mm",
+        "the cut chart has no row for {:g} mm: interpolated between {:g} and {:g} mm",
         thickness,
         a.thickness,
         b.thickness,

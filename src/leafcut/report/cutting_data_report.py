@@ -128,7 +128,7 @@ def _points_to_show(front: ToolFront) -> dict[str, CuttingPoint]:
 
 #: Row names of a tool's table.
 _NAMES = (
-    "spindle speed", "feed rate", "cutting speed", "chip", "time", "cost", "tool life",
+    "spindle speed", "feed rate", "cutting speed", "chip load", "time", "cost", "tool life",
     "worn tools", "power", "torque", "thrust",
 )  # fmt: skip
 

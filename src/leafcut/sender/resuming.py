@@ -165,7 +165,7 @@ def _descent_line(job: SendJob, modal: Modal, row: int, z: float) -> str:
         fed = path.value[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)]
         feed = float(fed.min()) * 60.0 if len(fed) else 0.0
     if not feed:
-        raise OptionError("the program has no feed for the descent there; start from the first line")
+        raise OptionError("the program has no feed rate for the plunge at that line; start from the first line")
     return f"G1 Z{number_in_mm(z)} F{number_in_mm(feed)}"
 
 

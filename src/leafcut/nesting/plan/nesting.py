@@ -104,7 +104,7 @@ def variants(
 
     Nests by shapes use consecutive seeds, and nests by rectangles use each of the `RULES`.
     """
-    task = _with_remnants(task, search)
+    task = _with_packers(task, search)
     if len(task.stocks) > 1:
         yield from _nest_on_several_kinds(task, search, on_progress, cancelled)
         return
@@ -185,7 +185,7 @@ def _packers(task: NestTask, rectangular: Callable[[int], Packer]) -> list[Packe
     return [task.remnants[k] if k in task.remnants else rectangular(k) for k in range(len(task.stocks))]
 
 
-def _with_remnants(task: NestTask, search: SolveOptions) -> NestTask:
+def _with_packers(task: NestTask, search: SolveOptions) -> NestTask:
     """Return the task with a packer for each non-rectangular sheet; all variants share these packers."""
     limit = math.inf if search.time_limit is None else search.time_limit
     end = time.monotonic() + limit

@@ -27,7 +27,7 @@ from leafcut.model.tool import CONES, Tool, ToolKind, ToolLibrary
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.options import JobOptions, ReadOptions
 from leafcut.processes.drilling.options import DrillOptions
-from leafcut.proof.difference import limit_differences, position_text
+from leafcut.proof.difference import cap_differences, position_text
 
 if TYPE_CHECKING:
     from leafcut.model.mesh import Mesh
@@ -196,7 +196,7 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
         else:
             text = Message("{} drills at {}, where the drawing has no hole", plunge.tool, where)
             differences.append(Difference(Message("hole not drawn"), 0, plunge.line, text))
-    return limit_differences(differences)
+    return cap_differences(differences)
 
 
 # Cuts that the drawing needs.

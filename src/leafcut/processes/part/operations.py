@@ -1,4 +1,4 @@
-"""Operations by layer: the file of --operations, and the contours of a drawing for each of its rules."""
+"""Operations by layer: reads the --operations file, and finds the contours of a drawing for each rule in it."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ NOT_CUT, BEYOND = "a piece of a divided hole is not cut, at", "a divided hole is
         ([OUTLINE, HOLE], [OUTLINE, replace(LEFT, path=box(10.76, 10, 20, 20)), RIGHT], []),
         ([OUTLINE, HOLE], [OUTLINE, replace(LEFT, path=box(10.8, 10, 20, 20)), RIGHT], [f"{NOT_CUT} X15.090 Y15.012"]),
         ([OUTLINE, HOLE], [replace(OUTLINE, path=box(0, 0, 60, 40)), LEFT, RIGHT],
-         ["a divided contour is not a hole, at X30.000 Y20.000"]),
+         ["the contour at X30.000 Y20.000 is cut in sections, which only a hole may be"]),
         ([NOTCHED], [NOTCHED], []),
         ([NOTCHED], [NOTCHED, ONE, OTHER], []),
         ([NOTCHED], [NOTCHED, ONE], ["a chamber of a notch is not cut, at X35.000 Y26.000"]),

@@ -24,7 +24,7 @@ from leafcut.processes.part.proof.engraving import check_engravings
 from leafcut.processes.part.proof.holes import check_holes
 from leafcut.processes.part.proof.pockets import check_pockets
 from leafcut.processes.part.proof.rapids import check_rapids
-from leafcut.proof.difference import limit_differences
+from leafcut.proof.difference import cap_differences
 
 #: Maximum length of a straight move, mm; no move is divided.
 _WHOLE = 1e9
@@ -53,7 +53,7 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     known = np.logical_or.reduce([other.explained for other in others])
     material = material_of(request.edges)
     edges = check_edges(request, cuts, known, material)
-    return limit_differences(
+    return cap_differences(
         [
             *_check_places(request, cuts, edges, known, material),
             *(difference for other in (edges, *others) for difference in other.differences),

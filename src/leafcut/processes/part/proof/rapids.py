@@ -14,7 +14,7 @@ from leafcut.proof.difference import position_text
 
 
 def check_rapids(request: PartRequest, moves: StraightMoves, cuts: Cuts) -> list[Difference]:
-    """Return a difference for each rapid that may touch material."""
+    """Return a `Difference` for each rapid of the program that may touch material."""
     start, end = moves.ends[:, :3], moves.ends[:, 3:]
     low = moves.rapid & (np.minimum(start[:, 2], end[:, 2]) < -HEIGHT)
     level = np.hypot(*(end - start)[:, :2].T) > TOLERANCE

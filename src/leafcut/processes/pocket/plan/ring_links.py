@@ -73,7 +73,7 @@ def _run_side_by_side(a: Ring, b: Ring, step_over: float) -> bool:
 
 
 def ring_chains(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> list[list[int]]:
-    """Return chains of nested rings that are side by side, from the inside out; the most promising chain comes first.
+    """Return chains of adjacent nested rings, each from the inside out; the most promising chain comes first.
 
     `edges` contains the pairs of rings that may be joined.
     """

@@ -24,7 +24,7 @@ from leafcut.model.difference import Difference
 from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.model.turns import turns_of
-from leafcut.proof.difference import limit_differences, position_text
+from leafcut.proof.difference import cap_differences, position_text
 from leafcut.proof.surface import surface_meets_area
 
 #: Tolerance for heights in the program, mm (half of 0.0001 inch is 0.00127 mm), and for the chords of walls.
@@ -86,7 +86,7 @@ def check_pockets(
     cuts = list(cutting_moves(written, rules.tolerance))
     low = _lower_tops(pockets, tops, rules)
     wrong = [*_unknown_places(written), *_dangerous_rapids(written, cuts, rules, retract, low)]
-    return limit_differences([*wrong, *_cuts_beyond_walls(cuts, pockets, rules, depths)])
+    return cap_differences([*wrong, *_cuts_beyond_walls(cuts, pockets, rules, depths)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +157,7 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
             for number in np.unique(path.piece[wide]).tolist()
             if there[number].row in fast
         ]
-    return limit_differences(
+    return cap_differences(
         [
             Difference(
                 Message("feed"),
@@ -294,7 +294,7 @@ def depth_differences(
             where = position_text(point.x, point.y, level.z)
             words = Message("more than the step-down of {:.3f} mm would be cut at once near {}", step, where)
             wrong.append(Difference(Message("too deep"), 0, level.line, words))
-    return limit_differences(wrong)
+    return cap_differences(wrong)
 
 
 @dataclass

@@ -427,7 +427,7 @@ class HeightLowering:
         return not any(self.program.modal(self._block(row) + 1).incremental for row in rows)
 
     def _at_plane(self, row: int, plane: float) -> float:
-        """Return the height of the highest contact of the rapids in a cycle that end at the R plane of the cycle,
+        """Return the height of the highest contact that the rapids of a cycle make on their way to its R plane,
         mm.
         """
         which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))

@@ -41,7 +41,7 @@ from leafcut.processes.program.proof.program_work import (
 from leafcut.processes.program.proof.rapids import compare_rapids, group_rapids
 from leafcut.processes.program.proof.reversed_cuts import in_reference_direction, reversed_runs, unchanged_work
 from leafcut.processes.program.proof.stated_modes import find_lost_modes
-from leafcut.proof.difference import MOST_LISTED, limit_differences
+from leafcut.proof.difference import MOST_LISTED, cap_differences
 from leafcut.proof.envelope import check_envelope
 from leafcut.units import MM_PER_INCH
 
@@ -206,7 +206,7 @@ class _Comparison:
         self.add(find_lost_modes(self.programs, (before, after), pairing.new_of, grouping.mark_of))
         self.add(_farther_reach(before.path, after.path, self.tolerance, [beyond, _known_bounds(pairing.extra)]))
         self.add(_moves_outside_travel(new.path, machine))
-        differences = tuple(limit_differences(self.differences, self.count))
+        differences = tuple(cap_differences(self.differences, self.count))
         compared = () if differences else (*COMPARED, _EITHER_WAY) if self.allow_reverse else COMPARED
         return Certificate(
             not differences,

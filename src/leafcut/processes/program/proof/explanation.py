@@ -303,7 +303,7 @@ def _moved_features(
         if len(group) > 1:
             count = _count_text([f for s, _ in group for f in s])
             moved = position_text(shift[0], shift[1])
-            message = Message("{} with tool {} are moved by {}, the first {}", count, tool, moved, before)
+            message = Message("{} with tool {} are shifted by {}; the first is {}", count, tool, moved, before)
         elif holes[1] is None and len(other) > 1:
             message = Message(
                 "{} with tool {} is now from {} to {}" if single else "{} with tool {} are now from {} to {}",

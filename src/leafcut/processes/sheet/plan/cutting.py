@@ -246,7 +246,7 @@ def check_kerfs(contours: list[CutContour], scrap: Scrap) -> None:
 
 
 def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutRules) -> Iterable[Issue]:
-    """Yield notes about contours at which the requested lead-in fits nowhere, and about contours without a lead-out."""
+    """Yield notes about contours where the requested lead-in does not fit anywhere, and contours without a lead-out."""
     wanted, lesser, without = rules.lead_in, [], []
     by_contour: dict[int, list[CutStart]] = {}
     for start in starts:

@@ -143,7 +143,7 @@ def _plain_starts(number: int, contour: CutContour, most: int) -> list[CutStart]
 
 
 def _open_starts(number: int, contour: CutContour) -> Iterator[CutStart]:
-    """Yield a start at each end of an open cut at which the cut can start."""
+    """Yield a start position for each end of an open cut that allows one."""
     path = contour.path
     ends = ((0.0, False, path.end), (path.length, True, path.start))
     for (at, backward, there), lead in zip(ends, contour.inlets, strict=True):

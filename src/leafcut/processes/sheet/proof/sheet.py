@@ -29,7 +29,7 @@ from leafcut.processes.sheet.proof.sheet_order import direction_faults, order_fa
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target
 from leafcut.processes.sheet.proof.torch import check_torch
 from leafcut.processes.sheet.proof.torch_runs import TorchRun, burning_pieces, torch_runs
-from leafcut.proof.difference import limit_differences, position_text
+from leafcut.proof.difference import cap_differences, position_text
 from leafcut.proof.envelope import check_envelope
 
 #: Multiple of the length of a path that runs must follow to count as cutting it twice.
@@ -62,7 +62,7 @@ def check_sheet(
     for check in CHECKS:
         found += check(matched)
     found += check_detached_parts(matched, path, dialect, machine.nozzle_diameter)
-    return limit_differences([*found, *check_envelope(path, machine)])
+    return cap_differences([*found, *check_envelope(path, machine)])
 
 
 def uncut_contours(matched: MatchedRuns) -> list[Difference]:

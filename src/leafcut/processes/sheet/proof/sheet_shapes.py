@@ -152,7 +152,7 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
     pieces = [_polygon(one) for one in (*(sheet.contours[k] for k in changed), *added) if not one.chamber]
     found = _check_chambers(drawn, [_polygon(one) for one in added if one.chamber], half)
     found += [
-        _divided_fault(Message("a divided contour is not a hole, at {}", _place_in(shape)))
+        _divided_fault(Message("the contour at {} is cut in sections, which only a hole may be", _place_in(shape)))
         for k, shape in holes.items()
         if not drawn.contours[k].is_hole
     ]
