@@ -8,7 +8,7 @@ import pytest
 
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, ToolpathBuilder
-from leafcut.proof.difference import describe_motion, end_texts, cap_differences, position_text
+from leafcut.proof.difference import cap_differences, describe_motion, end_texts, position_text
 
 NAN = math.nan
 

@@ -12,7 +12,7 @@ from leafcut.message import Message
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath, last_rows
-from leafcut.proof.difference import end_texts, cap_differences
+from leafcut.proof.difference import cap_differences, end_texts
 
 #: Minimum height above the surface that counts as clear, mm: the smallest R plane that can be requested.
 LEAST_CLEARANCE = 0.05

@@ -19,7 +19,7 @@ from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
 from leafcut.proof.clearance import rows_at_machine_height
-from leafcut.proof.difference import end_texts, cap_differences, position_text
+from leafcut.proof.difference import cap_differences, end_texts, position_text
 
 #: Tolerance for rounded positions and heights, mm (0.0001 inch is 0.00254 mm).
 _TOLERANCE = 0.003

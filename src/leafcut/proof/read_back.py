@@ -12,7 +12,7 @@ from leafcut.geometry.arrays import Mask
 from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, plane_axes
-from leafcut.proof.difference import describe_motion, cap_differences
+from leafcut.proof.difference import cap_differences, describe_motion
 
 #: Relative tolerance of feeds: no controller maintains a feed more precisely, and it is not visible on a part.
 FEED_PART = 0.005

@@ -44,8 +44,8 @@ class PartOptions(OptionGroup):
     tabs: int = option(
         "whole",
         4,
-        "number of tabs on each outline, and on each opening that is long enough; a short outline has at least two; 0 for "
-        "none",
+        "number of tabs on each outline, and on each opening that is long enough; a short outline has at least two; "
+        "0 for none",
         minimum=0,
         maximum=100,
     )

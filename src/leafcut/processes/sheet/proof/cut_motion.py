@@ -20,7 +20,7 @@ from leafcut.message import Message
 from leafcut.model.cutting import CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, Motion, Toolpath
-from leafcut.proof.difference import describe_motion, cap_differences
+from leafcut.proof.difference import cap_differences, describe_motion
 from leafcut.proof.program import read_back as as_written
 from leafcut.proof.read_back import DWELL_ROUNDING, SPEED_ROUNDING, compare_motion
 from leafcut.units import MM_PER_INCH
