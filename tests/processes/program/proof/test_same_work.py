@@ -129,7 +129,7 @@ def test_a_rapid_across_that_sinks_is_seen_without_cycles_too() -> None:
     assert same_work(slots(4.0), slots(5.0)) == []
     found = same_work(slots(4.0), slots(1.0))
     assert {d.what for d in found} == {"lower retract", "lower approach"}
-    assert any("Z1.000, Z4.000 before" in str(d) for d in found)
+    assert any("Z1.000 instead of Z4.000" in str(d) for d in found)
 
 
 def test_places_within_the_tolerance_are_the_same_wherever_they_lie() -> None:

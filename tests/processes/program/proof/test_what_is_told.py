@@ -262,7 +262,7 @@ def test_rapids_that_are_all_lower_are_one_difference() -> None:
     text = f"{HEAD} / {' / '.join(cuts)} / {FOOT}"
     (found,) = told(text, text.replace("F100 / G0 Z5", "F100 / G0 Z3"))
     assert found.what == "lower retract"
-    assert "at Z3.000, Z5.000 before" in found.text and "2 other places" in found.text
+    assert "at Z3.000 instead of Z5.000" in found.text and "2 other places" in found.text
     assert [found.new, *(new for _, new in found.also)] == [8, 12, 16]
 
 
