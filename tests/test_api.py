@@ -66,6 +66,7 @@ def test_the_keys_of_the_answers_are_those_that_scripts_rely_on(programs: dict[s
         "rapid_mm",
         "feed_mm",
         "by_kind",
+        "by_tool",
         "extents",
         "issues",
     ]

@@ -264,7 +264,7 @@ def test_pieces_of_a_cut_come_to_the_cut() -> None:
 def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(OptionError, match="diameter 0 mm"):
         flat_mill(0.0)
-    with pytest.raises(OptionError, match="corner of 4 mm"):
+    with pytest.raises(OptionError, match="corner radius of 4 mm"):
         bull_mill(6.0, 4.0)
     with pytest.raises(OptionError, match="between 0 and 180"):
         pointed(6.0, math.radians(200))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import sys
 import threading
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -40,7 +39,7 @@ def bounding(monkeypatch: pytest.MonkeyPatch) -> Bounding:
             asked.append(upper)
             return value
 
-        monkeypatch.setitem(sys.modules, "leafcut.order.bound", SimpleNamespace(lower_bound=lower_bound))
+        monkeypatch.setattr("leafcut.order.certificate.lower_bound", lower_bound)
         return asked
 
     return set_bound
@@ -144,7 +143,7 @@ def test_ctrl_c_while_a_bound_is_sought_keeps_the_solution(monkeypatch: pytest.M
     def lower_bound(*_: object, **__: object) -> float:
         raise KeyboardInterrupt
 
-    monkeypatch.setitem(sys.modules, "leafcut.order.bound", SimpleNamespace(lower_bound=lower_bound))
+    monkeypatch.setattr("leafcut.order.certificate.lower_bound", lower_bound)
     cancelled = threading.Event()
     found = solve(board(), SolveOptions(iterations=2), cancelled=cancelled)
     assert sorted(found.nodes.tolist()) == list(range(60))

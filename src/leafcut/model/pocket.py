@@ -142,7 +142,7 @@ class PocketRules:
 
     @property
     def planned(self) -> PocketRules:
-        """Copy of the rules with a slightly smaller step-over, for planning; the planned passes meet the original ones."""
+        """Copy of the rules with a slightly smaller step-over, for planning. The passes meet the original rules."""
         return replace(self, step_over=self.step_over - 2.0 * self.tolerance)
 
     def allows_step_over(self, step_over: float) -> bool:

@@ -274,7 +274,7 @@ def guess_command(inputs: Sequence[tuple[Format, Source]], settings: Settings) -
     if len(names) > 1 and usual_name not in names:
         commands = [f"leafcut {_COMMAND_OF.get(name, name)} {source.path}" for name in names]
         choices = " or ".join(", ".join(commands).rsplit(", ", 1))
-        raise OptionError("{}: several kinds of work are possible; type {}", source.path, choices)
+        raise OptionError("{}: several kinds of work are possible; use {}", source.path, choices)
     chosen = names[0] if len(names) == 1 else _named_by_layers(names, source, drawing, settings) or usual_name
     return "auto" if chosen == usual_name else _COMMAND_OF.get(chosen, chosen)
 

@@ -72,7 +72,6 @@ def test_an_option_counts_before_the_library_and_the_library_before_what_is_assu
         (10.0, 3, "steel", 637, 0.15),
         (10.0, None, "aluminum", 1910, 0.1),
         (4.0, None, "stainless", 637, 0.08),
-        (10.0, None, "of which nothing is known", 637, 0.1),
     ],
 )
 def test_what_nobody_says_is_assumed_for_the_material_and_told(

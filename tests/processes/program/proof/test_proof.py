@@ -135,7 +135,7 @@ MUTATIONS = [
     ("pecks", r"G0 Z1\nG0 Z-1.5", "G0 Z1\nG0 Z-1.7\nG0 Z-1.5", "goes down over"),
     ("pecks", r"G0 Z-1.5", "G0 Z-1.6", "start"),
     ("pecks", r"G4 P0.2\n", "", "dwell at X5.000 Y5.000 Z-4.000 with tool 2 is missing"),
-    ("pecks", r"P0.2\nG0 Z10", "P0.2\nG0 Z5", "leaves X5.000 Y5.000 at Z5.000, Z10.000 before"),
+    ("pecks", r"P0.2\nG0 Z10", "P0.2\nG0 Z5", "leaves X5.000 Y5.000 at Z5.000 instead of Z10.000"),
     ("pecks", r"G0 X25 Y5\nG0 Z1\n(.*\n){6}", "", "is missing"),
     ("contours", r"Z-1 F100", "Z-1.01 F100", "depth -1 became -1.01"),
     ("contours", r"F300", "F301", "feed in mm/min 300 became 301"),

@@ -404,9 +404,7 @@ def _unmatched_differences(
             text = (
                 Message("'{}' differs: {}", one.text, Message.joined("; ", reads))
                 if reads
-                else Message(
-                    "'{}' now runs with a different state of the spindle, the coolant or the tasks around it", one.text
-                )
+                else Message("the state of the spindle, the coolant or the tasks around '{}' has changed", one.text)
             )
         found.append(Difference(Message("changed {}", _barrier_noun(one)), one.line, other.line, text))
     found += (

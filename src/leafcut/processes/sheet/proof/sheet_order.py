@@ -93,7 +93,8 @@ def pierce_faults(matched: MatchedRuns) -> list[Difference]:
         for later in tree.query(line, predicate="dwithin", distance=reach).tolist():
             if later > number and matched.pierces(later) and not matched.marks[later] and not matched.marks[number]:
                 text = Message(
-                    "the torch is lit at {}, in the kerf of an earlier cut", position_text(*matched.runs[later].start)
+                    "the torch is switched on at {}, in the kerf of an earlier cut",
+                    position_text(*matched.runs[later].start),
                 )
                 found.append(sheet_difference(Message("pierces in the air"), text, matched.runs[later].line))
     found += _unpierced_cuts(matched)
@@ -103,7 +104,7 @@ def pierce_faults(matched: MatchedRuns) -> list[Difference]:
         for later in tree.query(claim.target.shape, predicate="contains").tolist():
             if later > claim.run and all(c.run != later for c in matched.of_target[claim.target.index]):
                 text = Message(
-                    "the torch is lit at {}, inside {}, which was cut before",
+                    "the torch is switched on at {}, inside {}, which has already been cut",
                     position_text(*matched.runs[later].start),
                     claim.target.name,
                 )
