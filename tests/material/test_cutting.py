@@ -270,7 +270,7 @@ def test_what_cannot_be_is_refused() -> None:
         pointed(6.0, math.radians(200))
     with pytest.raises(PlanError, match="no volume"):
         StockBlock((0.0, 0.0, 0.0), (1.0, 0.0, 1.0))
-    with pytest.raises(PlanError, match=r"12,000,169,548 of them are needed.*use cells of 0\.005 mm"):
+    with pytest.raises(PlanError, match=r"12,000,169,548 are needed.*use cells of 0\.005 mm"):
         HeightField.of_block(BLOCK, 0.0003162278)
     assert usual_cell(BLOCK, 6.0) == pytest.approx(0.15)
     assert usual_cell(StockBlock((0, 0, 0), (1000, 1000, 1)), 1.0) == pytest.approx(0.2)

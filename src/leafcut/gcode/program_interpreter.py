@@ -55,7 +55,7 @@ _FILLING = " \t\f\x1a\0"
 _MOST_TITLE = 200
 #: Reasons for keeping control-flow blocks and repeated blocks.
 _DIRECTS = Message("the block controls a loop, a condition or a subprogram")
-_LOOPED = Message("the block is run from a loop or a subprogram")
+_LOOPED = Message("the block is in a loop or a subprogram")
 CALLED = frozenset((_DIRECTS, _LOOPED))
 _OBEYED = Message("the controller takes settings from the block")
 _COMPUTED = Message("the numbers in the block come from parameters or expressions")

@@ -28,7 +28,7 @@ MAX_HOLES = 1_000_000
 #: Largest coordinate, mm: machines are smaller than 1 km, so a larger number is a mistake.
 MAX_COORDINATE = 1e6
 #: Message and remedy for an entity beyond `MAX_COORDINATE`.
-OUT_OF_RANGE = Message("more than 1 km from the drawing origin: move the drawing to the origin, or check --units")
+OUT_OF_RANGE = Message("more than 1 km from the drawing origin: move the drawing, or check --units")
 #: A drawing whose longer side is shorter than this, mm, has the wrong unit, unless `--units` is given.
 SMALLEST_DRAWING = 2.0
 #: Most lines and arcs of a part.

@@ -217,7 +217,7 @@ def test_equal_barriers_are_paired_in_order() -> None:
         ([mark((SKIPPED, "a"), 1, "/G0")], [], [Difference("missing block", 101, 0, "'/G0' is missing")]),
         ([setting(1, "(o=1)")], [], [Difference("missing setting", 101, 0, "'(o=1)' is missing")]),
         ([mark((Kind.FOREIGN, 0), 1, "M199")], [], [Difference("missing block", 101, 0, "'M199' is missing")]),
-        ([wait(1)], [wait(2, place="tail")], [Difference("changed dwell", 101, 102, f"'dwell of 1 s' {SAME}")]),
+        ([wait(1)], [wait(2, place="tail")], [Difference("changed dwell", 101, 102, f"{SAME} 'dwell of 1 s' has changed")]),
         ([stop(1), stop(2, 1), stop(3)], [stop(4), stop(5, 30), stop(6)],
          [Difference("changed stop", 102, 105, "'pause M1' became 'pause M30'")]),
         ([mark((Kind.SHIFT, 0), 1, "G92")], [],
