@@ -13,7 +13,6 @@ import leafcut
 from leafcut.errors import LeafcutError, OptionError, PostError, ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.own_program import interpret
-from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, ToolpathBuilder
 from leafcut.options import PostOptions
 from leafcut.post.writer import write_program
@@ -269,18 +268,3 @@ def test_a_stop_for_reprapfirmware_is_none_that_ends_its_job() -> None:
     b.end()
     with pytest.raises(PostError, match="no optional stop"):
         text_of("rrf", b.build())
-
-
-@pytest.mark.parametrize("change", ["T7", "T7\nM226", "T7 M6"])
-@pytest.mark.parametrize("own", [True, False])
-def test_t_alone_changes_the_tool_of_reprapfirmware(change: str, own: bool) -> None:
-    """GCodes2.cpp: T selects a tool and runs its macros; M6 is no word of the firmware."""
-    text, rrf = f"G21\nG17\nG90\nT3\nG0 Z5\n{change}\nG0 X1 Y1\nG1 Z-1 F100\n", dialect("rrf")
-    if own and "M6" in change:
-        with pytest.raises(ReadError):
-            interpret(text, rrf)
-        return
-    path = interpret(text, rrf) if own else interpret_program(text, rrf).path
-    assert path.ref[path.kind == Kind.TOOL].tolist() == [3, 7]
-    assert path.tool[path.kind == Kind.FEED].tolist() == [7]
-    assert not (path.kind == Kind.PAUSE).any()

@@ -41,7 +41,7 @@ _LIMITS: dict[str, dict[str, Any]] = {
         "cycle_words": ("rs274", "fagor", "siemens", "klartext"),
         "dwell_cycles": _CYCLES,
         "dwell_unit": ("s", "ms", "point", "cs"),
-        "tool_change": ("M6", "T", "pause", "M0"),
+        "tool_change": ("M6", "pause", "M0"),
         "stop_word": ("M0", "M226"),
         "length_offset": ("H", "D", "edge", ""),
         "length_offset_off": ("G49", "G44", "D0", ""),
@@ -202,8 +202,7 @@ class Dialect:
     repeat_letter
         Letter of the number of repeats of a cycle.
     tool_change
-        ``M6``; ``pause``: T, then a stop for a manual tool change; ``T``: the same, but T alone changes the tool;
-        ``M0``: the stop and the tool in one block, M0 T1.
+        ``M6``; ``pause``: T, then a stop for a manual tool change; ``M0``: the same in one block, M0 T1.
     stop_word
         Word that stops the program until the operator continues: ``M0``, or ``M226`` if M0, M1 and M2 end the program.
     rapid_feed

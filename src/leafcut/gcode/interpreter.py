@@ -145,7 +145,7 @@ class Interpreter:
             self.policy.unknown(
                 Message("'/' (block delete): execution of this block depends on the machine's block-delete switch")
             )
-        if state.dialect.one_command and not _is_one_command(block, state.dialect.tool_change in ("T", "pause")):
+        if state.dialect.one_command and not _is_one_command(block, state.dialect.tool_change == "pause"):
             self.policy.unknown(Message("each block must contain a single G or M word, and start with it"))
         self._run_words(block)
 
@@ -440,10 +440,6 @@ class Interpreter:
             _split_tool(letters)
         if "T" in letters:
             state.next_tool = whole_number(letters.pop("T"), 99_999)
-            if state.dialect.tool_change == "T":
-                self._change_tool(state.next_tool)
-        if state.dialect.tool_change == "T":
-            words.m.pop("tool change", None)
         if "tool change" in words.m and state.next_tool is not None:
             self._change_tool(state.next_tool)
         elif "tool change" in words.m:
@@ -772,8 +768,6 @@ class Interpreter:
             self.ended = self._by_word = True
         elif code == (PAUSE if pauses else 0) and state.dialect.changes_by_hand and state.next_tool is not None:
             self._change_tool(state.next_tool)
-        elif state.dialect.tool_change == "T" and state.path.kinds_from(len(state.path) - 1) == [Kind.TOOL]:
-            return  # the operator changes the tool
         else:
             state.path.pause(optional=code == 1, line=state.line)
 
