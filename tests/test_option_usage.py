@@ -142,7 +142,8 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
     elif work == "part":
         common = {"process": "part", "thickness": 3, "open_paths": "drop", "tabs": 1, **LITTLE}
         api.optimize(at["sheet.dxf"], machine="haas-vf2", tools=at["tools.toml"], **APART, **common)
-        api.optimize(at["sheet.dxf"], machine="haas-vf2", tool_diameter=3, algorithm="firefly", **common)
+        once = {"copies": "1x1", "pitch": (9, 9)}
+        api.optimize(at["sheet.dxf"], machine="haas-vf2", tool_diameter=3, algorithm="firefly", **once, **common)
     elif work == "program":
         api.optimize(at["cam.nc"], **APART, **LITTLE)
         api.optimize(at["cam.nc"], algorithm="firefly", **LITTLE)

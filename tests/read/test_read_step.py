@@ -222,7 +222,7 @@ def test_a_round_pocket_with_an_island_or_under_an_overhang_is_no_hole(tmp_path:
 def test_walls_of_a_free_form_are_told(tmp_path: Path) -> None:
     solid = BRepBuilderAPI_NurbsConvert(cut(plate(), cylinder((40, 20, 0), DOWN, 3, 20))).Shape()
     part = read(saved(tmp_path / "solid.step", solid))
-    assert "7 faces of free form" in str(part.issues[0])
+    assert "7 faces with a free-form surface" in str(part.issues[0])
 
 
 @pytest.mark.slow
