@@ -120,3 +120,5 @@ def test_the_preview_shows_the_copies(tmp_path: Path) -> None:
     assert len(part.contours) == 6 * 4
     x0, y0, x1, y1 = part.extents
     assert (x1 - x0, y1 - y0) == pytest.approx((PITCH[0] + 40, 2 * PITCH[1] + 50))
+    without_pitch = registry.work("part").preview_part(str(once), collect_settings({"copies": "2x3"}))
+    assert len(without_pitch.contours) == 4

@@ -172,9 +172,10 @@ class PartMilling(Process):
         return PartReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the contours of the drawing and of its copies, moved to the program zero."""
+        """Return the contours of the drawing, moved to the program zero, and its copies once their pitch is given."""
         from leafcut.processes.part.copies import repeat_part
         from leafcut.processes.placing import place_part
         from leafcut.read import read_contours
 
-        return repeat_part(place_part(read_contours(source, settings.read), settings.read), settings)
+        part = place_part(read_contours(source, settings.read), settings.read)
+        return part if settings.of(PartOptions).pitch is None else repeat_part(part, settings)

@@ -282,6 +282,8 @@ class View:
 _ALSO_READ = {
     "machine",
     "work_offset",
+    "copies",
+    "pitch",
     "pixel_size",
     "threshold",
     "speckle",
