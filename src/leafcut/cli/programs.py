@@ -46,7 +46,6 @@ from leafcut.files.user_files import first_time
 from leafcut.files.whole_files import StandardInput
 from leafcut.options.option_spec import PLACES, flag_name
 from leafcut.processes import registry
-from leafcut.processes.registry import report_of
 from leafcut.processes.settings import all_options
 from leafcut.units import parse_quantity
 
@@ -155,7 +154,7 @@ def optimize(
     if as_json:
         from leafcut.report.json_answer import as_json as answer
 
-        print_json(answer(report_of(outcome)))
+        print_json(answer(registry.report_of(outcome)))
     elif quiet:
         print_issues(outcome.issues)
     else:
@@ -163,7 +162,7 @@ def optimize(
 
         from leafcut.report.summary import print_summary
 
-        print_summary(report_of(_without_known_note(outcome)), Console(stderr=output == DASH))
+        print_summary(registry.report_of(_without_known_note(outcome)), Console(stderr=output == DASH))
     return _status_of(outcome)
 
 

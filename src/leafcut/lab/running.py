@@ -121,9 +121,9 @@ def run(
 ) -> RunSummary:
     """Execute the runs of an experiment that are not stored yet, and repeat failed runs.
 
-    Runs are executed in rounds of one seed. The order within a round is random, so that drift of the machine affects
-    all levels equally. Each run is stored when it is finished. If `cancelled` is set, or after an interrupt, unfinished
-    runs are discarded.
+    Runs are executed in rounds; all runs of a round have the same seed. The order within a round is random, so that
+    drift of the machine affects all levels equally. Each run is stored when it is finished. If `cancelled` is set, or
+    after an interrupt, unfinished runs are discarded.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def run(
 
 
 def in_random_order(plans: Iterable[RunPlan], name: str) -> list[RunPlan]:
-    """Return the runs in rounds of one seed, shuffled within each round; the same name gives the same order."""
+    """Return the runs in rounds with the same seed, shuffled within each round; the same name gives the same order."""
     by_seed: dict[int, list[RunPlan]] = {}
     for plan in plans:
         by_seed.setdefault(plan.seed, []).append(plan)

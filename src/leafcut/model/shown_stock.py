@@ -48,4 +48,4 @@ class ShownStock:
 
 
 #: Stock of work with a laser or torch.
-CUT_THROUGH = ShownStock(refused=Message("a beam cuts through the whole sheet, so there are no heights to show"))
+CUT_THROUGH = ShownStock(refused=Message("a beam cuts through the whole sheet, so the stock has no heights to show"))

@@ -121,11 +121,15 @@ def measure_toolpath(
 
 
 def _seconds_by_tool(timed: _TimedPath) -> dict[int, float]:
-    if len(np.unique(timed.path.ref[timed.path.kind == Kind.TOOL])) < 2:
+    changes = np.flatnonzero(timed.path.kind == Kind.TOOL)
+    tools = timed.path.ref[changes].tolist()
+    if len(set(tools)) < 2:
         return {}
-    tools, number = np.unique(timed.path.tool, return_inverse=True)
-    seconds = np.bincount(number, weights=timed.moving + timed.standing_seconds).tolist()
-    return {tool: spent for tool, spent in zip(tools.tolist(), seconds, strict=True) if spent > 0.0}
+    until = np.append(0.0, np.cumsum(timed.moving + timed.standing_seconds))
+    spent = dict.fromkeys(sorted({0, *tools}), 0.0)
+    for tool, seconds in zip((0, *tools), np.diff(until[[0, *changes, -1]]).tolist(), strict=True):
+        spent[tool] += seconds
+    return {tool: seconds for tool, seconds in spent.items() if seconds > 0.0}
 
 
 def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = None) -> tuple[NDArray[np.int32], Floats]:

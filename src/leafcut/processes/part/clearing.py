@@ -121,7 +121,7 @@ def check_pockets(
         if material is not None and not material.intersects(inner):
             raise PlanError("{} lies outside of the parts; move it, or choose 'ignore' for its layer", area.name)
         for engraving in engravings:
-            if inner.intersects(shapely.LineString(engraving.path.flattened(_TOUCH))):
+            if inner.intersects(engraving.line):
                 raise PlanError("{} is engraved in {}; engrave outside of pockets", engraving.name, area.name)
 
 

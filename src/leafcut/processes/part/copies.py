@@ -34,7 +34,8 @@ def repeat_part(part: Part, settings: Settings) -> Part:
         return part
     columns, rows = columns_and_rows(options.copies)
     pitch = _pitch(part, options)
-    copied = [contour for contour in part.contours if not _is_sheet(contour, settings)]
+    is_sheet = layer_matcher(settings.sheet.sheet_layers)
+    copied = [contour for contour in part.contours if contour.kind != "sheet" and not is_sheet(contour.layer)]
     if columns * rows * len(copied) > _MOST_SHAPES:
         raise PlanError(
             "{}: {} copies of {} shapes are more than {} shapes; give fewer --copies",
@@ -72,10 +73,6 @@ def _pitch(part: Part, options: PartOptions) -> Point:
     if len(options.pitch) != 2 or min(options.pitch) <= 0.0:
         raise OptionError("--pitch: give two distances above 0, in X and Y, such as 60,40")
     return options.pitch[0], options.pitch[1]
-
-
-def _is_sheet(contour: Contour, settings: Settings) -> bool:
-    return contour.kind == "sheet" or layer_matcher(settings.sheet.sheet_layers)(contour.layer)
 
 
 def _refuse_unclear_sheet(part: Part, copied: Sequence[Contour], settings: Settings) -> None:

@@ -64,6 +64,12 @@ class Engraving:
     name: str = ""
     layer: str = ""
 
+    @cached_property
+    def line(self) -> shapely.LineString:
+        """The engraved path; a ring if it is closed."""
+        points = self.path.flattened(CHORD)
+        return shapely.LinearRing(points) if self.path.closed else shapely.LineString(points)
+
 
 @dataclass(frozen=True)
 class PocketArea:

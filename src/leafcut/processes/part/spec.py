@@ -278,10 +278,7 @@ def _refuse_clamps(
             for cut in cuts
         ),
         *((area.name, area.region.buffer(-radius), -area.depth, mill) for area in request.pockets),
-        *(
-            (one.name, shapely.LineString(one.path.flattened(TOLERANCE)), -one.depth, one.tool)
-            for one in request.engravings
-        ),
+        *((one.name, one.line, -one.depth, one.tool) for one in request.engravings),
         *(
             (Message("the hole at {:g}, {:g}", hole.x, hole.y), shapely.Point(hole.x, hole.y), hole.tip, hole.tool)
             for hole in request.holes

@@ -71,9 +71,7 @@ def engraving_tasks(engravings: Sequence[Engraving], edges: Sequence[Edge], step
     areas = shapely.STRtree([shapely.Polygon(edge.path.flattened(_TOLERANCE)) for edge in edges])
     tasks = []
     for engraving in engravings:
-        points = engraving.path.flattened(_TOLERANCE)
-        line = shapely.LinearRing(points) if engraving.path.closed else shapely.LineString(points)
-        later = np.sort(areas.query(line, predicate="intersects")).tolist()
+        later = np.sort(areas.query(engraving.line, predicate="intersects")).tolist()
         tasks.append(EngravingTask(engraving, max(math.ceil(engraving.depth / step - 1e-9), 1), tuple(later)))
     return tasks
 

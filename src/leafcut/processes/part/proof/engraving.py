@@ -9,7 +9,7 @@ import shapely
 
 from leafcut.message import Message
 from leafcut.model.difference import Difference
-from leafcut.processes.part.model import CHORD, Engraving, PartRequest
+from leafcut.processes.part.model import Engraving, PartRequest
 from leafcut.processes.part.proof.cuts import HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict, strip_along
 from leafcut.proof.difference import position_text
 
@@ -21,7 +21,7 @@ def check_engravings(request: PartRequest, cuts: Cuts) -> Verdict:
     """Return the cuts that engrave a path, and the differences of the engraved paths from the request."""
     explained = np.zeros(len(cuts), dtype=np.bool_)
     differences, works = [], []
-    lines = [line_of(engraving) for engraving in request.engravings]
+    lines = [engraving.line for engraving in request.engravings]
     tree = shapely.STRtree(lines)
     for engraving, line in zip(request.engravings, lines, strict=True):
         along = cuts.along(line)
@@ -38,12 +38,6 @@ def check_engravings(request: PartRequest, cuts: Cuts) -> Verdict:
         differences += _check_path(engraving, line, sum(drawn), cuts, floor)
         works.append(FaceWork(engraving.name, own, line))
     return Verdict(explained, differences, works)
-
-
-def line_of(engraving: Engraving) -> Any:
-    """Return the engraved path as a shapely line."""
-    points = engraving.path.flattened(CHORD)
-    return shapely.LinearRing(points) if engraving.path.closed else shapely.LineString(points)
 
 
 def _check_path(engraving: Engraving, line: Any, drawn: float, cuts: Cuts, floor: Any) -> list[Difference]:
