@@ -118,8 +118,8 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 def page(browser: Any, server: Any) -> Iterator[Any]:
     """Return a page of the studio; in the end nobody may have complained, nor asked another host."""
     from canvas_server import READS_BACK
-    from playwright.sync_api import Error, expect
-    from studio_page import LONG
+    from playwright.sync_api import Error
+    from studio_page import LONG, loaded
 
     complaints: list[str] = []
     asked: list[str] = []
@@ -137,9 +137,7 @@ def page(browser: Any, server: Any) -> Iterator[Any]:
             made.goto(server.origin)
         except Error as problem:
             pytest.fail(f"the studio does not answer ({problem})\n{server.standing()}")
-        expect(made.locator("#view-work")).to_be_visible()
-        # Earlier actions would reach the studio afterwards, and not always in order.
-        made.wait_for_function("window.did_handshake")
+        loaded(made)
         yield made
     finally:
         context.close()

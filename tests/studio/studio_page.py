@@ -16,7 +16,14 @@ PLATE = ROOT / "examples" / "plate_10.dxf"
 LONG = 600_000
 
 
+def loaded(page: Page) -> None:
+    """Wait until the page is visible and connected. Before, no element has a role, and actions may arrive late."""
+    expect(page.locator(".studio")).to_be_visible()
+    page.wait_for_function("window.did_handshake", timeout=LONG)
+
+
 def opened(page: Page, file: Path) -> None:
+    loaded(page)
     page.set_input_files("#open-file", file)
     expect(page.locator(".about-part .name")).to_have_text(file.name)
 
@@ -42,6 +49,7 @@ def typed(page: Page, label: str, text: str) -> None:
 
 def press_run(page: Page) -> None:
     """Press Run; holes of a drawing without a depth go 3 mm deep."""
+    loaded(page)
     drilled = page.get_by_role("radiogroup", name="Work", exact=True).locator("input[value=drill]:checked").count()
     solid = re.search(r"\.ste?p$", page.locator(".about-part .name").inner_text())
     form = page.locator("#view-work")

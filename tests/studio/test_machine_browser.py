@@ -50,7 +50,6 @@ def own(browser: Browser, started: Server, board: Board, tmp_path: Path) -> Iter
     started.let_in(context)
     page = context.new_page()
     page.goto(started.origin)
-    page.wait_for_function("window.did_handshake")
     file = tmp_path / "plate.nc"
     file.write_text(plate(5).replace("F3000", "F600"), encoding="utf-8")
     opened(page, file)

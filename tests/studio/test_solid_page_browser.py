@@ -23,7 +23,6 @@ def test_the_stock_of_a_drilled_plate_is_seen_and_nobody_is_kept_out(browser: Br
     server.let_in(context)
     page = context.new_page()
     page.goto(server.origin)
-    page.wait_for_function("window.did_handshake")
     opened(page, PLATE)
     run(page)
     solid(page)
@@ -32,7 +31,6 @@ def test_the_stock_of_a_drilled_plate_is_seen_and_nobody_is_kept_out(browser: Br
     page.get_by_label("Section", exact=True).select_option("x")
     expect(page.get_by_label("Place of the section", exact=True)).to_be_visible()
     page.reload()
-    page.wait_for_function("window.did_handshake")
     expect(page.get_by_role("radio", name="Solid", exact=True)).to_have_attribute("aria-checked", "true", timeout=LONG)
     expect(page.locator(".lc-picture")).to_be_visible()
     expect(page.get_by_label("Colour", exact=True)).to_have_value("depth")
@@ -59,7 +57,6 @@ def test_a_program_that_is_opened_is_cut_where_its_tools_are_known(page: Page, t
 def test_the_reason_for_no_picture_is_in_the_language_of_the_page(page: Page) -> None:
     page.locator(".languages").get_by_role("link", name="Español").click()
     expect(page.locator("html")).to_have_attribute("lang", "es")
-    page.wait_for_function("window.did_handshake")
     opened(page, ROOT / "examples" / "cam_121.nc")
     solid(page, "Sólido")
     expect(page.locator(".lc-refused")).to_contain_text("no se conoce la forma de la herramienta T1", timeout=LONG)
