@@ -1,4 +1,4 @@
-"""Air cuts: sections at depth in which the tool cuts nothing become path sections of their own with a higher feed."""
+"""Divide a path at its air cuts, where the tool cuts nothing at depth, so that these sections get a higher feed."""
 
 from __future__ import annotations
 
