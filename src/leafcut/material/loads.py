@@ -1,6 +1,4 @@
-"""Cutting loads of each segment of a program's motion: chip thickness, width of cut, removed volume, and the distance
-to the material.
-"""
+"""Cutting loads of each segment of a motion: chip thickness, width of cut, removed volume, and distance to material."""
 
 from __future__ import annotations
 
@@ -188,7 +186,7 @@ def largest_stock(
     threads: int = 1,
     check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> HeightField:
-    """Return the largest possible stock around the cuts of a program that its rapids would not hit.
+    """Return the largest possible stock around the cuts of a program, without material in the way of its rapids.
 
     The program is assumed to be safe: the space above a rapid is empty from the start, or an earlier cut cleared it to
     that depth. All other space may contain material. With `dogleg`, only the end point of a rapid in several axes is
@@ -237,10 +235,9 @@ def compute_loads(
 
 
 def tool_limits(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict[int, ToolLimits]:
-    """Return the limits of each milling tool. They come from the tool library, or from the heaviest cut in the program
-    itself.
+    """Return the limits of each milling tool, from the tool library or from the heaviest cut in the program.
 
-    Limits that depend on unknown values are left out.
+    Tools without cuts or with an unknown spindle speed are left out. A spindle limit needs the number of teeth.
     """
     limits: dict[int, ToolLimits] = {}
     chip = loads.chip
