@@ -23,7 +23,7 @@ def sort_into_bands(points: Floats, side: float) -> Bands:
 
 
 def segments_near(start: Floats, end: Floats, points: Floats, limits: Floats) -> tuple[Indices, Indices]:
-    """Find all pairs of a segment and a point that is no farther from the segment than the limit of the point.
+    """Find all pairs of a segment and a point that are no farther apart than the limit of the point.
 
     Return the indices of the segments, in ascending order, and the indices of the points. `start` and `end` are
     float64[m, 2], `points` is float64[n, 2], and `limits` is float64[n], all in mm.

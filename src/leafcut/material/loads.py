@@ -36,8 +36,8 @@ _ABOVE = 1.0
 class StockBefore:
     """The material before a program.
 
-    `field` contains its cells, `beside` is the height of the material around them, mm, and `known` states whether the
-    user described the stock.
+    `field` contains the heights of the material, and `beside` is the height of the material around the field, mm.
+    `known` is true if the user described the stock.
     """
 
     field: HeightField

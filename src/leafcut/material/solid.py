@@ -67,7 +67,7 @@ class Solid:
     Attributes
     ----------
     origin
-        x and y, mm.
+        Centre of the block in program coordinates, x and y, mm.
     held
         Mask of the cells that fixtures cover, bool[rows, columns].
     width, chip

@@ -104,8 +104,10 @@ def wide_places(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArr
 class _Sides(NamedTuple):
     """The sides of steps on which there is a neighbouring pass.
 
-    `rows` are the rows of `discs`, `gap` is the gap on that side, and `nearer` is the smaller gap of both sides, mm.
-    `is_lost` marks sides on which a whole pass is missing.
+    - `rows`: row of each side in `discs`
+    - `gap`: gap on this side, mm
+    - `nearer`: smaller gap of both sides of the step, mm
+    - `is_lost`: mask of the sides on which a whole pass is missing
     """
 
     discs: _Discs

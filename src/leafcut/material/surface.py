@@ -60,7 +60,7 @@ def safe_tiles(
 ) -> SafeTiles:
     """Return the minimum heights at which a tool tip may cross a surface.
 
-    The heights are exact. Horizontally, the area consists of whole tiles, so it is up to two tiles too wide.
+    The heights are exact. Horizontally, obstacles are enlarged to whole tiles, by up to two tiles.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from leafcut.model.cutter import discs_of
 from leafcut.model.tool import Tool
 from leafcut.processes.zones import crossing_heights, parse_zones
 
-#: Overlaps with a zone up to this size, mm, are left to verification, because only it knows the exact path.
+#: Overlaps with a zone up to this size, mm, are left to verification, which knows the exact path.
 ROUNDING = 0.05
 
 

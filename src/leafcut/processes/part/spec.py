@@ -211,7 +211,6 @@ def _prepare_sheet(divided: LayeredPart, settings: Settings) -> Sheet:
 
 
 def _with_tabs(edges: Sequence[Edge], cuts: Sequence[OutlineCut]) -> tuple[Edge, ...]:
-    """Return the edges with the number of their tabs."""
     tabs_of = {cut.edge: len(cut.tabs) for cut in cuts}
     return tuple(replace(edge, tabs=tabs_of.get(number, 0)) for number, edge in enumerate(edges))
 

@@ -52,7 +52,7 @@ def prove_pockets(
     """Compare the program with the planned motion, and simulate it.
 
     Return the toolpath read back from the program, warnings about uncut areas, and the measured chips. The chips are
-    None for a constant feed. Raises VerifyError with the first difference, gouge or danger, and the number of all.
+    None for a constant feed. Raises VerifyError, which states the first difference, gouge or danger, and their number.
     """
     from leafcut.processes.pocket.proof.pocket import (
         air_differences,

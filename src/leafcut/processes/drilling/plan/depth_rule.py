@@ -17,7 +17,7 @@ from leafcut.processes.drilling.options import DrillOptions
 #: Default depth of a centre drill, relative to its diameter: its cone then centres the drill.
 CENTRE_DEPTH_RATIO = 0.4
 
-#: Length of a tap's lead without full threads, pitches: 3.5 to 5 for a plug tap (DIN 2197, form B).
+#: Length of the tapered lead of a tap, in pitches: 3.5 to 5 for a plug tap (DIN 2197, form B).
 TAP_LEAD = 5.0
 
 

@@ -44,7 +44,8 @@ SAME_ANGLE = math.radians(1.0)
 #: Default plunge rate of an end mill or a countersink, relative to its feed.
 PLUNGE_PART = 1.0 / 3.0
 
-#: Tolerance of a catalogue size, mm: rounding of drawings to three decimals in mm, or four in inches (0.0013 mm).
+#: Maximum difference from a catalogue size that counts as equal, mm. Drawings are rounded to three decimals in mm, or
+#: to four decimals in inches (0.0013 mm).
 EQUAL = 1.5e-3
 #: Metric drill sizes: upper end of each range, and the increments within it, mm (DIN 1899 below 1 mm, DIN 338 above).
 _METRIC = ((1.0, (0.01,)), (3.0, (0.05,)), (np.inf, (0.1, 0.25)))

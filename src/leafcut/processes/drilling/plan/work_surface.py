@@ -277,9 +277,9 @@ def check_wide_tool(
 ) -> None:
     """Raise PlanError for a tool that is wider than a hole of a solid and would cut the surrounding material.
 
-    The surface of a solid is the finished part, so nothing above the top of a hole may be cut. A centre drill makes its
-    chamfer below the top, and its wider part needs free space above the top. `widths` are the largest diameters of the
-    holes, mm.
+    The surface of a solid is the finished part, so nothing above the top of a hole may be cut. A centre drill cuts its
+    chamfer below the top; its wider part needs free space above the top. `widths` contains the largest diameter of each
+    hole, mm.
     """
     cutter = cutter_of(tool)
     wider = np.flatnonzero(cutter.radius > 0.5 * widths + BODY_CLEARANCE)
@@ -513,7 +513,7 @@ def _describe_lengths(part: Part, mesh: Mesh) -> Message:
 
 
 def _similar_length(part: Part, mesh: Mesh, factor: float) -> bool:
-    """Return whether the holes span between half and all of the length of the surface, scaled by `factor`."""
+    """Return whether the holes span about half to all of the length of the surface, which is scaled by `factor`."""
     x0, y0, x1, y1 = part.extents
     drawing, surface = max(x1 - x0, y1 - y0), float(max((mesh.high - mesh.low)[:2]))
     return drawing > 0.0 < surface and _NEARLY <= drawing / (surface * factor) <= 1.1

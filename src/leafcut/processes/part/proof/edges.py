@@ -1,4 +1,4 @@
-"""Check that each edge of the part is milled on the right side, through the plate, and that it has its tabs.
+"""Check that each edge of the part is milled on the correct side, through the plate, and with its tabs.
 
 The path beside each edge is computed with shapely, not with the offset of the planner.
 """

@@ -35,7 +35,7 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
 
     1. No cut takes the tool into the finished part or below the request's `bottom`.
     2. Each cut runs along an edge, and each edge is cut through all around, except at its tabs.
-    3. Each tab is as wide as requested, the cut over it is at its top, and no cut goes through it.
+    3. Each tab is as wide as requested, is cut down to its top, and no cut goes through it.
     4. An edge is finished before the cut of an edge around it starts.
     5. With tabs, each part is connected to the plate after all cuts.
     6. Each hole is drilled once, with its tool, to its depth, before the cuts; nothing else is drilled.

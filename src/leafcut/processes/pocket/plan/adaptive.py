@@ -2,8 +2,8 @@
 
 A helix and a spiral clear the largest disc in the region of tool centres. From there, discs that touch the walls on
 both sides follow the medial axis into every branch and corner. The tool clears each disc by an arc along its front, and
-returns through the cleared area to the start of the next arc. The next disc is the most distant one whose arc stays
-within the engagement limit everywhere. The engagement is exact, because the cleared area is a union of discs
+returns through the cleared area to the start of the next arc. The next disc is the most distant disc with an arc that
+stays within the engagement limit. The engagement is exact, because the cleared area is a union of discs
 (`cleared_discs`).
 
 Sources: M. Held, C. Spielberger, "A smooth spiral tool path for high speed machining of 2D pockets", Computer-Aided
@@ -37,7 +37,7 @@ HELIX = 0.9
 #: Maximum height of the cusps that arcs leave on a wall, in mm and relative to the maximum cut width; the wall pass
 #: removes them.
 CUSP, CUSP_SHARE = 0.05, 0.25
-#: A cut that is thinner than this is left for the next arc; relative to the maximum cut width.
+#: Cuts thinner than this are left for the next arc; relative to the maximum cut width.
 THIN = 0.03
 #: Maximum thickness of a film in the tip of a corner that is left for the wall pass, relative to the path tolerance.
 FILM = 0.6

@@ -45,7 +45,7 @@ class CoveragePoints:
         return shapely.points(self.points)
 
     def near(self, path: Points) -> tuple[Indices, Indices]:
-        """Find all pairs of a segment and a sample point that is within its limit of this segment.
+        """Find all pairs of a segment and a sample point that are no farther apart than the limit of the point.
 
         Return the indices of the segments, in ascending order, and the indices of the sample points.
         """

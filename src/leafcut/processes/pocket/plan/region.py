@@ -116,8 +116,7 @@ def unreachable_areas(shape: Any, rules: PocketRules) -> list[UnreachableArea]:
 
 
 def _is_corner(piece: Any, near: Any, thin: float) -> bool:
-    """Return whether an unreachable area is a corner: it has only one mouth, and its largest circle is much narrower
-    than the mouth.
+    """Return whether an unreachable area is a corner: it has only one mouth, and narrows behind the mouth.
 
     Between straight walls at an angle of 2α, the mouth is 2 r cos α wide, and the largest circle behind it has the
     radius r (1 − sin α) / (1 + sin α). The ratio of the circle to the mouth is 0.24 at 90° and 0.52 at 40°. Between

@@ -152,7 +152,7 @@ def _kruskal(cut: list[Ring], a: Indices, b: Indices, step_over: float) -> list[
 
 
 class RingLinks:
-    """Joints between all rings, the parts of rings that the joints occupy, and the resulting path.
+    """Finds joints between all rings, and the path along the joined rings.
 
     Once `stopped` returns True, the first possible joints are used.
     """

@@ -206,9 +206,9 @@ def path_of_cuts(pieces: Sequence[Points]) -> PocketPath:
 
 
 def _area_in_helices(written: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules) -> Any:
-    """Return the area inside full circles of the tool centre, for example of helices, if the tool clears this area.
+    """Return the area inside full circles of the tool centre, such as turns of a helix. The tool clears this area.
 
-    A circle is complete, without a core, if its radius does not exceed the tool radius.
+    Circles with a radius larger than the tool radius do not count, because a core remains inside.
     """
     turned: dict[tuple[float, ...], float] = {}
     for cut in cuts:
