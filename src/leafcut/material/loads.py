@@ -60,7 +60,7 @@ class Loads:
     width, rate
         Width of cut, mm, and material removal rate, mm³/s.
     source
-        Row of the path, int64[m].
+        Row of each segment in the toolpath of the program, int64[m].
     """
 
     moves: StraightMoves

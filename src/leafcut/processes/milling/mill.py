@@ -47,7 +47,7 @@ PLUNGE_PART = 1.0 / 3.0
 
 @dataclass(frozen=True)
 class MillingData:
-    """The tool, its plunge rate (mm/s), and its entry into a level (angle in rad).
+    """The tool, its plunge rate, mm/s, and the kind and the angle, rad, of its entry into a level.
 
     Attributes
     ----------

@@ -32,7 +32,7 @@ _PLUNGE = 0.1
 
 
 def with_pockets(part: Part) -> Part:
-    """Prepare a part whose pockets are milled: its issues then report only other features of a solid (`besides`)."""
+    """Prepare a part for milling its pockets: issues then report only the other features of a solid (`besides`)."""
     if not (part.pockets or part.besides):
         return part
     issues = (issue for issue in part.issues if issue.code != "L219")

@@ -87,7 +87,7 @@ class PartMilling(Process):
     )
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Return a suitability slightly below that of cutting; None unless an outline surrounds holes or openings.
+        """Rate a drawing slightly lower than cutting does; None unless an outline surrounds holes or openings.
 
         Milling a part therefore exceeds drilling only where cutting would be suggested for a beam or torch.
         """

@@ -636,9 +636,7 @@ _KIND_ORDER = {kind: position for position, kind in enumerate(ToolKind)}
 
 
 def _order_tools(steps: list[Step], sequences: Sequence[Sequence[Step]]) -> list[Step]:
-    """Sort steps by kind (centre drills first) and diameter, but put each step after the steps that must come before
-    it.
-    """
+    """Sort steps by kind (centre drills first) and diameter, but keep each step after its predecessors."""
     predecessors: dict[Step, set[Step]] = {step: set() for step in steps}
     for sequence in sequences:
         for k, step in enumerate(sequence):

@@ -66,7 +66,7 @@ class OutlineCut:
 def edges_of(contours: Sequence[Contour]) -> tuple[list[Edge], list[Issue]]:
     """Return the closed edges of a part, and issues about marks and open paths, which are not milled.
 
-    Contours of even depth are outlines, and contours of odd depth are openings.
+    Contours at an even nesting depth are outlines, and contours at an odd nesting depth are openings.
     """
     chosen = [k for k, contour in enumerate(contours) if contour.path.closed and contour.kind == "cut"]
     number = {index: k for k, index in enumerate(chosen)}

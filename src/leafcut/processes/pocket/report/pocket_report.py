@@ -59,7 +59,7 @@ from leafcut.report.wording import (
 
 #: Maximum number of path segments for which uncut areas are drawn.
 MOST_PIECES = 200_000
-#: The report mentions an uncut area that exceeds that of the usual strategy by more than this, in percentage points.
+#: Minimum additional uncut area, compared with the usual strategy, that the report mentions, in percentage points.
 LESS_WORK = 0.1
 #: Minimum share of air cuts in the path that is reported as a fact.
 _AIR = 0.01
@@ -95,7 +95,7 @@ class PocketReport(PathReport[PocketDetail]):
         return strategy_figures(self.outcome)
 
     def orders(self) -> list[tuple[str, Measure]]:
-        """Return the measures of the usual and of the written strategy; only the latter if both are the same."""
+        """Return the measures of the usual strategy, unless it is the written strategy, and of the written strategy."""
         usual = [(self.usual.capitalize(), self.outcome.before)] if self.compared else []
         return [*usual, (f"{OURS}: {self.chosen}", self.outcome.after)]
 

@@ -25,9 +25,9 @@ class StrategyFigures:
     """Measures of a strategy over one level of all pockets.
 
     `measures` contains sums and maxima; it is None if the strategy is refused. `program_s` is the time of a program
-    that clears all pockets by this strategy. `passed_over` states why the strategy was rejected although it is cheaper;
-    the reason comes from the first pocket that has one. `usual` is true if the written program is compared with this
-    strategy in any pocket.
+    that clears all pockets by this strategy. `passed_over` states why the strategy was rejected although it is cheaper,
+    for the first pocket with a reason. `usual` is true if the written program is compared with this strategy in any
+    pocket.
     """
 
     name: str
