@@ -1,4 +1,4 @@
-"""Sort points into horizontal bands for kernels that search the neighbourhood of a point."""
+"""Sort points into horizontal bands, so that kernels find nearby points quickly."""
 
 from __future__ import annotations
 
@@ -23,11 +23,10 @@ def sort_into_bands(points: Floats, side: float) -> Bands:
 
 
 def segments_near(start: Floats, end: Floats, points: Floats, limits: Floats) -> tuple[Indices, Indices]:
-    """Return the pairs (segment, point) in which the distance between segment and point is at most the limit of the
-    point.
+    """Find all pairs of a segment and a point that are no farther apart than the limit of the point.
 
-    The pairs are sorted by segment. `start` and `end` are float64[m, 2], `points` is float64[n, 2], and `limits` is
-    float64[n], all in mm.
+    Return the indices of the segments, in ascending order, and the indices of the points. `start` and `end` are
+    float64[m, 2], `points` is float64[n, 2], and `limits` is float64[n], all in mm.
     """
     count, rows = np.zeros(len(start), np.int64), np.zeros(0, np.int64)
     if len(start) and len(points):

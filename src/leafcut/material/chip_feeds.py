@@ -87,7 +87,7 @@ def power_on_ramp(limits: FeedLimits, across: float, sink_rate: float, depth: fl
 
 
 def power_on_plunge(limits: FeedLimits, sink_rate: float) -> float:
-    """Return the power of a straight plunge at `sink_rate`, mm/s, in W; 0 without a power limit.
+    """Return the power of a straight plunge at `sink_rate` mm/s, W; 0 without a power limit.
 
     The plunge is treated as the end of a ramp (`material.cutting_force.ramp_power`).
     """
@@ -105,8 +105,7 @@ def plunge_feed(limits: FeedLimits, feed: float) -> float:
 
 
 def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> float:
-    """Return the feed on a ramp or helix with a slope of up to `angle`, rad: `feed`, or less if `feed` would exceed the
-    power limit.
+    """Return the feed on a ramp or helix with a slope of up to `angle`, rad: `feed`, or less to limit the power.
 
     Feeds are in mm/s. The full feed is assumed to be horizontal, as on a flat ramp.
     """
@@ -115,17 +114,17 @@ def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> fl
 
 
 def _within_power(limits: FeedLimits, feed: float, power: float) -> float:
-    """Return `feed`, which requires `power` (W), reduced if the power limit is exceeded."""
+    """Reduce `feed` if the `power` that it requires, W, exceeds the limit."""
     if limits.material is None or power <= limits.power:
         return feed
     return float(feed * feed_ratio(limits.material, limits.power / power))
 
 
 def minimum_around(values: Floats, length: Floats, reach: float) -> Floats:
-    """Return, for each segment of a path, the minimum of the values within a distance before and after it; lengths are
-    in mm.
+    """Return, for each segment of a path, the minimum of the values within `reach` mm before and after the segment.
 
-    Thus a feed is reduced before and after the position that requires the reduction.
+    Thus a feed is reduced before and after the position that requires the reduction. `length` contains the lengths of
+    the segments, mm.
     """
     middles = np.cumsum(length) - 0.5 * length
     first, last = (

@@ -29,12 +29,10 @@ _BATCH = 200_000
 FILM = 1e-3
 #: Reduction of the tool radius for rapids, in cells, because a rapid may run along a finished wall.
 RAPID_INSET = 1.0
-#: Minimum length of a shank collision, in tool diameters, over which successive cells are higher than the flutes, and
-#: maximum gap between them, in cells. Single higher cells remain where a tool returns to a wall.
+#: A shank collides if successive cells are higher than the flutes over this length, in tool diameters. Gaps between
+#: these cells may have up to this size, in cells. Single higher cells, which remain along walls, do not count.
 _SHANK_CELLS, _SHANK_GAP = 0.5, 2.0
-
-
-#: Uncertainty of a wall, in cells: a cell is cut if its centre is cut, so the wall before a cut may be closer.
+#: Uncertainty of the position of a wall, in cells, because a cell counts as cut if its centre is cut.
 _MARGIN = 1.0
 
 
@@ -50,8 +48,8 @@ class Removed(NamedTuple):
     depth
         Maximum depth of cut, mm.
     left, right
-        Maximum distance of the cut to the left and to the right of the path, mm; negative if the cut is only on the
-        other side.
+        Maximum distance of the cut from the path on the left and on the right side, mm; negative if the cut is only on
+        the other side.
     over
         Height of the material above the tip of the tool just before the move, within a margin around the tool, mm. It
         is negative if all material is lower, and −∞ without a margin.
@@ -100,10 +98,10 @@ def cut(
     surrounding_height
         Height of the material outside the field for `Removed.over`, mm; None for the floor of the field.
     lowered
-        A second field with the same cells. Where a rapid lowers the material, the cells of this field receive the new
-        height.
+        A second field with the same cells. It receives the new heights of the cells in which a rapid lowers the
+        material.
     bodies
-        Sections of each tool above the flutes, by tool number; the sections of missing tools are unknown.
+        Sections of each tool above the flutes, by tool number; missing if the sections of a tool are unknown.
     """
     from leafcut.kernels.sweep import CellRows, ToolShape
 
@@ -182,8 +180,10 @@ def cut_width(removed: Removed, radius: Floats, cell: float) -> Floats:
 class _ToolRun(NamedTuple):
     """Successive moves with the same tool.
 
-    `first` is the number of the first move, `low` and `high` are the range of y of each move, and `shape` is the
-    profile of the tool.
+    - `first`: index of the first move
+    - `low`, `high`: range of y that the tool touches in each move, float64[m], mm
+    - `shape`: profile of the tool
+    - `bodies`: sections of the tool above the flutes, one per row
     """
 
     first: int

@@ -71,11 +71,11 @@ def ramp_power(
     side_chip: Floats | float,
     end_chip: Floats | float,
 ) -> Floats:
-    """Return the power of a mill on a sloped descent, W: the sum for its side and its end.
+    """Return the power of a mill on a sloped descent, W: the sum of the power at its side and at its end.
 
-    For each of them, P = kc(h) Q with its own chip thickness. The chip thickness at the end is the descent per tooth.
-    On a flat ramp, it is much smaller and requires a higher specific force. The removal by the end is calculated with
-    the smaller of both chip thicknesses, because the boundary of the end is not known for every shape.
+    Side and end have different chip thicknesses; for both, P = kc(h) Q. The chip thickness at the end is the descent
+    per tooth. On a flat ramp, this chip is much thinner and requires a higher specific force. The removal by the end is
+    calculated with the smaller of both chip thicknesses, because the boundary of the end is not known for every shape.
 
     Parameters
     ----------

@@ -1,13 +1,13 @@
 """Engagement of the cutting edge along a path, computed exactly by intersecting circles.
 
-At a point p, the tool has already removed the area that its disc has swept. The engagement is the part of the edge, on
-the front half of the circle, outside this area. The swept area is represented by discs one step apart. Each disc covers
-an interval of angles around p, and the union of these intervals is found by sorting, without a raster or a polygon.
+When the tool reaches a point p, its disc has already swept an area. The engagement is the part of the cutting edge, on
+the front half of the tool, that is outside this area. The swept area is represented by discs one step apart. Each disc
+covers an interval of angles around p, and the union of these intervals is found by sorting, without a raster or a
+polygon.
 
-Two circles of equal radius always touch, because the edge has just been there. Therefore material is searched slightly
-inside the edge, by a tolerance, and a thinner film does not count. The disc at the tool position then covers exactly
-the rear half. Nearby discs of the same run are also reduced by the tolerance; otherwise the previous step would seem to
-cut the fresh edge.
+The edge always touches the area that it has just cleared. Therefore material is searched slightly inside the edge, by a
+tolerance, and thinner films do not count. The disc at the tool position then covers exactly the rear half. Nearby discs
+of the same run are also reduced by the tolerance; otherwise the previous step would seem to cut the fresh edge.
 """
 
 from __future__ import annotations
@@ -39,9 +39,10 @@ class Engaged(NamedTuple):
         Width of the strip of material that the tool removes, perpendicular to the path, mm; in a slot, the tool
         diameter.
     chip
-        Maximum chip thickness as a share of the feed per tooth: the cosine of the smallest angle between the direction
-        of travel and an engaged part of the edge, 1 for material straight ahead. For a one-sided straight cut of width
-        a < r, it is √(1 − (1 − a/r)²), the chip thinning 2 √(a/D (1 − a/D)) (`material.cutting.chip_share`).
+        Maximum chip thickness as a share of the feed per tooth. This is the cosine of the smallest angle between the
+        direction of travel and an engaged part of the edge: 1 for material straight ahead. For a one-sided straight cut
+        of width a < r, the share is √(1 − (1 − a/r)²), the chip thinning 2 √(a/D (1 − a/D))
+        (`material.cutting.chip_share`).
     """
 
     angle: Floats
@@ -57,11 +58,11 @@ def slot_engagement(diameter: float) -> Engaged:
 def engagement(path: ToolSteps, rules: PocketRules, entry: NDArray[np.bool_] | None = None) -> Engaged:
     """Return the engagement at each point of a path.
 
-    The result is exact at the points, except for the effect of the tolerance t on the width of material: an angle φ is
-    accurate to t / (r sin φ). That is 0.1 degrees at 90 degrees, for a tool of 10 mm and a tolerance of 0.01 mm. Cuts
-    of less than 2t may give 0. Positions between the points are not evaluated: if the edge meets material head-on
-    within a step, this appears at the end of the step. `entry` marks the points on the loop of the descent. This loop
-    is already cleared, so the engagement there is 0.
+    At the points, only the tolerance t for the width of material limits the accuracy: an angle φ is accurate to
+    t / (r sin φ). This is 0.1 degrees at 90 degrees, for a tool of 10 mm and a tolerance of 0.01 mm. Cuts of less than
+    2t may give 0. Positions between the points are not evaluated: if the edge meets material head-on within a step, the
+    engagement increases at the end of the step. `entry` marks the points on entry loops. The engagement there is 0,
+    because the tool has cleared the loop during its descent.
     """
     n = len(path)
     angle, width, nearest = (np.zeros(n) for _ in range(3))

@@ -17,7 +17,8 @@ MOST_CELLS = 64_000_000
 USUAL_CELLS = 4_000_000
 #: Default cell size as a share of the smallest tool diameter.
 SHARE_OF_TOOL = 0.025
-#: Maximum of this share for a large stock, if the cells fit into memory. Larger cells would miss cuts.
+#: Maximum cell size, as a share of the smallest tool diameter, for a large stock whose cells fit into memory. Larger
+#: cells would miss cuts.
 COARSEST = 0.2
 #: Minimum default cell size, mm.
 FINEST = 0.01
@@ -80,7 +81,7 @@ class HeightField:
         return HeightField(self.heights.copy(), self.x, self.y, self.cell, self.floor)
 
     def contains(self, ends: Floats, margins: Floats) -> NDArray[np.bool_]:
-        """Return a mask of the moves, float64[m, 6], that stay inside the field by at least their margins, mm."""
+        """Return a mask of the moves, float64[m, 6], that stay inside the field, at least a margin from its rim, mm."""
         half = 0.5 * self.cell
         inside = np.ones(len(ends), dtype=np.bool_)
         for axis, first, count in ((0, self.x, self.heights.shape[1]), (1, self.y, self.heights.shape[0])):
@@ -113,9 +114,7 @@ class HeightField:
         )
 
     def height_at(self, x: float, y: float) -> float:
-        """Return the height of the material at a position, mm; for a position outside the field, the height of the
-        floor.
-        """
+        """Return the height of the material at a position, mm; outside the field, the height of the floor."""
         column, row = round((x - self.x) / self.cell), round((y - self.y) / self.cell)
         rows, columns = self.heights.shape
         return float(self.heights[row, column]) if 0 <= row < rows and 0 <= column < columns else self.floor

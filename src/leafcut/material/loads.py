@@ -1,6 +1,4 @@
-"""Cutting loads of each segment of a program's motion: chip thickness, width of cut, removed volume, and the distance
-to the material.
-"""
+"""Cutting loads of each segment of a motion: chip thickness, width of cut, removed volume, and distance to material."""
 
 from __future__ import annotations
 
@@ -38,8 +36,8 @@ _ABOVE = 1.0
 class StockBefore:
     """The material before a program.
 
-    `field` contains its cells, `beside` is the height of the material around them, mm, and `known` states whether the
-    user described the stock.
+    `field` contains the heights of the material, and `beside` is the height of the material around the field, mm.
+    `known` is true if the user described the stock.
     """
 
     field: HeightField
@@ -62,7 +60,7 @@ class Loads:
     width, rate
         Width of cut, mm, and material removal rate, mm³/s.
     source
-        Row of the path, int64[m].
+        Row of each segment in the toolpath of the program, int64[m].
     """
 
     moves: StraightMoves
@@ -188,7 +186,7 @@ def largest_stock(
     threads: int = 1,
     check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> HeightField:
-    """Return the largest possible stock around the cuts of a program that its rapids would not hit.
+    """Return the largest possible stock around the cuts of a program, without material in the way of its rapids.
 
     The program is assumed to be safe: the space above a rapid is empty from the start, or an earlier cut cleared it to
     that depth. All other space may contain material. With `dogleg`, only the end point of a rapid in several axes is
@@ -237,10 +235,9 @@ def compute_loads(
 
 
 def tool_limits(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict[int, ToolLimits]:
-    """Return the limits of each milling tool. They come from the tool library, or from the heaviest cut in the program
-    itself.
+    """Return the limits of each milling tool, from the tool library or from the heaviest cut in the program.
 
-    Limits that depend on unknown values are left out.
+    Tools without cuts or with an unknown spindle speed are left out. A spindle limit needs the number of teeth.
     """
     limits: dict[int, ToolLimits] = {}
     chip = loads.chip

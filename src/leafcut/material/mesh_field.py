@@ -10,7 +10,7 @@ from leafcut.model.mesh import Mesh
 
 #: Maximum total number of cells below all triangles; it limits the run time to minutes.
 _MAX_VISITS = 10_000_000_000
-#: Maximum height above the lowest point of a solid of a triangle that belongs to its floor, mm.
+#: A triangle belongs to the floor of a solid if it is no higher than this above the lowest point, mm.
 _FLAT = 0.01
 
 
@@ -21,11 +21,11 @@ def block_of_mesh(mesh: Mesh) -> StockBlock:
 
 
 def field_of_mesh(mesh: Mesh, cell: float) -> HeightField:
-    """Convert a solid to a height field with cells of side length `cell`, mm. A cell has the height of the solid at its
-    centre, or the height of the floor outside the solid.
+    """Convert a solid to a height field with cells of side length `cell`, mm.
 
-    Material below an overhang counts as solid (`overhang`). Raises PlanError if there would be too many cells, or too
-    many triangles per cell.
+    A cell has the height of the solid at its centre; outside the solid, it has the height of the floor. The space below
+    an overhang counts as material (`overhang`). Raises PlanError if there would be too many cells, or too many
+    triangles per cell.
     """
     field = HeightField.of_block(block_of_mesh(mesh), cell)
     field.heights[:] = field.floor

@@ -49,9 +49,9 @@ def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
     """Sweep a disc with the diameter of the tool along all feed moves of a path.
 
     Each chord (accurate to an eighth of the tolerance) is swept separately, and the resulting capsules are united. A
-    buffer of the whole line would round its concave corners. Gouges are computed from the distance between path and
-    walls, which is exact: a path that keeps its distance has no gouges, not even slivers. Raises PlanError if the
-    outline or the islands of the pocket cross themselves or touch.
+    buffer of the whole line would round its concave corners. Gouges are computed from the exact distance between path
+    and walls: a path at the right distance has no gouges, not even slivers. Raises PlanError if the outline or the
+    islands of the pocket cross themselves or touch.
     """
     shape = pocket.region(rules.tolerance)
     centres = tool_centres(shape, rules.radius, rules.tolerance)
@@ -73,7 +73,7 @@ def engaged_tool_path(path: PocketPath, rules: PocketRules) -> tuple[ToolSteps, 
 
 
 def entry_mask(path: PocketPath, tool_path: ToolSteps) -> NDArray[np.bool_]:
-    """Return a mask of the points of a tool path that lie on the loop along which the tool descends."""
+    """Return a mask of the points on entry loops, along which the tool descends."""
     entered: NDArray[np.bool_] = np.array([piece.kind == "entry" for piece in path.pieces], dtype=bool)[tool_path.piece]
     return entered
 
@@ -81,7 +81,8 @@ def entry_mask(path: PocketPath, tool_path: ToolSteps) -> NDArray[np.bool_]:
 def reported_width(rules: PocketRules) -> float:
     """Return the minimum width of cut, mm, that is reported as wider than the step-over.
 
-    The margin is half a step-over, or half the distance to a full-width cut, because curves change the width slightly.
+    It exceeds the step-over by a margin, because curves change the width slightly. The margin is half the step-over, or
+    half the difference to a full-width cut if this is less.
     """
     return rules.step_over + 0.5 * min(rules.step_over, rules.tool_diameter - rules.step_over)
 
@@ -111,8 +112,9 @@ def steps_near(steps: Floats, places: Floats, rules: PocketRules) -> Floats:
 
 
 def swept_area(steps: Floats, radius: float, quad_segs: int) -> Any:
-    """Return the union of the areas (capsules) that a disc sweeps along each step. A buffer of the whole line would
-    round its concave corners.
+    """Return the area that a disc sweeps along all steps.
+
+    The areas of the steps (capsules) are united, because a buffer of the whole line would round its concave corners.
     """
     # GEOS cannot buffer a line of length 0, so a point replaces it.
     moving = (steps[:, 0] != steps[:, 1]).any(axis=1)

@@ -18,8 +18,8 @@ _SQUARE = 8
 class StockDifference(NamedTuple):
     """A difference between two height fields.
 
-    `x` and `y` are the position of the largest difference, `before` and `after` are the heights there, mm, and `cells`
-    is the number of differing cells.
+    The largest difference is at the position `x`, `y`, between the heights `before` and `after`, mm. `cells` is the
+    number of differing cells.
     """
 
     x: float
@@ -32,9 +32,10 @@ class StockDifference(NamedTuple):
 def stock_differences(before: HeightField, after: HeightField, tolerance: float) -> list[StockDifference]:
     """Return the differences between two height fields with the same cells, sorted by descending number of cells.
 
-    A cell differs if its height is more than `tolerance`, mm, outside the range of the other field in this cell and its
-    eight neighbours. Thus a wall that moved by less than a cell counts as equal. Neighbouring cells are reported
-    together. Raises ValueError if the fields have different cells.
+    A cell is compared with the range of heights that the other field has in this cell and its eight neighbours. The
+    cell differs if its height is more than `tolerance` mm outside this range. Thus a wall that moved by less than a
+    cell counts as equal. Neighbouring cells are reported together. Raises ValueError if the fields have different
+    cells.
     """
     wrong = differing_cells(before, after, tolerance)
     rows, columns = np.nonzero(wrong)

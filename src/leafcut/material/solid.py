@@ -1,4 +1,4 @@
-"""The stock of a job for display, with coarse cells, and all moves that cut it."""
+"""The stock of a job as coarse cells for display, and all moves that cut the stock."""
 
 from __future__ import annotations
 
@@ -29,25 +29,26 @@ CELLS = 512
 _PIECE, _PIECES = 0.5, 400_000
 #: Maximum number of moves of a displayed program.
 _MOST_MOVES = 1_000_000
-#: Margin of a block around the cuts, as a share of the longer side; minimum and maximum margin, mm; depth of the block
-#: below the cuts, mm.
+#: Margin of a block around the cuts, as a share of its longer side; minimum and maximum of this margin, mm; thickness
+#: of the block below the cuts, mm.
 _BESIDE, _LEAST_BESIDE, _MOST_BESIDE, _BELOW = 0.06, 1.0, 12.0, 1.0
 #: Minimum thickness of the block, as a share of its longer side; a thinner block would look like a foil.
 _THICK = 0.03
 #: Maximum number of displayed collisions.
 _MOST_COLLISIONS = 500
-#: Number of positions along a move that are tested for being inside the block.
+#: Number of positions along a move that are compared with the block.
 _PLACES = 65
 #: Displayed thickness of a surface whose lower side is unknown: share of its longer side, and minimum, mm.
 _SURFACE_THICK, _LEAST_THICK = 0.03, 1.0
-#: Maximum distance between centres that belong to the same hole, mm.
+#: Maximum distance between plunges in the same hole, mm.
 _SAME = 1e-3
 
 
 class Collision(NamedTuple):
     """A collision of a tool with material.
 
-    `kind` is the colliding part of the tool, or a rapid; `row` is the row of the path. Position and depth are in mm.
+    `kind` names the colliding part of the tool, or a rapid. `row` is the row of the toolpath. Position and depth are in
+    mm.
     """
 
     kind: str
@@ -66,9 +67,9 @@ class Solid:
     Attributes
     ----------
     origin
-        x and y, mm.
+        Centre of the block in program coordinates, x and y, mm.
     held
-        Mask of the cells of the fixture, bool[rows, columns].
+        Mask of the cells that fixtures cover, bool[rows, columns].
     width, chip
         Width of cut and maximum chip thickness of each move, float64[m], as shares of the tool diameter and of the feed
         per tooth.
@@ -208,7 +209,7 @@ def _collisions(
 def _position_in_block(
     move: NDArray[np.float64], block: StockBlock, origin: tuple[float, float]
 ) -> tuple[float, float, float]:
-    """Return the middle of the part of a move that lies inside a block, relative to the origin.
+    """Clip a move to a block, and return the middle of the clipped move, relative to the origin.
 
     If the whole move is outside the block, return its lower end.
     """
@@ -241,10 +242,10 @@ def _field_of_surface(
     moves: StraightMoves,
     cutters: dict[int, Cutter],
 ) -> tuple[HeightField, NDArray[np.bool_]]:
-    """Convert a surface to a height field with the cells of a block. Also return a mask of the cells of its fixtures.
+    """Convert a surface to a height field with the cells of a block. Also return a mask of the cells with fixtures.
 
-    The block and the moves are relative to an origin. In a finished part, the holes that the moves drill are filled.
-    Raises PlanError if there would be too many cells, or too many triangles per cell.
+    The block and the moves are relative to `origin`. If the surface is a finished part, the holes that the moves drill
+    are filled. Raises PlanError if there would be too many cells, or too many triangles per cell.
     """
     moved = replace(mesh, triangles=mesh.triangles - (*origin, 0.0))
     field = HeightField.of_block(block, cell)

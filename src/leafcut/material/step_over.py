@@ -27,10 +27,10 @@ _EQUAL = 1e-4
 _SAME = 1e-5
 #: Maximum distance between points that count as equal, mm.
 _SAME_POINT = 1e-4
-#: Radius within which a change has an effect, in maximum distances between neighbours: it reaches the neighbour of a
-#: point, and the corner of that neighbour.
+#: Range of the effect of a change, in maximum distances between neighbours: a change affects the neighbour of a point,
+#: and the corner of that neighbour.
 _REACHES = 2
-#: Number of gaps that are tested together for being inside the region.
+#: Number of gaps that are compared with the region at once.
 _BATCH = 512
 
 
@@ -46,28 +46,28 @@ class PassGaps(NamedTuple):
 def widest_gaps(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> PassGaps:
     """Return the largest distances between neighbouring passes, mm; 0 if no pass has a neighbour.
 
-    At each point of the path, the largest empty disc that touches the pass there is constructed on either side. The
-    next point that the disc touches belongs to the neighbouring pass. The height of that point above the tangent of the
-    pass is the gap, which a machinist measures perpendicular to the pass. If the disc touches a corner of the
-    neighbour, the gap is measured from the sides of that corner.
+    At each point of the path, on both sides, a disc that touches the pass at this point grows until it touches another
+    point of the path. This other point belongs to the neighbouring pass. Its height above the tangent of the pass is
+    the gap, which a machinist measures perpendicular to the pass. If the disc touches a corner of the neighbour, the
+    gap is measured from the sides of that corner.
 
     The step-over is the maximum, over all points, of the gap on the closer side. The pass was planned next to that
-    neighbour, or next to the wall, which has no gap. The gap on the other side is where two fronts meet, such as the
-    two sides of a last ring, or passes along the walls of a narrow channel. If that gap is less than two step-overs, no
-    additional full pass fits into it. It is reported as `core`, and is at most as wide as the tool if everything is
-    cleared. Wider gaps count as step-over. Thus rings one step-over apart have that step-over, whatever remains in the
-    middle, and parallel lines that are too far apart have their distance.
+    neighbour, or next to the wall, which has no gap. On the other side, two fronts may meet, such as the two sides of a
+    last ring, or passes along the walls of a narrow channel. If the gap between two fronts is less than two step-overs,
+    no additional full pass fits into it. It is reported as `core`, and is at most as wide as the tool if everything is
+    cleared. Wider gaps count as step-over. Thus the result for rings is the distance between the rings, whatever
+    remains in the middle, and the result for parallel lines is the distance between the lines.
 
     Between straight lines, the gap is their distance; between offset rings, it is their offset; along a spiral, it is
     the pitch. The diagonal between the corners of two rings is longer (1.41 times at a right angle), as in all offset
-    pockets. It does not count, because the corner of one ring is at the offset from both sides of the other. If a
-    corner is rounded and the rings do not come closer, the gap is larger. The two sides of a corner of one pass are not
-    neighbours. The mean distance of sides that diverge by more than `SIDE_BY_SIDE` is half of their maximum distance.
+    pockets. The diagonal does not count, because the corner of one ring is at the offset from both sides of the other
+    ring. If a corner is rounded and the rings do not come closer, the gap is larger. The two sides of a corner of one
+    pass are not neighbours. The mean distance of sides that diverge by more than `SIDE_BY_SIDE` is half of their
+    maximum distance.
 
-    The distance to a wall, on one side of the path only, is not a gap; if it is too large, uncovered area is reported
-    instead. A disc does not count either if its centre, or the line to its centre, is outside the allowed tool centres:
-    passes on both sides of an island are not neighbours. Between passes more than `FARTHEST` diameters apart, there is
-    uncovered area.
+    The distance to a wall is not a gap; if it is too large, uncovered area is reported instead. A disc does not count
+    if its centre, or the line to its centre, is outside the allowed tool centres: passes on both sides of an island are
+    not neighbours. Between passes more than `FARTHEST` diameters apart, there is uncovered area.
 
     The accuracy is limited by the chords of arcs and the steps of the path, to some hundredths of a percent.
 
@@ -104,8 +104,10 @@ def wide_places(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArr
 class _Sides(NamedTuple):
     """The sides of steps on which there is a neighbouring pass.
 
-    `rows` are the rows of `discs`, `gap` is the gap on that side, and `nearer` is the smaller gap of both sides, mm.
-    `is_lost` marks sides on which a whole pass is missing.
+    - `rows`: row of each side in `discs`
+    - `gap`: gap on this side, mm
+    - `nearer`: smaller gap of both sides of the step, mm
+    - `is_lost`: mask of the sides on which a whole pass is missing
     """
 
     discs: _Discs
@@ -144,7 +146,7 @@ class _Discs:
         shapely.prepare(self.region)
 
     def widest(self, rows: Indices, sizes: Floats, both: bool) -> float:
-        """Return the largest size whose disc lies in the region.
+        """Return the largest of the `sizes` for which the disc lies in the region; 0 if no disc does.
 
         With `both`, the disc on the other side of the step must also lie in the region.
         """
@@ -171,11 +173,10 @@ class _Discs:
 def _measured_from_sides(
     path: ToolSteps, moving: Indices, height: Floats, touch: Indices, start: Floats, normal: Floats
 ) -> Floats:
-    """Return the heights of the neighbours. A height above a corner is measured from the sides of the corner if that is
-    less.
+    """Return the heights of the neighbours, measured from the sides of a corner if the neighbour is a corner.
 
-    `moving` contains the rows of the steps. The other arrays contain the left sides of all steps, followed by the right
-    sides. A height of 0 means that there is no parallel neighbour.
+    A height is never increased. `moving` contains the rows of the steps. The other arrays contain the left sides of all
+    steps, followed by the right sides. A height of 0 means that there is no parallel neighbour.
     """
     ends, starts = path.xy[moving], path.xy[moving] - path.step[moving, None] * path.chord[moving]
     steps, node = len(moving), number_points(np.concatenate([ends, starts, path.xy]), _SAME)
@@ -212,10 +213,13 @@ def _changes_direction(direction: Floats, corner: Indices) -> NDArray[np.bool_]:
 
 
 def _neighbours(xy: Floats, normal: Floats, candidates: Floats, rules: PocketRules) -> tuple[Floats, Indices, Floats]:
-    """Return the neighbour of each point on the side of its normal.
+    """Find the neighbour of each point on the side of its normal.
 
-    For each neighbour, return its height above the tangent (0 for no neighbour), its row, and the radius of the disc
-    between the passes, mm.
+    Return three arrays:
+
+    - height of the neighbour above the tangent, float64[n], mm; 0 without a neighbour
+    - row of the neighbour in `candidates`, int64[n]
+    - radius of the disc between the passes, float64[n], mm
     """
     height, row, radius = np.zeros(len(xy)), np.zeros(len(xy), np.int64), np.zeros(len(xy))
     reaches = Reaches(0.255 * rules.step_over, FARTHEST * rules.tool_diameter)

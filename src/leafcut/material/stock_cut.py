@@ -38,8 +38,9 @@ class RapidCut:
 
 @dataclass(frozen=True)
 class BodyCut:
-    """A move in which the shank or holder of a tool is in material: the line of the program, the tool, the part of the
-    tool, and the depth, mm.
+    """A move in which the shank or holder (`body`) of a tool is in material.
+
+    `line` is the line of the program, `tool` is the tool number, and `depth_mm` is the depth in the material, mm.
     """
 
     line: int

@@ -40,8 +40,8 @@ class StraightMoves:
     path
         The toolpath with expanded cycles.
     unknown
-        Rows of `path` with an unknown start coordinate, for which the coordinate of the end is used instead. Rows with
-        an unknown end are left out.
+        Rows of `path` with an unknown start coordinate, which is replaced with the coordinate of the end. Rows with an
+        unknown end are left out.
     """
 
     ends: NDArray[np.float64]
@@ -62,8 +62,9 @@ class StraightMoves:
         )
 
     def extent(self, selected: NDArray[np.bool_], cutters: Mapping[int, Cutter]) -> tuple[Floats, Floats]:
-        """Return the lowest and highest corner of the space that the tools sweep on the selected moves, mm; Z is that
-        of the tip.
+        """Return the lowest and the highest corner of the box that the tools sweep in the selected moves, mm.
+
+        The heights of the corners are heights of the tool tip.
         """
         numbers, tool_index = np.unique(self.tool[selected], return_inverse=True)
         radius = np.array([[cutters[number].radius] * 2 + [0.0] for number in numbers.tolist()])[tool_index.ravel()]
@@ -127,13 +128,15 @@ def undivided_moves(path: Toolpath, cutters: Mapping[int, Cutter]) -> StraightMo
 def moves_in_cells(
     path: Toolpath, cutters: Mapping[int, Cutter], cell: float, max_length: float = math.inf
 ) -> StraightMoves:
-    """Return the moves of the cutting tools, as accurate as a height field with cells of side `cell`, mm, requires."""
+    """Return the moves of the cutting tools with the accuracy of a height field with cells of side `cell`, mm."""
     return straight_moves(path, _OF_CELL * cell, max_length).of_tools(cutters)
 
 
 def _move_onto_arcs(position: Floats, turns: Turns, arc: NDArray[np.int64], share: Floats) -> None:
-    """Move points, float64[n, 3], onto their arcs, at a given share of the sweep. `arc` is the index of the arc, or -1
-    for none. Changes: position.
+    """Move points onto their arcs, each to the given share of the sweep.
+
+    `position` contains the points, float64[n, 3], and `arc` the index of each arc, or -1 for a point on a line.
+    Changes: position.
     """
     curved = np.flatnonzero(arc >= 0)
     arc, share, axes = arc[curved], share[curved], AXES[turns.plane[arc[curved]]]

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats
 
-#: Number of tiles along the longer side of a part. For dogleg rapids, there are fewer tiles, because every tile of the
-#: box between two positions counts. A tile takes 8 bytes, and all tiles take half a megabyte.
+#: Number of tiles along the longer side of a part. A tile takes 8 bytes, and all tiles take half a megabyte. Dogleg
+#: rapids need fewer tiles, because every tile of the box between two positions must be checked.
 TILES, TILES_DOGLEG = 256, 64
 #: Minimum size of a tile, mm, and maximum number of tiles within the radius of a tool; both limit the run time.
 FINEST_TILE, MOST_IN_REACH = 0.2, 24
@@ -60,7 +60,7 @@ def safe_tiles(
 ) -> SafeTiles:
     """Return the minimum heights at which a tool tip may cross a surface.
 
-    The heights are exact. Horizontally, the area consists of whole tiles, so it is up to two tiles too wide.
+    The heights are exact. Horizontally, obstacles are enlarged to whole tiles, by up to two tiles.
 
     Parameters
     ----------
@@ -73,8 +73,8 @@ def safe_tiles(
     max_tiles
         Number of tiles along the longer side.
     bodies
-        Radius of each section above the flutes, and the height of the tip above the surface that it requires, mm. The
-        height is negative if the section is higher above the tip than its clearance.
+        Radius of each section above the flutes, and the minimum height of the tool tip above the surface for this
+        section, mm. This height is negative if the section is farther above the tip than its clearance.
     """
     from leafcut.kernels.surface import maximum_within_reach, raise_whole_cells, reach_in_cells
 

@@ -255,10 +255,9 @@ def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Slo
 def _hole_tops(
     request: DrillingRequest, steps: Sequence[Sequence[Tool]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return the height of the top of each hole, mm. For through holes in an uneven surface, also return the height of
-    the underside below each hole, mm.
+    """Return the heights of the top of each hole and of the underside below it, mm.
 
-    In all other cases, the underside is None.
+    The underside is None unless the holes go through a part with an uneven surface.
     """
     holes = request.part.holes
     drawn = np.array([hole.z for hole in holes], dtype=np.float64)
@@ -409,9 +408,7 @@ def _tool_of_wide_part(request: DrillingRequest, wide: HoleStep, top: tuple[floa
 
 
 def _assumed_tools(text: str) -> dict[int, str]:
-    """Return the kind and diameter of each assumed tool by its number, as stated by comments at the tool changes of the
-    program.
-    """
+    """Return the kind and diameter of each assumed tool, by tool number, from the comments at the tool changes."""
     return {int(number): f"{kind.lower()} {float(width):g}" for number, kind, width in _TOOL_COMMENT.findall(text)}
 
 
@@ -534,8 +531,9 @@ def _compare_holes(
 
 
 def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], tolerance: float) -> list[Difference]:
-    """Return the differences between slots and sideways cuts: missing or repeated slots, passes that are too deep, and
-    other cuts.
+    """Compare the sideways cuts with the required slots.
+
+    Return the differences: missing or repeated slots, passes that are too deep, and cuts that are not drawn.
     """
     index = _PointIndex([slot.ends[0] for slot in slots] + [slot.ends[1] for slot in slots])
     bottom_passes, depths = [0] * len(slots), [0.0] * len(slots)

@@ -14,7 +14,8 @@ class DrillingDetail:
 
     `low_travel_saved_s` is the time, s, that low travel moves save compared with moves above the highest point; None
     for a flat part. `thickness`, mm, is None if unknown. `surface` is the surface of the part; None for a plate.
-    `clearance` is the clearance height, and `retract` the lowest and the highest R plane, mm; None without holes.
+    `clearance` is the clearance height, mm. `retract` contains the lowest and the highest R plane, mm; None without
+    holes.
     """
 
     low_travel_saved_s: float | None = None

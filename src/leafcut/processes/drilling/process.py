@@ -131,7 +131,7 @@ class Drilling(Process):
         )
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Generate and time the motion of an order."""
+        """Generate and time the motion for an order."""
         from leafcut.model.plan import Candidate
         from leafcut.timing.toolpath import measure_toolpath
 
@@ -139,7 +139,7 @@ class Drilling(Process):
         return Candidate(order, path, measure_toolpath(path, plan.job.machine, start=plan.start))
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
-        """Return the differences of the program from the planned motion, the limits of the machine, and the drawing."""
+        """Compare the program with the planned motion, the limits of the machine, and the drawing."""
         from leafcut.model.cutter import bodies_of, flutes_of
         from leafcut.processes.drilling.judge import judge_holes
         from leafcut.processes.drilling.plan.drill_toolpath import surface_tops
@@ -181,9 +181,7 @@ class Drilling(Process):
         )
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> DrillingDetail:
-        """Return the thickness, surface and fixtures of the part, the heights, and the time that low travel moves
-        save.
-        """
+        """Return the data of the part, the heights, and the time that low travel moves save."""
         from leafcut.processes.drilling.model import DrillingDetail
         from leafcut.processes.drilling.plan.drill_toolpath import with_high_travel
         from leafcut.timing.toolpath import measure_toolpath

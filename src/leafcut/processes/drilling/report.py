@@ -18,9 +18,9 @@ from leafcut.units import to_fixed
 if TYPE_CHECKING:
     from leafcut.model.shown_stock import ShownStock
 
-#: Smallest time saving with a sentence in the summary, s; a smaller saving would read 0.00 s.
+#: Minimum time saving that the summary states, s; a smaller saving would read 0.00 s.
 _LEAST_SAVED = 0.005
-#: Smallest depth below the plate that the summary states, mm.
+#: Minimum depth below the plate that the summary states, mm.
 _LEAST_BELOW = 0.005
 
 
@@ -57,9 +57,7 @@ class DrillingReport(PathReport[DrillingDetail]):
         return height_facts(self.outcome.detail.clearance, retract)
 
     def savings(self) -> list[Fact]:
-        """Return the time that low travel moves over a surface save, without a sentence about it if it is
-        negligible.
-        """
+        """Return the time that low travel moves over a surface save. A negligible saving has no text."""
         saved = self.outcome.detail.low_travel_saved_s
         if saved is None or saved < _LEAST_SAVED:
             return [] if saved is None else [Fact("low_ways_saved_s", max(saved, 0.0), "s")]

@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 def _with_work_issues(part: Part, job: Job, source: Source, everything: bool) -> Part:
     """Return the part with issues about work that the drilling program does not do.
 
-    If the user requested drilling, contours are only a note. If the user selected which concentric circles to drill,
-    the other circles are only a note.
+    Contours only cause a note if the user requested drilling (`everything` is false). Omitted concentric circles only
+    cause a note if the user chose which of the circles to drill.
     """
     chosen = "concentric" in job.settings.given
     issues = [issue.as_note() if issue.code == "L302" and chosen else issue for issue in part.issues]
@@ -162,9 +162,9 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
 
 
 def nodes_to_visit_first(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
-    """Return the nodes to visit first, in order, for each operation of an order file; without a file, return nothing.
+    """Read an order file. Return the nodes to visit first, in order, for each operation; empty without a file.
 
-    The nodes belong to the routing problem of the operation. Raises ReadError if the file is not an order file, and
+    A node is an index in the routing problem of the operation. Raises ReadError if the file is not an order file, and
     PlanError if it belongs to another drawing, contains an unknown hole, or contains a hole twice.
     """
     if path is None:

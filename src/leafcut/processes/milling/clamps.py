@@ -1,4 +1,4 @@
-"""Clamps on the table, given as keep-out zones: work that a mill cannot do without hitting one is refused."""
+"""Clamps on the table, given as keep-out zones. Work is refused if the mill would hit a clamp."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.model.cutter import discs_of
 from leafcut.model.tool import Tool
 from leafcut.processes.zones import crossing_heights, parse_zones
 
-#: Maximum overlap with a zone that is left to verification, mm, because only verification knows the exact path.
+#: Overlaps with a zone up to this size, mm, are left to verification, which knows the exact path.
 ROUNDING = 0.05
 
 

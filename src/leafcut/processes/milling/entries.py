@@ -18,7 +18,7 @@ from leafcut.processes.milling.mill import MillingData
 ABOVE = 0.5
 #: Candidate radii of a helix, in tool radii; at 1 or more, a core would remain.
 HELIX_RADII = (0.9, 0.75, 0.6, 0.5)
-#: Number of directions from the start of the path in which the centre of a helix is tried.
+#: Number of candidate directions from the start of the path to the centre of a helix.
 HELIX_DIRECTIONS = 24
 #: Maximum number of legs of a ramp; if more were needed, the tool plunges.
 MOST_LEGS = 24
@@ -28,7 +28,7 @@ MOST_LOOPS = 400
 SHORTEST_ARC = 0.01
 #: Minimum length of a move, mm; shorter moves are omitted.
 SHORTEST = 1e-6
-#: Entries to try for each requested entry, in order.
+#: Kinds of entry to try for each requested kind, in order.
 _FALLBACKS = {"ramp": ("ramp", "helix"), "helix": ("helix", "ramp"), "plunge": (), "predrilled": ()}
 #: Tolerance for positions on the boundary of a region, mm.
 TOUCH = 1e-6
@@ -122,8 +122,9 @@ def _descent_turns(length: float, drop: float, angle: float) -> int:
 
 
 def _turns_instead_of_ramp(length: float, drop: float, angle: float) -> int:
-    """Return the number of turns along a ring that is shorter than the ramp. Return 0 if the ring is longer than the
-    ramp, or much too short.
+    """Return the number of turns along a ring that replace a ramp.
+
+    Return 0 if the ring is longer than the ramp, or much too short.
     """
     turns = _descent_turns(length, drop, angle)
     return turns if 1 < turns <= MOST_LEGS else 0
@@ -133,7 +134,7 @@ def _turns_instead_of_ramp(length: float, drop: float, angle: float) -> int:
 
 
 def _ramp_legs(path: Polyline, drop: float, angle: float) -> tuple[int, float] | None:
-    """Return the even number of legs of a ramp, and the length of a leg, mm, or None if the path is too short."""
+    """Return the number of legs of a ramp (even), and the length of each leg, mm; None if the path is too short."""
     needed = drop / math.tan(angle)
     if not path.length > 0.0:
         return None
@@ -157,8 +158,9 @@ def _ramp(
 
 
 def _helix_place(start: Point, tool_radius: float, allowed: Any) -> tuple[Point, float] | None:
-    """Return the centre and the radius, mm, of the widest helix through `start` inside the allowed region, or None if
-    none fits.
+    """Return the centre and the radius, mm, of the widest helix through `start` that fits into the allowed region.
+
+    Return None if no helix fits.
     """
     room = allowed.buffer(TOUCH)
     shapely.prepare(room)
@@ -181,9 +183,7 @@ def _helix(
     feed: float,
     climb: bool,
 ) -> None:
-    """Descend in half circles, counter-clockwise for climb milling, so that the uncut material is on the right of the
-    tool.
-    """
+    """Descend in half circles. They are counter-clockwise for climb milling: the uncut material is on the right."""
     (high, low), (centre, radius) = heights, circle
     halves = 2 * max(math.ceil((high - low) / (2.0 * math.pi * radius * math.tan(angle)) - 1e-9), 1)
     across = (2.0 * centre[0] - start[0], 2.0 * centre[1] - start[1])

@@ -47,7 +47,7 @@ PLUNGE_PART = 1.0 / 3.0
 
 @dataclass(frozen=True)
 class MillingData:
-    """The tool, its plunge rate (mm/s), and its entry into a level (angle in rad).
+    """The tool, its plunge rate, mm/s, and the kind and the angle, rad, of its entry into a level.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class MillingData:
 
     @property
     def straight_feed(self) -> float:
-        """The feed of a plunge into material that the power of the spindle allows, mm/s."""
+        """Feed of a plunge into material, limited by the power of the spindle, mm/s."""
         return self.plunge_feed if self.limits is None else plunge_feed(self.limits, self.plunge_feed)
 
 
@@ -94,12 +94,12 @@ def assumed_number(options: MillingOptions, mill: Tool | None, tool: Tool) -> li
 def library_mill(
     library: ToolLibrary, number: int | None, asked: float | None, tolerance: float, depth: float | None
 ) -> Tool:
-    """Return an end mill of a library: the mill with the given number, or else with the diameter `asked` (mm), or else
-    the only end mill.
+    """Select an end mill of a library by its number, or else by the diameter `asked`, mm; otherwise, return the only
+    end mill.
 
-    `depth` is the greatest depth to mill, mm. Raises OptionError if the library lacks the requested number, or has
-    several end mills and the user requested none of them. Raises PlanError if the library has no end mill, or if the
-    tool is of another kind, has another diameter, or is too short.
+    `depth` is the greatest depth to mill, mm. Raises OptionError if the library lacks the requested number, or if it
+    has several end mills and neither number nor diameter is given. Raises PlanError if the library has no end mill, or
+    if the tool is not an end mill, has another diameter, or is too short.
     """
     tool = _mill_by_number(library, number) if number is not None else _mill_by_diameter(library, asked)
     if asked is not None and abs(tool.diameter - asked) > tolerance + 1e-9:

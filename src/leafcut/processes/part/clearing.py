@@ -25,14 +25,14 @@ from leafcut.processes.pocket.options import PocketOptions
 
 #: Share of the time limit for the paths in pockets; the order of the part gets the rest.
 _CLEARING = 0.5
-#: Overlap of shapes that touch, mm.
+#: Maximum overlap of shapes that count as touching, mm.
 _TOUCH = 0.01
-#: Perimeter of the area of the mill's centre in a round pocket as wide as the mill, mm.
+#: The mill can only plunge into a pocket if the perimeter of the area of mill centres is smaller than this, mm.
 _PLUNGE = 0.1
 
 
 def with_pockets(part: Part) -> Part:
-    """Return a part whose pockets are milled: of a solid, only the features `besides` them are missing."""
+    """Prepare a part for milling its pockets: issues then report only the other features of a solid (`besides`)."""
     if not (part.pockets or part.besides):
         return part
     issues = (issue for issue in part.issues if issue.code != "L219")
@@ -40,10 +40,10 @@ def with_pockets(part: Part) -> Part:
 
 
 def pocket_areas(divided: LayeredPart, settings: Settings, diameter: float) -> tuple[list[PocketArea], list[Issue]]:
-    """Return the areas on the layers of pockets and the pockets of a solid, with their islands. The issues are about
-    repaired lines, and about pockets of a solid that are narrower than the mill.
+    """Return all pockets: the areas on pocket layers, and the pockets of a solid.
 
-    Raises PlanError or ReadError, with the line in the file of operations, if an outline is open or crosses another.
+    Also return issues about repaired lines, and about pockets of a solid that are narrower than the mill. Raises
+    PlanError or ReadError, with the line in the file of operations, if an outline is open or crosses another outline.
     """
     from leafcut.processes.contours import open_contours
     from leafcut.processes.layers import kinds_of
@@ -95,8 +95,11 @@ def check_pockets(
     thickness: float,
     diameter: float,
 ) -> None:
-    """Raise PlanError for a pocket that is narrower than the mill, lies outside of the parts, makes tabs thinner or
-    their walls thinner than their height, or has engraved paths in it. A pocket may cross edges, as a step does.
+    """Raise PlanError if a pocket is narrower than the mill, lies outside of the parts, weakens a tab, or contains an
+    engraved path.
+
+    A pocket weakens a tab if it is cut deeper than the top of the tab, and is closer to the edge than the height of the
+    tab. A pocket may cross an edge, as a step at the rim of a part does.
     """
     lines = [shapely.LinearRing(edge.path.flattened(_TOUCH)) for edge in edges]
     with_tabs = {cut.edge for cut in cuts if cut.tabs}
@@ -128,7 +131,7 @@ def check_pockets(
 def pocket_tasks(
     job: Job, dialect: Dialect, part: Part, areas: Sequence[PocketArea], edges: Sequence[Edge], mill: Mill
 ) -> tuple[list[PocketTask], list[Issue]]:
-    """Return a task for each region of the pockets, and issues about places that the mill cannot reach."""
+    """Return a task for each region of the pockets, and issues about areas that the mill cannot reach."""
     if not areas:
         return [], []
     from leafcut.processes.pocket.clearing import clear_pocket

@@ -18,16 +18,16 @@ from leafcut.options import Settings
 from leafcut.processes.layers import kinds_of
 from leafcut.processes.part.options import PartOptions
 
-#: Maximum number of shapes of all copies.
+#: Maximum number of shapes in all copies together.
 _MOST_SHAPES = 20_000
 _COLUMNS_AND_ROWS = re.compile(r"([1-9]\d{0,2}) ?[x×] ?([1-9]\d{0,2})", re.IGNORECASE)
 
 
 def repeat_part(part: Part, settings: Settings) -> Part:
-    """Return a part with its copies: columns in X and rows in Y, at the pitch. Outlines of the sheet are not copied.
+    """Return a part with its copies, in columns along X and rows along Y. Outlines of the sheet are not copied.
 
-    Raises OptionError if the options do not suit the drawing; PlanError if there are too many shapes, or a layer could
-    hold the outline of the sheet.
+    Raises OptionError if the number or the pitch of the copies is invalid, and PlanError if there are too many shapes,
+    or if a layer may hold the outline of the sheet.
     """
     options = settings.of(PartOptions)
     if options.copies is None:
@@ -52,7 +52,7 @@ def repeat_part(part: Part, settings: Settings) -> Part:
 
 
 def columns_and_rows(text: str) -> tuple[int, int]:
-    """Return the numbers of columns and rows in a text such as ``3x2``. Raises OptionError for another text."""
+    """Return the numbers of columns and rows in a text such as ``3x2``. Raises OptionError for any other text."""
     match = _COLUMNS_AND_ROWS.fullmatch(text.strip())
     if match is None:
         raise OptionError("--copies: '{}' is not a number of columns and rows from 1 to 999, such as 3x2", text)

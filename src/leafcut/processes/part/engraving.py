@@ -35,9 +35,9 @@ def engraving_mills(
 ) -> tuple[list[Mill], list[Issue]]:
     """Return the engraving tools other than the `main` mill with their feeds, and issues about assumed feeds.
 
-    Raises OptionError or PlanError if the library has no such milling tool, or if it is too short.
+    Raises OptionError or PlanError if a tool is not in the library, cannot mill, or is too short.
     """
-    # Feeds on the command line are those of the end mill.
+    # Feeds on the command line apply to the end mill only.
     milling = replace(job.settings.of(MillingOptions), plunge_feed=None)
     asked = replace(job.settings.job, feed=None, spindle_speed=None)
     mills: dict[int, Mill] = {}

@@ -16,7 +16,7 @@ from leafcut.geometry.polyline import Polyline
 
 #: Maximum distance of chords from the arcs of the drawing, mm.
 CHORD = 0.002
-#: Share of the tool path for each tab, in lengths of its interval: two thirds are free for cuts.
+#: Minimum length of tool path for each tab, in lengths of a tab interval: two thirds remain free for cuts.
 _SHARE = 3.0
 
 
@@ -24,10 +24,10 @@ _SHARE = 3.0
 class Edge:
     """A closed edge of the finished part, mm.
 
-    `inside` means that the tool runs inside the edge of an opening. `within` are the indices of the edges around
-    this edge, in no order; they are milled later. `layer` is the layer in the drawing. `is_bore` means a round hole of
-    at most two diameters of the mill: it has no tabs, and no slug comes loose. `tabs` is the number of tabs
-    of an outline.
+    `inside` marks an opening, in which the tool runs inside the edge. `within` contains the indices of the edges around
+    this edge, in no order; they are milled later. `layer` is the layer in the drawing. `is_bore` marks a round hole no
+    wider than two diameters of the mill: it leaves no slug, so it needs no tabs. `tabs` is the number of tabs of an
+    outline.
     """
 
     path: Polyline
@@ -47,7 +47,7 @@ def shape_of(edge: Edge) -> shapely.Polygon:
 def material_of(edges: Sequence[Edge]) -> Any:
     """Return the area of the finished part, prepared for queries."""
     material: Any = shapely.Polygon()
-    # An edge inside another one always has the smaller area.
+    # An inner edge always has a smaller area than the edge around it.
     for shape, inside in sorted(((shape_of(edge), edge.inside) for edge in edges), key=lambda pair: -pair[0].area):
         material = material.difference(shape) if inside else material.union(shape)
     shapely.prepare(material)
@@ -73,7 +73,7 @@ class Engraving:
 
 @dataclass(frozen=True)
 class PocketArea:
-    """A closed area to clear to a depth below the top, mm, except for its islands; its name and layer."""
+    """A closed area to clear, except for its islands. `depth` is the depth of the floor below the top, mm."""
 
     outline: Polyline
     islands: tuple[Polyline, ...]
@@ -83,13 +83,13 @@ class PocketArea:
 
     @cached_property
     def region(self) -> shapely.Polygon:
-        """The drawn area."""
+        """The area without its islands."""
         return shapely.Polygon(self.outline.flattened(CHORD), [island.flattened(CHORD) for island in self.islands])
 
 
 @dataclass(frozen=True)
 class TabRules:
-    """Tabs on an edge: requested number, width between the cuts, and height over the underside, mm."""
+    """Tabs on an edge: requested number, width between the cuts, and height above the underside of the plate, mm."""
 
     count: int
     width: float
@@ -97,26 +97,26 @@ class TabRules:
 
     @property
     def fewest(self) -> int:
-        """Smallest number of tabs that hold an outline."""
+        """Minimum number of tabs on an outline."""
         return min(self.count, 2)
 
     def number_on(self, length: float, diameter: float) -> int:
-        """Return the number of tabs for which a tool path of this length, mm, has room, at most the requested one."""
+        """Return the number of tabs that fit on a tool path of `length` mm; at most the requested number."""
         return min(self.count, math.floor(length / (_SHARE * (self.width + diameter)) + 1e-9))
 
     def width_of_fewest(self, length: float, diameter: float) -> float:
-        """Return the largest width of the fewest tabs, mm, for which a tool path of this length has room."""
+        """Return the largest tab width, mm, at which the minimum number of tabs fits on a path of `length` mm."""
         return math.floor(10.0 * (length / (_SHARE * self.fewest) - diameter)) / 10.0
 
     @property
     def web(self) -> float:
-        """Smallest width of the material beyond the cut that a tab must reach, mm."""
+        """Minimum width of the material beyond the cut that holds a tab, mm."""
         return 0.5 * self.width
 
     def area(self, start: Point, end: Point, middle: Point, radius: float, *, waste_left: bool) -> shapely.Polygon:
-        """Return the area that must remain of a tab: from the edge of the part across the cut to the web.
+        """Return the area of a tab that no cut may touch: from the edge of the part, across the cut, through the web.
 
-        The cuts end at `start` and `end`, and `middle` lies between them on the tool path. `waste_left` means that the
+        The cuts end at `start` and `end`, and `middle` lies between these points on the tool path. If `waste_left`, the
         web is on the left, looking from the start to the end.
         """
         along = np.subtract(end, start) / max(math.dist(start, end), 1e-9)
@@ -137,12 +137,12 @@ class PartHole:
 
 @dataclass(frozen=True)
 class PartRequest:
-    """The work of the program: mill these edges through the plate with a tool, leave tabs, drill these holes, engrave
-    these paths, and clear these pockets.
+    """The work of the program: edges to mill through the plate, with tabs, holes to drill, paths to engrave, and
+    pockets to clear.
 
     `bottom` is the lowest height of the mill, and `thickness` the thickness of the plate, mm. `sheet` is the area of
-    the plate, None if it is unknown. `step` is the largest step-down in pockets, mm, and `feed` the largest feed in
-    material there, mm/s.
+    the plate; None if it is unknown. `step` is the maximum step-down in pockets, mm, and `feed` the maximum feed in the
+    material of pockets, mm/s.
     """
 
     edges: tuple[Edge, ...]
@@ -174,7 +174,7 @@ class LayerWork:
 class PartDetail:
     """Numbers of milled outlines and openings, drilled holes and tabs; thickness and heights of rapids, mm.
 
-    `layers` is the work of each layer.
+    `layers` contains the work of each layer.
     """
 
     outlines: int

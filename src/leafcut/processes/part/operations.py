@@ -34,7 +34,7 @@ _DEEP, _WITH_TOOL = (Operation.ENGRAVE, Operation.POCKET), (Operation.ENGRAVE,)
 #: An operation, its depth, and its tool: ``engrave 0.3mm T5``.
 _RULE = re.compile(r"(?P<word>\S+)(?:\s+(?P<depth>[^T\s].*?))?(?:\s+T(?P<tool>\d{1,8}))?")
 _WILDCARDS = re.compile(r"[*?\[]")
-#: Smallest depth, mm; the tolerance of written heights is not much smaller.
+#: Minimum depth, mm; it must be larger than the tolerance of heights in the program.
 _SHALLOWEST = 0.01
 
 
@@ -58,8 +58,8 @@ class LayerRule:
 class LayeredPart:
     """A drawing divided by operation.
 
-    `edges` has the contours of profiles and bores. `faces` has the other contours by rule. `rules` has the rule of each
-    layer.
+    `edges` contains the contours of profiles and bores, and `faces` the contours of pockets and engravings by rule.
+    `rules` contains the rule of each layer.
     """
 
     edges: Part
@@ -132,10 +132,10 @@ def _depth(text: str, place: str) -> float:
 def divide_by_layer(
     part: Part, rules: Sequence[LayerRule], file: Path, thickness: float, options: SheetOptions
 ) -> LayeredPart:
-    """Return the contours of a drawing for each rule of a `file`.
+    """Divide a drawing by the rules of a `file` of operations.
 
-    Raises PlanError if a layer of the drawing has no rule or two, if no shape is on the layer of a rule, or if a depth
-    goes through the plate.
+    Raises PlanError if a layer of the drawing has no rule or several rules, if no shape is on the layer of a rule, or
+    if a depth goes through the plate.
     """
     for rule in rules:
         if rule.depth >= thickness:
@@ -163,7 +163,7 @@ def divide_by_layer(
 
 
 def _rule_for(layer: str, rules: Sequence[LayerRule], file: Path, part: Part) -> LayerRule:
-    """Return the rule of a layer; an exact name, also one with brackets, takes precedence over wildcards."""
+    """Return the rule of a layer. The exact name, even if it contains brackets, takes precedence over wildcards."""
     matching = [rule for rule in rules if rule.layer.lower() == layer.lower()]
     matching = matching or [rule for rule in rules if not rule.is_exact and layer_matcher((rule.layer,))(layer)]
     if not matching:
@@ -186,7 +186,7 @@ def _rule_for(layer: str, rules: Sequence[LayerRule], file: Path, part: Part) ->
 
 
 def edge_options(divided: LayeredPart, options: SheetOptions) -> SheetOptions:
-    """Return the options under which exactly the layers of profiles and bores are cut."""
+    """Return options that cut exactly the layers of profiles and bores."""
     names = tuple(_WILDCARDS.sub(r"[\g<0>]", layer) for layer in dict.fromkeys(c.layer for c in divided.edges.contours))
     return replace(options, cut_layers=names, mark_layers=(), ignore_layers=(), open_paths="refuse")
 
@@ -207,7 +207,7 @@ def open_shape(rule: LayerRule, contour: Contour) -> PlanError:
 
 
 def not_a_bore(rule: LayerRule, place: Point, *, is_round: bool) -> PlanError:
-    """Return the error for a shape on a layer of bores that is not a round hole, or that has others inside."""
+    """Return the error for a shape on a layer of bores that is not round, or that has another shape inside."""
     x, y = place
     if is_round:
         return PlanError("{}: the bore at ({:g}, {:g}) has another shape inside; use 'profile'", rule.place, x, y)

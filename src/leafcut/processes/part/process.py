@@ -87,9 +87,9 @@ class PartMilling(Process):
     )
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Rate a drawing by its share of outlines, below cutting; None unless an outline surrounds holes or openings.
+        """Rate a drawing slightly lower than cutting does; None unless an outline surrounds holes or openings.
 
-        The rating therefore exceeds the rating of drilling only where cutting would be suggested for a beam or torch.
+        Milling a part therefore exceeds drilling only where cutting would be suggested for a beam or torch.
         """
         from leafcut.processes.suitability import COUNTED, Suitability
 
@@ -99,13 +99,13 @@ class PartMilling(Process):
         return Suitability(_AFTER_CUTTING * COUNTED * drawing.share_of_outlines, "openings", drawing.figures, *works)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Return a plan with a stage for each tool; an edge is a task of the mill, with its start points as choices."""
+        """Return a plan with a stage for each tool. An edge is a task of the mill, and its start points are choices."""
         from leafcut.processes.part.spec import plan_part
 
         return plan_part(job, sources[0])
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Generate and time the motion of an order."""
+        """Generate and time the motion for an order."""
         from leafcut.processes.part.spec import part_candidate
 
         return part_candidate(plan, order)
@@ -172,7 +172,7 @@ class PartMilling(Process):
         return PartReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the contours of the drawing, moved to the program zero, and its copies once their pitch is given."""
+        """Return the contours of the drawing, moved to the program zero, and its copies if --pitch is given."""
         from leafcut.processes.part.copies import repeat_part
         from leafcut.processes.placing import place_part
         from leafcut.read import read_contours

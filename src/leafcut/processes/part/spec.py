@@ -1,4 +1,4 @@
-"""Preparation of a part: edges, mill, tabs and heights, and the motion of an order."""
+"""Prepare a part (edges, mill, tabs and heights), and generate the motion for an order."""
 
 from __future__ import annotations
 
@@ -60,26 +60,26 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
 
 
-#: Largest distance of a point of a drilled hole from its circle, in diameters.
+#: Maximum distance between the outline of a round hole and an exact circle, in diameters.
 _ROUND = 0.005
 
 
 @dataclass(frozen=True, eq=False)
 class MillStage:
-    """The tasks of one mill, which one search orders. `nodes` has the task and the choice of each node."""
+    """The tasks of one mill; a search finds their order."""
 
     mill: Mill
     tasks: tuple[MillTask, ...]
 
     @cached_property
     def nodes(self) -> tuple[tuple[int, int], ...]:
-        """Task and choice of each node."""
+        """Indices of the task and the choice of each node of the search."""
         return tuple((k, choice) for k, task in enumerate(self.tasks) for choice in range(len(task.choices)))
 
 
 @dataclass(frozen=True, eq=False)
 class PartWork:
-    """The work of a part: the holes of each drill, and the tasks of each mill; `cuts` are the tasks along edges."""
+    """The holes of each drill, and the tasks of each mill; `cuts` contains the tasks along edges."""
 
     groups: tuple[HoleGroup, ...]
     mills: tuple[MillStage, ...]
@@ -91,7 +91,7 @@ class PartWork:
 def plan_part(job: Job, source: Source) -> Plan:
     """Return the plan of a part.
 
-    Raises ReadError, OptionError or PlanError if the drawing, the tool, the tabs or the operations do not suit.
+    Raises ReadError, OptionError or PlanError if the drawing, the tool, the tabs or the operations are unsuitable.
     """
     settings, milling, asked = job.settings, job.settings.of(MillingOptions), job.settings.job
     thickness = _thickness(settings)
@@ -172,7 +172,7 @@ def plan_part(job: Job, source: Source) -> Plan:
 
 
 def _divide(part: Part, settings: Settings, thickness: float) -> LayeredPart:
-    """Return the drawing divided by operation; without a file of operations, all contours are edges."""
+    """Divide the drawing by operation; without a file of operations, all contours are edges."""
     file = settings.of(PartOptions).operations
     if file is None:
         return LayeredPart(part)
@@ -198,7 +198,7 @@ def _thickness(settings: Settings) -> float:
 
 
 def _prepare_sheet(divided: LayeredPart, settings: Settings) -> Sheet:
-    """Return the sheet of the edges. Raises PlanError if an edge is open or does not suit its operation."""
+    """Return the contours to mill through the plate. Raises PlanError if a contour does not suit its operation."""
     part, options = divided.edges, settings.sheet
     if divided.rules:
         if not part.contours:
@@ -211,7 +211,6 @@ def _prepare_sheet(divided: LayeredPart, settings: Settings) -> Sheet:
 
 
 def _with_tabs(edges: Sequence[Edge], cuts: Sequence[OutlineCut]) -> tuple[Edge, ...]:
-    """Return the edges with the number of their tabs."""
     tabs_of = {cut.edge: len(cut.tabs) for cut in cuts}
     return tuple(replace(edge, tabs=tabs_of.get(number, 0)) for number, edge in enumerate(edges))
 
@@ -227,7 +226,7 @@ def _layer_works(
     works += [(hole.layer, "drill", deep, hole.drill.label) for hole in drilled]
     works += [(one.layer, str(Operation.ENGRAVE), one.depth, tools[one.tool].label) for one in request.engravings]
     works += [(area.layer, str(Operation.POCKET), area.depth, mill) for area in request.pockets]
-    # The strokes of a text have the same handle.
+    # All strokes of a text have the same handle, so the text counts as one shape.
     ignored = dict.fromkeys(
         (contour.layer, contour.handle or str(number))
         for number, contour in enumerate(part.contours)
@@ -255,7 +254,10 @@ def _heights(job: Job, tabs: TabRules, thickness: float, bottom: float) -> PartH
 
 
 def _mill_stages(mills: Sequence[Mill], request: PartRequest, last: Sequence[MillTask]) -> list[MillStage]:
-    """Return the engravings of each mill, and the tasks `last` of the last mill; mills without tasks are left out."""
+    """Return a stage for each mill with its engravings. The last mill also gets the tasks `last`.
+
+    Mills without tasks are left out.
+    """
     stages = []
     for mill in mills:
         own = [engraving for engraving in request.engravings if engraving.tool == mill.data.tool.number]
@@ -267,7 +269,7 @@ def _mill_stages(mills: Sequence[Mill], request: PartRequest, last: Sequence[Mil
 def _refuse_clamps(
     request: PartRequest, cuts: Sequence[OutlineCut], tools: Mapping[int, Tool], settings: Settings
 ) -> None:
-    """Raise PlanError if the part cannot be made without hitting a keep-out zone."""
+    """Raise PlanError if a tool would hit a keep-out zone."""
     clamps = clamps_of(settings.job.keep_out, settings.job.clearance_height)
     if not clamps:
         return
@@ -290,7 +292,7 @@ def _refuse_clamps(
 
 
 def part_candidate(plan: Plan, order: Order) -> Candidate:
-    """Generate and time the motion of an order."""
+    """Generate and time the motion for an order."""
     work: PartWork = plan.work
     drilled, milled = order.choices[: len(work.groups)], order.choices[len(work.groups) :]
     path = part_motion(
@@ -322,7 +324,7 @@ def _stages(job: Job, name: str, work: PartWork) -> tuple[Stage, ...]:
         stages.append(Stage(problem, number > 0, given, Message("ordering {}", group.tool.label)))
     for one in work.mills:
         problem = _mill_problem(one, metric, None if stages else start, end if one is work.mills[-1] else None, name)
-        # The order of the drawing, with the edges inside an edge before it.
+        # The initial order follows the drawing, but inner edges come before the edges around them.
         drawn = sorted(range(len(one.tasks)), key=lambda task: -len(one.tasks[task].later))
         first = np.searchsorted(problem.cluster, drawn).astype(np.int32)
         stages.append(Stage(problem, bool(stages), first, Message("ordering {}", one.mill.data.tool.label)))
@@ -363,12 +365,12 @@ def _split_holes(
     depth: float,
     mill: float,
 ) -> tuple[list[Edge], list[PlannedHole], list[Issue]]:
-    """Return the edges to mill, the holes that a drill of the library makes, and an issue about holes that need other
-    tools.
+    """Divide the edges into edges to mill and holes to drill. Also return an issue about holes that need other tools.
 
-    A hole with a recipe in the library, such as a thread, is neither milled nor drilled here. An opening with an edge
-    inside is milled, and so is a hole on a layer of profiles. Other round holes are bores if they are not wider than
-    two diameters of the `mill`, mm. Raises PlanError for a shape on a layer of bores that is not a round hole.
+    A hole with a recipe in the library, such as a thread, is neither milled nor drilled here. A hole is drilled if the
+    library has a fitting drill. An opening with an edge inside is milled, and so is a hole on a layer of profiles.
+    Milled round holes up to two diameters of the `mill`, mm, are bores. Raises PlanError for a shape on a layer of
+    bores that is not a round hole.
     """
     around = {number for edge in edges for number in edge.within}
     drilled: dict[int, PlannedHole] = {}
@@ -410,9 +412,9 @@ def _split_holes(
 
 
 def _is_circle(path: Polyline, diameter: float) -> bool:
-    """Return whether all points lie on a circle, because the bore of a shaft may have a flat.
+    """Return whether all points of a path lie on a circle; a bore with a flat is not a circle.
 
-    The sides of a polygon with 24 corners lie 0.43 % of the diameter inside its circle.
+    A polygon with 24 corners counts as a circle: its sides are at most 0.43 % of the diameter inside the circle.
     """
     x0, y0, x1, y1 = path.extents
     corners = path.flattened()
@@ -422,7 +424,7 @@ def _is_circle(path: Polyline, diameter: float) -> bool:
 
 
 def _mill(job: Job, library: ToolLibrary | None, depth: float) -> tuple[Tool | None, float]:
-    """Return the end mill of the tool library, None without a library, and the diameter of the mill, mm."""
+    """Return the end mill, or None without a tool library, and the diameter of the mill, mm."""
     asked, mill = job.settings.job, library_mill_for(library, job.settings, depth)
     if mill is not None:
         if mill.corner_radius > asked.break_through + 1e-9:

@@ -1,4 +1,4 @@
-"""Air cuts: sections at depth in which the tool cuts nothing become path sections of their own with a higher feed."""
+"""Divide a path at its air cuts, where the tool cuts nothing at depth, so that these sections get a higher feed."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def _without_false_air_cuts(
 def _air_cuts(path: ToolSteps, engaged: Engaged, rules: PocketRules) -> Floats:
     """Return the start and end of each air cut, measured along the path, float64[n, 2], mm."""
     stations = np.cumsum(path.step)
-    # A step is in air if both its ends are, and the tool is not lifted between them.
+    # A step is in air if both its ends are in air and the tool is not lifted between them.
     step = (engaged.angle == 0.0) & np.isfinite(path.back[:, 0])
     step[1:] &= (engaged.angle[:-1] == 0.0) | (path.step[1:] == 0.0)
     edge = np.flatnonzero(np.diff(np.concatenate([[False], step, [False]]).astype(np.int8)))

@@ -1,6 +1,4 @@
-"""Choose a strategy for each pocket: the strategy with the fewest retracts among all strategies with nearly the lowest
-cost.
-"""
+"""Choose a strategy for each pocket. Among the strategies within 5 % of the lowest cost, the fewest retracts win."""
 
 from __future__ import annotations
 
@@ -62,7 +60,7 @@ class ClearedPocket:
     """A pocket cleared with every strategy.
 
     `clearings` contains the cleared regions of the pocket for each successful strategy. `even` contains the same
-    regions with a constant feed; they differ from `clearings` only if feeds follow the load.
+    regions with a constant feed. `even` differs from `clearings` only if feeds depend on the load.
     """
 
     plan: PocketPlan
@@ -156,11 +154,11 @@ def _try_strategy(
 
 
 def _with_fastest_feeds(job: PocketJob, clearings: list[Clearing]) -> tuple[list[Clearing], float]:
-    """Return the cleared regions with load-dependent feeds, if these are requested, and the machine time, s.
+    """Return the cleared regions, with load-dependent feeds if requested, and the machine time, s.
 
-    Dividing a move can cost time, because some machines stop after each move. Therefore the fastest of three variants
-    is used: feed changes anywhere, only between moves, or not at all. Cuts that exceed the spindle power are always
-    slowed down.
+    Some machines stop after each move, so dividing a move can cost time. Therefore the fastest of three variants is
+    used: feed changes anywhere, only between moves, or not at all. Cuts that exceed the spindle power are always slowed
+    down.
     """
     even = (clearings, clearing_motion(job, clearings).measure.time_s)
     if job.limits is None:
@@ -169,7 +167,7 @@ def _with_fastest_feeds(job: PocketJob, clearings: list[Clearing]) -> tuple[list
     tried = []
     for anywhere in (True, False):
         divided = [
-            # Measure each region separately, because their order is not known yet.
+            # Measure each region separately, because the order of the regions is not known yet.
             _with_divided_pieces(
                 c, iter(with_varied_feeds(c.path.pieces, job.limits, job.exact, acceleration, anywhere=anywhere))
             )
@@ -260,7 +258,7 @@ def _result_cost(job: PocketJob, result: PocketResult, measures: PocketMeasures)
 
 
 def add_rejection_reasons(job: PocketJob, results: list[PocketResult], written: PocketResult) -> list[PocketResult]:
-    """Return the results with the reason for rejection added to each result that is cheaper than the written result."""
+    """Return the results, with a reason for rejection in each result that is cheaper than the written result."""
     best = written.measures
     if best is None:
         return results
@@ -281,7 +279,7 @@ def add_rejection_reasons(job: PocketJob, results: list[PocketResult], written: 
 
 
 def _exceeded_limit_text(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
-    """Return a message about an exceeded limit of step-over or engagement; "" if neither limit is exceeded."""
+    """Return a message if the step-over or the engagement exceeds its limit, otherwise ""."""
     rules, limit = job.exact, job.exact.max_engagement
     if not rules.allows_step_over(measures.max_step_over):
         return Message(
@@ -299,9 +297,7 @@ def _exceeded_limit_text(job: PocketJob, strategy: str, measures: PocketMeasures
 
 
 def _limit_error(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
-    """Return a message about an exceeded limit of step-over or engagement, with a remedy; "" if neither limit is
-    exceeded.
-    """
+    """Return a message with a remedy if the step-over or the engagement exceeds its limit, otherwise ""."""
     excess = _exceeded_limit_text(job, strategy, measures)
     if not excess:
         return ""
@@ -366,10 +362,10 @@ def clearing_motion(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
 
 
 def strategy_programs(job: PocketJob, cleared: list[ClearedPocket], nodes: Sequence[int]) -> tuple[PocketProgram, ...]:
-    """Return the time and rapids of the written program (named "") and of a program for each strategy.
+    """Return the time and rapids of the written program (named "") and of one program for each strategy.
 
-    All programs clear the regions in the order `nodes`. A strategy is included only if it clears every pocket. For a
-    single pocket, nothing is returned.
+    All programs clear the regions in the order `nodes`. Strategies that do not clear every pocket are left out. The
+    result is empty for a single pocket.
     """
     if len(cleared) < 2:
         return ()

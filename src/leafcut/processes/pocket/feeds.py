@@ -1,4 +1,4 @@
-"""Feeds that depend on the engagement at depth, so that no chip is thicker than the cutting data of the tool allow."""
+"""Adapt feeds to the engagement, so that no chip is thicker than the cutting data of the tool allow."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from leafcut.material.tool_steps import STRAIGHT_ON, ToolSteps
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
 
-#: Distance along the path within which a feed respects the limits of all cuts, in tool diameters.
+#: Each feed respects the limits of all cuts within this distance along the path, in tool diameters.
 AROUND = 0.25
 #: Ratio between two consecutive steps of the feed.
 STEP = 1.1
-#: Minimum increase of the feed that is used, relative to the tool's feed.
+#: Minimum increased feed, relative to the tool's feed; smaller increases are not used.
 LEAST = 1.05
 #: Minimum length of a section with its own feed, in tool diameters.
 SHORTEST = 0.5
@@ -63,8 +63,8 @@ def with_varied_feeds(
 def _widened_by_uncertainty(path: ToolSteps, engaged: Engaged, rules: PocketRules) -> Engaged:
     """Return the engagement along a path, with each cut widened by its uncertainty.
 
-    Verification measures the rounded program, in which the direction at a vertex may differ by up to the change of
-    direction there.
+    Verification measures the program with rounded coordinates. The direction that it measures at a vertex may be wrong
+    by up to the turn of the path at this vertex.
     """
     cross = np.abs(path.chord[:-1, 0] * path.chord[1:, 1] - path.chord[:-1, 1] * path.chord[1:, 0])
     turn = np.arctan2(cross, (path.chord[:-1] * path.chord[1:]).sum(axis=1))
@@ -110,9 +110,7 @@ def _cutting_stretches(pieces: Sequence[PocketPiece], path: ToolSteps) -> list[I
 def _merge_short_stretches(
     shares: Floats, length: Floats, feed: float, acceleration: float, rules: PocketRules
 ) -> Floats:
-    """Reduce the feed of each section that is too short to save time to the next lower feed of a neighbouring
-    section.
-    """
+    """Slow down sections that are too short to save time, to the next lower feed of a neighbouring section."""
     edges = np.flatnonzero(np.diff(shares)) + 1
     runs = [
         [float(part[0]), float(size.sum())]
@@ -153,9 +151,9 @@ def _merge_equal_shares(runs: list[list[float]], counts: list[int]) -> tuple[lis
 
 
 def divide_section(piece: PocketPiece, parts: Sequence[tuple[float, str, float]]) -> list[PocketPiece]:
-    """Divide a path section into parts. A part is given by its start, mm, its kind and its feed.
+    """Divide a path section into parts. `parts` contains the start, mm, the kind and the feed of each part.
 
-    Parts shorter than `MIN_LENGTH` are merged with a neighbour.
+    Parts shorter than `MIN_LENGTH` are merged with a neighbour. Feeds are relative to the feed of the tool.
     """
     ends = [*(start for start, _, _ in parts[1:]), piece.path.length]
     kept = [part for part, end in zip(parts, ends, strict=True) if end - part[0] > MIN_LENGTH]
@@ -172,8 +170,10 @@ def divide_section(piece: PocketPiece, parts: Sequence[tuple[float, str, float]]
 class _PieceSteps:
     """The sampled steps of one path section.
 
-    `steps` contains their indices. `ends` and `vertices` contain the distances of the ends of the steps and of the
-    vertices of the section from its start, mm. `lifted` is true if the section starts with a descent.
+    - `steps`: indices of the steps
+    - `ends`: distance of the end of each step from the start of the section, mm
+    - `vertices`: distance of each vertex, except the first, from the start of the section, mm
+    - `lifted`: true if the section starts with a descent
     """
 
     def __init__(self, steps: Indices, ends: Floats, vertices: Floats, lifted: bool) -> None:

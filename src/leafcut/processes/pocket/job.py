@@ -30,9 +30,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PocketSolid:
-    """The surface of a solid as triangles, float64[n, 3, 3], mm, all its pockets, and the pockets to be milled.
+    """A solid with pockets.
 
-    `before` is the solid with all pockets filled, as it lies on the machine.
+    - `triangles`: surface of the solid, float64[n, 3, 3], mm
+    - `pockets`: all pockets of the solid
+    - `milled`: the pockets to be milled
+    - `before`: the solid on the machine, with all pockets filled
     """
 
     triangles: NDArray[np.float64]
@@ -87,7 +90,7 @@ class PocketJob:
 
 @dataclass(frozen=True, eq=False)
 class PocketMotion:
-    """The motion that clears all regions in an order, its entry moves, and its time."""
+    """The motion that clears all regions in the given order, its entry moves, and its time."""
 
     path: Toolpath
     descents: tuple[Descent, ...]
@@ -98,9 +101,7 @@ class PocketMotion:
 
 
 def required_holes(descents: Sequence[Descent]) -> dict[Point, float]:
-    """Return the holes that must be drilled before milling: the height of the bottom of each hole, mm, by its
-    position.
-    """
+    """Return the holes that must be drilled before milling, as position and height of the bottom, mm."""
     bottoms: dict[Point, float] = {}
     for descent in descents:
         if descent.kind == "predrilled":
@@ -109,7 +110,7 @@ def required_holes(descents: Sequence[Descent]) -> dict[Point, float]:
 
 
 def raise_path(path: Toolpath, by: float) -> Toolpath:
-    """Move a toolpath without drilling cycles up by `by` mm. Moves in machine coordinates do not change."""
+    """Raise a toolpath by `by` mm. It must not contain drilling cycles. Moves in machine coordinates do not change."""
     if not by:
         return path
     end = path.end.copy()

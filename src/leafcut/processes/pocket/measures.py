@@ -17,9 +17,9 @@ def measure_path(
 ) -> PocketMeasures:
     """Return the measures of a path on one level of a pocket.
 
-    Feed moves without engagement count as air. The first cut into full material has an engagement of half a turn. Entry
-    loops do not count for engagement, air and step-over, because the tool clears them while it descends. `engaged` is
-    the result of `engaged_tool_path`, if known. Raises PlanError if the outline or the islands of the pocket cross
+    Feed moves without engagement count as air. The first cut into full material has an engagement of 180°. Entry loops
+    are not part of engagement, air and step-over, because the tool clears them while it descends. `engaged` is the
+    result of `engaged_tool_path`, if known. Raises PlanError if the outline or the islands of the pocket cross
     themselves or touch.
     """
     removed = removal(pocket, path, rules)

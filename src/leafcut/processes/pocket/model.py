@@ -13,9 +13,9 @@ from leafcut.model.pocket import PocketPlan, PocketProgram
 class PocketDetail:
     """Results of clearing pockets, in addition to the general outcome.
 
-    `programs` is empty for a single pocket. `pace` is None for a constant feed. `before` is the material before the
-    first cut if it is a solid with steps instead of a block. `clearance` and `retract` are the heights of rapids, mm.
-    `entries` contains the kind and number of the entries into the material.
+    `programs` is empty for a single pocket. `pace` is None for a constant feed. `before` is the surface of the stock;
+    None if the stock is a block. `clearance` and `retract` are the heights of rapids, mm. `entries` contains each kind
+    of entry move and the number of these moves.
     """
 
     plans: tuple[PocketPlan, ...]

@@ -210,8 +210,7 @@ class Pocketing(Process):
     def generate(self, plan: Plan, order: Order) -> Candidate:
         """Return the motion that clears the regions in a given order.
 
-        Choices are numbered through the regions of the chosen strategies, then through the regions of the usual
-        strategy.
+        The choices number the regions of the chosen strategies first, then the regions of the usual strategy.
         """
         from leafcut.model.plan import Candidate
         from leafcut.processes.pocket.clearing import clearing_motion

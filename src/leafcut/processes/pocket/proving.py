@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from leafcut.processes.pocket.proof.chips import MeasuredChips
 
 
-#: Number of uncut areas whose position is reported.
+#: Maximum number of uncut areas per pocket that are reported with their positions.
 NAMED_PLACES = 3
 
 
@@ -51,8 +51,8 @@ def prove_pockets(
 ) -> tuple[Toolpath, list[Issue], MeasuredChips | None]:
     """Compare the program with the planned motion, and simulate it.
 
-    Return the toolpath that was read back, warnings about uncut areas and, with load-dependent feeds, the chips. Raises
-    VerifyError, which states the first difference, gouge or danger, and their number.
+    Return the toolpath read back from the program, warnings about uncut areas, and the measured chips. The chips are
+    None for a constant feed. Raises VerifyError, which states the first difference, gouge or danger, and their number.
     """
     from leafcut.processes.pocket.proof.pocket import (
         air_differences,
@@ -132,7 +132,7 @@ def _uncut_area_issues(job: PocketJob, removed: list[tuple[int, Removal]]) -> li
 
 
 def stop_notes(job: PocketJob) -> list[Issue]:
-    """Return a note if the tool stops after every move, and stock on the walls would avoid these stops."""
+    """Return a note if the tool stops after every move, but would not stop with enough stock on the walls."""
     if not job.dialect.rounding or job.rounding <= job.rules.stock:
         return []
     words = Message(
@@ -145,7 +145,7 @@ def stop_notes(job: PocketJob) -> list[Issue]:
 
 
 def entry_issues(descents: Sequence[Descent]) -> list[Issue]:
-    """Return issues about entries that differ from the request, and about holes that must be drilled first."""
+    """Return issues about entry moves of another kind than requested, and about holes that must be drilled first."""
     changed = [d for d in descents if d.kind != d.asked]
     issues = []
     for kind in dict.fromkeys(d.kind for d in changed):

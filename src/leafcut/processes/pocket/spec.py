@@ -66,7 +66,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
     part, left = milled_pockets(part, settings.job.blind_depth, diameter)
     depths = [one.depth or 0.0 for one in part.pockets]
     if mill is not None:
-        # Only now are the depths of a solid known, and the mill may be too short.
+        # The depths of a solid were not known before, so the mill may be too short.
         mill = library_mill_for(library, settings, max(depths))
     rules = rules_of(options, milling.milling, settings.job.step_over, diameter)
     around = enclosing_pockets(part.pockets, rules.tolerance)
@@ -199,7 +199,7 @@ def _extent_moves(job: PocketJob) -> Toolpath:
 def _refuse_clamps(
     pockets: Sequence[Pocket], floors: Sequence[float], rules: PocketRules, tool: Tool, clamps: Sequence[Clamp]
 ) -> None:
-    """Raise PlanError for a pocket that cannot be milled without hitting a clamp; `floors` are their heights, mm."""
+    """Raise PlanError for a pocket that cannot be milled without hitting a clamp; `floors` contains heights, mm."""
     for pocket, floor in zip(pockets, floors, strict=True) if clamps else ():
         centres = tool_centres(pocket.region(rules.tolerance), rules.radius + rules.stock, rules.tolerance)
         if not centres.is_empty:

@@ -27,7 +27,7 @@ ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
 #: Algorithms that each strategy with a grid accepts.
 OF_GRID = {"ants": ("auto", *ANTS), "firefly": ("auto", "firefly")}
 
-#: Spacings of rings to try, in step-overs; a smaller spacing avoids gaps in corners that are wider than the step-over.
+#: Spacings of rings to try, in step-overs. A smaller spacing keeps the gaps in corners within the step-over.
 NEARER = (1.0, 0.98, 0.95, 0.92, 0.89)
 
 #: Grids that the next strategy reuses: routing problem and context by region.
@@ -42,10 +42,10 @@ def _with_planned_rules(region: CentreRegion) -> CentreRegion:
 
 
 def _wide_gap_finder(region: CentreRegion) -> Callable[[PocketPath], Points]:
-    """Return a function that computes the points of a path, float64[n, 2], where passes are too far apart.
+    """Return a function that finds the points of a path, float64[n, 2], where passes are further apart than the
+    step-over.
 
-    Passes are too far apart if their distance exceeds the step-over. The function measures the path with fitted arcs,
-    as they are in the program, because arcs shift passes by a few micrometres.
+    The function measures the path with the fitted arcs of the program, because arcs shift passes by a few micrometres.
     """
     from leafcut.material.step_over import WidePlaceFinder
 
@@ -155,9 +155,9 @@ STRATEGIES = (
 
 
 class SearchTime:
-    """Divides a time limit equally among the remaining searches of all pockets; `to_come` is their number.
+    """Divides a time limit equally among the remaining searches of all pockets.
 
-    `grids` are stored so that another strategy can reuse them.
+    `to_come` is the number of remaining searches. `grids` contains grids that another strategy can reuse.
     """
 
     def __init__(self, deadline: Deadline) -> None:

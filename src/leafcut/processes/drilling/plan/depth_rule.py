@@ -17,14 +17,15 @@ from leafcut.processes.drilling.options import DrillOptions
 #: Default depth of a centre drill, relative to its diameter: its cone then centres the drill.
 CENTRE_DEPTH_RATIO = 0.4
 
-#: Length of a tap's lead without full threads, pitches: 3.5 to 5 for a plug tap (DIN 2197, form B).
+#: Length of the tapered lead of a tap, in pitches: 3.5 to 5 for a plug tap (DIN 2197, form B).
 TAP_LEAD = 5.0
 
 
 @dataclass(frozen=True)
 class DepthRule:
-    """The depth of holes, mm below the surface. If `through`, the full diameter goes `break_through` mm below the
-    plate, and the point of the tool goes deeper by the length of the point.
+    """The depth of holes, mm below the surface.
+
+    If `through`, the full diameter of the tool goes `break_through` mm below the plate, and its point goes even deeper.
     """
 
     depth: float
@@ -35,9 +36,7 @@ class DepthRule:
 
     @property
     def given(self) -> str:
-        """The option that set the depth, in the form for messages about excessive depths: `` for --thickness 80
-        mm``.
-        """
+        """The option that sets the depth, as part of a message, for example `` for --thickness 80 mm``."""
         return f" for {'--thickness' if self.through else '--depth'} {self.depth:g} mm"
 
     def tip_depth(self, tool: Tool) -> float:
@@ -72,8 +71,9 @@ class DepthRule:
 
 
 def centre_depth(tool: Tool) -> float:
-    """Return the depth of the tip of a centre drill below the surface, mm: the depth stated for the tool, or a share of
-    its diameter.
+    """Return the depth of the tip of a centre drill below the surface, mm.
+
+    This is the depth stated for the tool, or else a share of the diameter.
     """
     return tool.depth if tool.depth is not None else CENTRE_DEPTH_RATIO * tool.diameter
 

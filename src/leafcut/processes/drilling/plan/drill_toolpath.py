@@ -33,7 +33,7 @@ def stages_of(
 ) -> tuple[Stage, ...]:
     """Return a search stage for each operation; each stage starts where the previous stage ends.
 
-    `first_nodes` contains, by the number of an operation, the nodes to visit first, in order.
+    `first_nodes` contains the nodes to visit first, in order, by the index of the operation.
     """
     height = 0.0 if plan.always_initial else plan.clearance_height - plan.retract_height
     stages = []
@@ -80,7 +80,7 @@ def drawing_order(operation: DrillOperation) -> NDArray[np.int32]:
 
 
 def targets_in_order(operation: DrillOperation, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the holes or slots, as indices into the part, in the order of their nodes."""
+    """Return the indices of the holes or slots of the part, in the order of `nodes`."""
     return operation.targets[nodes // 2 if operation.slots else nodes]
 
 
@@ -158,7 +158,7 @@ def _drill(
 def _travel_heights(
     plan: DrillPlan, machine: Machine, operation: DrillOperation, xy: NDArray[np.float64], relief: Relief | None
 ) -> list[float]:
-    """Return the minimum height of the travel move to each hole, mm; −∞ if any height is safe."""
+    """Return the minimum height of the travel move to each hole, mm; −∞ if the move has no minimum height."""
     heights = np.full(len(xy), -np.inf)
     dogleg = machine.rapid_style == "dogleg"
     if relief is not None:

@@ -54,8 +54,8 @@ BELOW_BOARD = 1.0
 class DrillOperation:
     """All holes or slots of one tool, and the drilling cycle that runs at each of them.
 
-    `targets` are the indices of holes of the part, int32[k], or of its slots if `slots`. If the tool makes counterbores
-    or countersinks, `tips` contains the depths of its tip below the top of each hole, float64[k], mm; otherwise it is
+    `targets` contains the indices of the holes, or of the slots if `slots`, int32[k]. If the tool makes counterbores or
+    countersinks, `tips` contains the depth of its tip below the top of each hole, float64[k], mm; otherwise `tips` is
     None.
     """
 
@@ -66,7 +66,7 @@ class DrillOperation:
     tips: NDArray[np.float64] | None = None
 
     def bottoms(self, tops: NDArray[np.float64], deeper: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the lowest height of the tip in each hole, float64[k], mm. The method is not for slots.
+        """Return the lowest height of the tip in each hole, float64[k], mm. The operation must not cut slots.
 
         `tops` and `deeper` contain a value for each hole of the part (see `DrillPlan`).
         """
@@ -81,11 +81,12 @@ class DrillOperation:
 class DrillPlan:
     """Drilling operations in machining order, and their common data, mm.
 
-    `zones`, float64[k, 4], are the rectangles in which nothing may be drilled. `zone_heights`, float64[k], are the
-    lowest heights at which a rapid may cross them, at most the clearance height. Three arrays contain a value for each
-    hole, float64[n]: `tops` (the height from which its depth is measured), `r_planes`, and `deeper` (its depth in
-    addition to that of the cycle). `reliefs` contains the travel heights of each operation over `work_surface`; it is
-    empty for a flat part.
+    - `zones`: rectangles in which nothing may be drilled, float64[k, 4]
+    - `zone_heights`: minimum height of a rapid across each zone, at most the clearance height, float64[k]
+    - `tops`: height from which the depth of each hole is measured, float64[n]
+    - `r_planes`: R plane of each hole, float64[n]
+    - `deeper`: depth of each hole in addition to the depth of the cycle, float64[n]
+    - `reliefs`: travel heights of each operation over `work_surface`; empty for a flat part
     """
 
     part: Part
@@ -114,8 +115,7 @@ class DrillPlan:
     def zones_for(self, tool: Tool, tip: float) -> NDArray[np.float64]:
         """Return the rectangles, float64[k, 4], that the centre of `tool` must avoid with its tip at height `tip`, mm.
 
-        The zones are widened by the radius of the tool, or by that of its shank or holder where these are below the
-        height of the zone.
+        Each zone is widened by the largest radius of tool, shank and holder below the height of the zone.
         """
         return widen_zones(self.zones, self.radii_below_zones(tool, tip))
 
@@ -199,7 +199,7 @@ def plan_drilling(
     )
     check_spindle_heights(machine, raised_job, "drill")
     refuse_higher_zones(job.keep_out, raised_job.clearance_height)
-    # Without a surface, the space between holes of different heights is unknown: travel above the highest.
+    # Without a surface, the space between holes of different heights is unknown: travel above the highest hole.
     initial = job.retract == "initial" or (work_surface is None and bool(len(tops) and np.ptp(tops)))
     rule = depth_rule(job, options)
     groups = _order_tools(list(work), chooser.sequences)
@@ -249,11 +249,11 @@ def plan_drilling(
 def _depths_of_solid(
     part: Part, work: dict[Step, list[int]], job: JobOptions
 ) -> tuple[JobOptions, NDArray[np.float64]]:
-    """Return the job with the depth of the shallowest hole as its thickness, and the extra depth of each hole, mm.
+    """Return the job with the depth of the shallowest hole as thickness, and the additional depth of each hole, mm.
 
-    The holes of a solid have their own depths. The full diameter of a through hole exits the part by the break-through,
-    as in a plate. The full diameter of a blind hole ends at its depth in the solid; if the hole has a flat floor, the
-    point of the drill ends there.
+    The holes of a solid have their own depths. In a through hole, the full diameter of the drill goes below the part by
+    the break-through, as in a plate. In a blind hole, the full diameter ends at the depth of the hole; if the hole has
+    a flat floor, the point of the drill ends there.
     """
     depths = np.array([hole.depth or 0.0 for hole in part.holes])
     points = np.zeros(len(depths))
@@ -332,8 +332,8 @@ def _cut_radius_function(
 ) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
     """Return a function that computes the largest radius cut at each hole, mm.
 
-    Its argument is the height of the material above the top of each hole, mm. A centre drill cuts only with its point;
-    the diameter of the hole itself is always cut.
+    The argument of the function is the height of the material above the top of each hole, mm. A centre drill cuts only
+    with its point. The radius is never smaller than the hole, unless all its tools are smaller.
     """
 
     def widest(above: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -636,9 +636,7 @@ _KIND_ORDER = {kind: position for position, kind in enumerate(ToolKind)}
 
 
 def _order_tools(steps: list[Step], sequences: Sequence[Sequence[Step]]) -> list[Step]:
-    """Sort steps by kind (centre drills first) and diameter, but put each step after the steps that must come before
-    it.
-    """
+    """Sort steps by kind (centre drills first) and diameter, but keep each step after its predecessors."""
     predecessors: dict[Step, set[Step]] = {step: set() for step in steps}
     for sequence in sequences:
         for k, step in enumerate(sequence):

@@ -44,7 +44,8 @@ SAME_ANGLE = math.radians(1.0)
 #: Default plunge rate of an end mill or a countersink, relative to its feed.
 PLUNGE_PART = 1.0 / 3.0
 
-#: Tolerance of a catalogue size, mm: rounding of drawings to three decimals in mm, or four in inches (0.0013 mm).
+#: Maximum difference from a catalogue size that counts as equal, mm. Drawings are rounded to three decimals in mm, or
+#: to four decimals in inches (0.0013 mm).
 EQUAL = 1.5e-3
 #: Metric drill sizes: upper end of each range, and the increments within it, mm (DIN 1899 below 1 mm, DIN 338 above).
 _METRIC = ((1.0, (0.01,)), (3.0, (0.05,)), (np.inf, (0.1, 0.25)))
@@ -110,11 +111,10 @@ class ToolChooser:
         return list(dict.fromkeys((*self._chosen.values(), *sorted(self._widened, key=repr))))
 
     def step_for_wide_part(self, hole: Hole, part: HoleStep) -> Step | None:
-        """Return the step that makes a counterbore or countersink after the other steps of the hole, or None if no tool
-        fits.
+        """Return the step for a counterbore or countersink, after the other steps of the hole; None if no tool fits.
 
-        A counterbore needs an end mill of its diameter; a countersink needs a chamfer mill or a V-bit of its angle that
-        is wide enough.
+        A counterbore needs an end mill of the same diameter. A countersink needs a chamfer mill or a V-bit with the
+        same angle that is wide enough.
         """
         if self.library is None or not part.open:
             return None
@@ -144,9 +144,7 @@ class ToolChooser:
 
     @property
     def point_diameter(self) -> float:
-        """Diameter of holes that are drawn as points, mm: that of the only drill in the library, or else
-        `POINT_DIAMETER`.
-        """
+        """Diameter of holes drawn as points, mm: the diameter of the library's only drill, or else `POINT_DIAMETER`."""
         drills = [t for t in self.library.tools if t.kind is ToolKind.DRILL] if self.library else []
         return drills[0].diameter if len(drills) == 1 else POINT_DIAMETER
 
@@ -287,9 +285,7 @@ class ToolChooser:
         )
 
     def _assumed_tool(self, kind: ToolKind, diameter: float) -> Tool:
-        """Return an assumed tool of the nearest catalogue size. Drill files of circuit boards specify exact diameters
-        instead.
-        """
+        """Return an assumed tool of the nearest catalogue size; for circuit boards, of exactly the given diameter."""
         if not self._board:
             diameter = catalogue_size(diameter, self.job.diameter_tolerance)
         diameter = max(round(diameter, 4), _RESOLUTION)
@@ -326,9 +322,7 @@ class ToolChooser:
         )
 
     def _cutting_data(self, tool: Tool) -> tuple[float, float]:
-        """Return the spindle speed of a tool, rpm, which is assumed if it is unknown, and the feed rate to assume for
-        the tool, mm/s.
-        """
+        """Return the spindle speed of a tool, rpm, and an assumed feed, mm/s. An unknown speed is assumed, too."""
         machine = self.machine
         # A given speed is kept, and refused later if the machine cannot reach it.
         rpm = tool.spindle_rpm or self.job.spindle_speed
@@ -363,7 +357,7 @@ class ToolChooser:
         return Message("{}: mill the hole, or give the --spindle-speed that your drill and material need", needs)
 
     def _material_note(self) -> str:
-        """Return the material for which feeds and speeds are assumed, as text for a message; "" if both are given."""
+        """Return the material of assumed feeds and speeds as the end of a message; "" if both options are given."""
         if self.job.feed and self.job.spindle_speed:
             return ""
         return (
@@ -373,9 +367,7 @@ class ToolChooser:
         )
 
     def _speed_advice(self, tool: Tool) -> str:
-        """Return the recommendation of a suitable speed for the end of a message if the tool turns much too fast,
-        otherwise "".
-        """
+        """Return a recommended speed, as the end of a message, if the tool turns much too fast, otherwise ""."""
         right = _rpm(self._fastest, tool.diameter)
         lowest = self.machine.spindle_min_rpm
         if tool.spindle_rpm > MAX_SPEED_RATIO * right and not self.job.feed:

@@ -43,8 +43,11 @@ NEAR = 0.1
 
 
 class HoleTops(NamedTuple):
-    """Heights at each hole, float64[n], mm: the top of the hole, the surface, and the underside of the part; and issues
-    about them.
+    """Heights at each hole, float64[n] each, mm, and issues about these heights.
+
+    - `tops`: top of the hole
+    - `surface`: surface of the part
+    - `under`: underside of the part
     """
 
     tops: NDArray[np.float64]
@@ -57,9 +60,9 @@ class HoleTops(NamedTuple):
 class WorkSurface:
     """The surface of the part with its fixtures.
 
-    `mesh` has the placement of the drawing. `boxes`, float64[k, 6], are the keep-out zones with a height: lower corner
-    and upper corner, mm. `clearance` is the vertical and horizontal distance of travel moves from surface, fixtures and
-    zones, mm.
+    `mesh` is placed like the drawing. `boxes`, float64[k, 6], contains the lower and the upper corner of each keep-out
+    zone with a height, mm. `clearance` is the vertical and horizontal distance of travel moves from the surface,
+    fixtures and zones, mm.
     """
 
     mesh: Mesh
@@ -141,8 +144,8 @@ class WorkSurface:
 def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
     """Return the mesh of a fixture, or its bounding box if the mesh is not closed. Also return issues.
 
-    Raises PlanError if the fixture is far from the surface or its size is implausible: in both cases, its unit or its
-    zero is wrong.
+    Raises PlanError if the fixture is far from the surface or has an implausible size. In both cases, the unit or the
+    origin of the fixture is wrong.
     """
     size, corner = fixture.high - fixture.low, fixture.low
     length = float(max((mesh.high - mesh.low)[:2]))
@@ -214,7 +217,7 @@ def _plausible_unit(fixture: Mesh, mesh: Mesh, fixture_length: float, length: fl
 
 
 def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: float, surface: WorkSurface) -> None:
-    """Raise PlanError for a hole at which the fixture rises above the tip of the tool within the radius of the tool."""
+    """Raise PlanError if the fixture is higher than the tool tip anywhere within the tool radius of a hole."""
     if surface.fixture is None or not len(xy):
         return
     hits = _points_below_mesh(surface.fixture.triangles, xy, tips, radius)
@@ -233,8 +236,7 @@ def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: fl
 def check_bodies(
     tool: Tool, xy: NDArray[np.float64], tops: NDArray[np.float64], tips: NDArray[np.float64], surface: WorkSurface
 ) -> None:
-    """Raise PlanError for a hole in which the shank or holder of its tool would hit the surface, a fixture or the rim
-    of the hole.
+    """Raise PlanError if a shank or holder would hit the surface, a fixture or the rim of the hole while drilling.
 
     Between holes, the travel heights keep shank and holder clear (`WorkSurface.relief`).
     """
@@ -275,9 +277,9 @@ def check_wide_tool(
 ) -> None:
     """Raise PlanError for a tool that is wider than a hole of a solid and would cut the surrounding material.
 
-    The surface of a solid is the finished part, so nothing above the top of a hole may be cut. A centre drill makes its
-    chamfer below the top, and its wider part needs free space above the top. `widths` are the largest diameters of the
-    holes, mm.
+    The surface of a solid is the finished part, so nothing above the top of a hole may be cut. A centre drill cuts its
+    chamfer below the top; its wider part needs free space above the top. `widths` contains the largest diameter of each
+    hole, mm.
     """
     cutter = cutter_of(tool)
     wider = np.flatnonzero(cutter.radius > 0.5 * widths + BODY_CLEARANCE)
@@ -311,9 +313,7 @@ def check_wide_tool(
 def _points_below_mesh(
     triangles: NDArray[np.float64], xy: NDArray[np.float64], heights: NDArray[np.float64], radius: float
 ) -> set[int]:
-    """Return the indices of the points at which the mesh rises above the given height within a horizontal radius,
-    mm.
-    """
+    """Return the indices of points where the mesh is higher than the given height within a horizontal radius, mm."""
     import shapely  # imported here because most drawings have no surface
 
     triangles = triangles[triangles[:, :, 2].max(axis=1) > heights.min()]
@@ -354,9 +354,9 @@ def measure_hole_tops(
     """Measure the top of each hole, and the underside of the part there.
 
     `radius`, float64[n], is the radius of the widest tool of each hole, mm. The highest point of the surface within
-    this radius is the top of the hole. `cut_radius` computes the largest radius that is cut, mm, from the height of the
-    surface above the top of each hole, float64[n], mm; the part must cover this radius. If `drawn`, each hole starts at
-    its drawn height, which is only compared with the surface.
+    this radius is the top of the hole. `cut_radius` computes the largest radius cut at each hole, mm, from the height
+    of the surface above the top of the hole, float64[n], mm. The surface must exist everywhere within this radius. If
+    `drawn`, each hole starts at its drawn height, which is only compared with the surface.
 
     Raises PlanError if a hole is beside the surface or on its edge, for example because the units differ.
     """
@@ -460,11 +460,10 @@ def rim_heights(
     cut_radius: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     tops: NDArray[np.float64] | None,
 ) -> HoleRims:
-    """Return the rim of each hole: the highest point of the surface, the lowest point, and the underside of the part.
+    """Return the highest and the lowest point of the surface at each hole, and the underside of the part.
 
-    The highest point is taken within the full radius of the tools, the lowest point and the underside within the radius
-    that is cut. `tops`, float64[n], are the heights of the tops of the holes, mm; None if the holes start on the
-    surface.
+    The highest point is searched within the full radius of the tools, and the other heights within the radius that is
+    cut. `tops` contains the heights of the tops of the holes, float64[n], mm; None if the holes start on the surface.
     """
     whole = hole_rims(triangles, xy, radius)
     above = np.zeros(len(xy)) if tops is None else np.maximum(whole.top - tops, 0.0)
@@ -493,7 +492,7 @@ def _refuse_other_unit(part: Part, mesh: Mesh) -> None:
 def _unit_issues(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius: NDArray[np.float64]) -> list[Issue]:
     """Return a warning if the surface seems to have a larger unit than the drawing.
 
-    This is so if all holes fit into one corner of the surface, and either span at least half of this corner or are
+    With a wrong unit, all holes lie in one corner of the surface, and either span at least half of this corner or are
     implausibly deep.
     """
     deep = bool((thickness > DEEPEST * 2.0 * radius).any())
@@ -514,7 +513,7 @@ def _describe_lengths(part: Part, mesh: Mesh) -> Message:
 
 
 def _similar_length(part: Part, mesh: Mesh, factor: float) -> bool:
-    """Return whether the holes span between half and all of the length of the surface, scaled by `factor`."""
+    """Return whether the holes span about half to all of the length of the surface, which is scaled by `factor`."""
     x0, y0, x1, y1 = part.extents
     drawing, surface = max(x1 - x0, y1 - y0), float(max((mesh.high - mesh.low)[:2]))
     return drawing > 0.0 < surface and _NEARLY <= drawing / (surface * factor) <= 1.1

@@ -1,4 +1,4 @@
-"""Engraving: the tool follows a drawn path at a depth below the top, once, in either direction."""
+"""Engraving: the tool follows a drawn path to a depth below the top, in one or more passes."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from leafcut.processes.part.plan.task import Mill, PartHeights
 _STARTS = 16
 #: Largest depth of a plunge, mm; a deeper pass starts with a ramp.
 _DEEPEST_PLUNGE = 0.5
-#: Tolerance of the drawn path for its position among the edges, mm.
+#: Chord error of the edges with which engraved paths are intersected, mm.
 _TOLERANCE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
 class EngravingTask:
-    """An engraved path with its number of passes; the edges that enclose or cross it are milled `later`.
+    """An engraved path with its number of passes.
 
     An open path has a choice for each direction, and passes in alternating directions. A closed path has a choice for
-    each start point.
+    each start point. `later` contains the edges that enclose or cross the path.
     """
 
     engraving: Engraving
@@ -67,7 +67,7 @@ class EngravingTask:
 
 
 def engraving_tasks(engravings: Sequence[Engraving], edges: Sequence[Edge], step: float) -> list[EngravingTask]:
-    """Return the tasks of a tool whose passes are at most `step` mm deep."""
+    """Return the engraving tasks of one tool, with passes at most `step` mm deep."""
     areas = shapely.STRtree([shapely.Polygon(edge.path.flattened(_TOLERANCE)) for edge in edges])
     tasks = []
     for engraving in engravings:

@@ -1,4 +1,4 @@
-"""Holes of a part that a drill of the tool library makes."""
+"""Holes of a part that are drilled with a drill of the tool library."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from leafcut.processes.spindle_moves import check_speeds
 
 @dataclass(frozen=True, eq=False)
 class HoleGroup:
-    """The holes of a drill with its cycle; `places` are their centres, float64[n, 2], mm."""
+    """The holes of one drill, and the drilling cycle; `places` contains the centres of the holes, float64[n, 2], mm."""
 
     tool: Tool
     cycle: DrillCycle
@@ -38,8 +38,9 @@ class PlannedHole(NamedTuple):
 
 
 def fitting_drill(library: ToolLibrary | None, diameter: float, tolerance: float, depth: float) -> Tool | None:
-    """Return the drill of a library whose diameter is nearest to that of a hole, mm, and which is long enough; None if
-    none is within the tolerance.
+    """Return the drill of a library that is nearest to a diameter, mm, and long enough for a hole of this depth, mm.
+
+    Return None if no such drill is within the tolerance of the diameter.
     """
     drills = [] if library is None else library.tools
     fitting = [
@@ -55,10 +56,10 @@ def fitting_drill(library: ToolLibrary | None, diameter: float, tolerance: float
 def hole_groups(
     holes: Sequence[PlannedHole], bottom: float, r_plane: float, to_initial: bool, machine: Machine
 ) -> tuple[list[HoleGroup], list[Issue]]:
-    """Return the holes by drill, and warnings about deep holes that are drilled in one stroke.
+    """Return the holes grouped by drill, and warnings about deep holes that are drilled in one stroke.
 
-    The full diameter of a drill reaches `bottom`, mm. Raises PlanError if a drill has no feed or speed, or if the
-    machine does not have them.
+    Each hole has its full diameter down to `bottom`, mm. Raises PlanError if a drill has no feed or speed, or if these
+    are out of the range of the machine.
     """
     places: dict[Tool, list[tuple[float, float]]] = {}
     for hole in holes:

@@ -27,7 +27,7 @@ def part_motion(
 ) -> Toolpath:
     """Return the motion of the whole program: the holes of each drill in order, then the tasks of each mill.
 
-    Each task has the number of its choice.
+    Each task is paired with the index of its choice.
     """
     builder = ToolpathBuilder()
     if machine.safe_z is not None:
@@ -68,7 +68,7 @@ def _mill(
 def _crosses_zone(
     entries: NDArray[np.float64], exits: NDArray[np.float64], heights: PartHeights, tool: Tool, machine: Machine
 ) -> list[bool]:
-    """Return for each task whether the rapid to it crosses a keep-out zone; no rapid leads to the first."""
+    """Return, for each entry, whether the rapid to it crosses a keep-out zone; False for the first entry."""
     zones = widen_zones(heights.zones, 0.5 * tool.diameter)
     crossed = touches_any_zone(exits[:-1], entries[1:], zones, dogleg=machine.rapid_style == "dogleg")
     return [False, *crossed.tolist()]

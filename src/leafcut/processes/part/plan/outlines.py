@@ -23,16 +23,17 @@ from leafcut.processes.part.plan.task import Mill, PartHeights
 
 #: Tolerance of the tool path, mm.
 TOLERANCE = 0.01
-#: Number of start points for each tool path; those on a tab are left out.
+#: Number of candidate start points on each tool path; candidates on or near a tab are left out.
 STARTS = 16
-#: Positions of a tab within its share of the path, in order of preference: the first on a straight section is taken.
+#: Candidate positions of a tab within its share of the path, in order of preference. Straight sections come first.
 _TAB_POSITIONS = (0.5, 0.4, 0.6, 0.3, 0.7, *(0.3 + 0.02 * k for k in range(1, 20) if k % 5))
-#: Largest half length of the interval of a tab, and distance of start points from tabs, as parts of the share of a tab.
-#: Without other start points, the start of the path is one.
+#: Maximum half length of a tab interval, and distance of start points from tabs, relative to the path length per tab.
+#: If no start point is left, the tool starts at the start of the path.
 _LONGEST_TAB, _RAMP_ROOM = 0.25, 0.04
-#: Shortest room for a ramp between a start point and a tab, mm: 24 legs go down 1.2 mm at 3°.
+#: Minimum room for a ramp between a start point and a tab, mm: 24 legs of this length descend 1.2 mm at 3°.
 _LEAST_ROOM = 1.0
-#: Depth and inscribed circle of the rest in a corner, in radii of the mill; a larger rest is a missing notch or slot.
+#: Maximum depth and inscribed radius of the material left in a corner, in radii of the mill. More material means that a
+#: notch or slot is not milled.
 _DEEPEST_CORNER, _WIDEST_CORNER = 1.02, 0.35
 #: Precision of the length of an interval, mm.
 _EXACT = 1e-6
@@ -42,8 +43,8 @@ _EXACT = 1e-6
 class OutlineCut:
     """A closed path of the tool's centre along an edge, in milling direction.
 
-    `tabs` are intervals (from, to) along the path, and `starts` are start points as distances along the path, mm.
-    `later` are the edges around it.
+    `tabs` contains intervals (start, end), and `starts` contains start points, all as distances along the path, mm.
+    `later` contains the indices of the edges around this edge.
     """
 
     edge: int
@@ -54,7 +55,7 @@ class OutlineCut:
 
     @property
     def choices(self) -> list[tuple[Point, Point]]:
-        """Entry and exit of each start point."""
+        """Entry and exit for each start point; both are the start point."""
         return [(self.path.point_at(start),) * 2 for start in self.starts]
 
     def mill(self, builder: ToolpathBuilder, choice: int, mill: Mill, heights: PartHeights) -> None:
@@ -65,7 +66,7 @@ class OutlineCut:
 def edges_of(contours: Sequence[Contour]) -> tuple[list[Edge], list[Issue]]:
     """Return the closed edges of a part, and issues about marks and open paths, which are not milled.
 
-    Contours of even depth are outlines, and contours of odd depth are openings.
+    Contours at an even nesting depth are outlines, and contours at an odd nesting depth are openings.
     """
     chosen = [k for k, contour in enumerate(contours) if contour.path.closed and contour.kind == "cut"]
     number = {index: k for k, index in enumerate(chosen)}
@@ -88,10 +89,10 @@ def edges_of(contours: Sequence[Contour]) -> tuple[list[Edge], list[Issue]]:
 def plan_cuts(
     edges: Sequence[Edge], radius: float, climb: bool, tabs: TabRules, sheet: shapely.Polygon | None = None
 ) -> tuple[list[OutlineCut], list[Issue]]:
-    """Return the tool paths of all edges, and issues about edges that are not milled completely or without tabs.
+    """Return the tool paths of all edges, and issues about edges that are milled incompletely or without tabs.
 
-    An outline that is too short for its tabs has fewer. Raises PlanError if it is too short for two, or if a cut would
-    go through a tab. A tab lies within the `sheet`, if it is known.
+    An outline that is too short for all requested tabs gets fewer tabs. Tabs lie within the `sheet`, if it is known.
+    Raises PlanError if an outline is too short for two tabs, or if a cut would go through a tab.
     """
     milled: list[tuple[int, Polyline]] = []
     narrow, loose, fewer = [], [], []
@@ -100,7 +101,7 @@ def plan_cuts(
     lines = shapely.STRtree([_ring(edge.path) for edge in edges])
     for number, edge in enumerate(edges):
         rings = offset(edge.path, -radius if edge.inside else radius, TOLERANCE)
-        # Growing an outline may enclose a notch whose mouth is narrower than the tool.
+        # A grown outline may close the mouth of a notch that is narrower than the tool.
         rings, closed_notches = [ring for ring in rings if ring.area > 0.0], [ring for ring in rings if ring.area < 0.0]
         if not rings:
             narrow.append(edge)
@@ -157,7 +158,7 @@ def plan_cuts(
 
 
 def _no_room(edge: Edge, length: float, tabs: TabRules, radius: float) -> PlanError:
-    """Return the error for an outline that is too short for its tabs, with the options that suit."""
+    """Return the error for an outline that is too short for its tabs, with suitable options."""
     width = tabs.width_of_fewest(length, 2.0 * radius)
     return PlanError(
         "{}: the tool path of {:.4g} mm has no room for {} of {:g} mm; {}. For a hole, draw the outline around it",
@@ -170,9 +171,10 @@ def _no_room(edge: Edge, length: float, tabs: TabRules, radius: float) -> PlanEr
 
 
 def _narrow_branch(edge: Edge, radius: float) -> Point | None:
-    """Return a place in a notch or a slot of an edge that is narrower than the mill; None if it has none.
+    """Return a position in a notch or slot of an edge that is narrower than the mill; None if there is none.
 
-    The rest that the mill leaves in a corner of 60° is one radius deep and holds a circle of a third of the radius.
+    Material in corners does not count: in a corner of 60°, it is one radius deep and holds a circle with a third of the
+    radius.
     """
     shape = shapely.Polygon(_ring(edge.path))
     first = -radius if edge.inside else radius
@@ -199,11 +201,11 @@ def _tab_intervals(
     own: int,
     sheet: shapely.Polygon | None,
 ) -> tuple[tuple[float, float], ...] | None:
-    """Return the intervals along the path where the tool rises over one of `count` tabs, in order; None if a tab has no
-    position.
+    """Return the intervals of `count` tabs along the path, in order; None if a tab does not fit anywhere.
 
-    The cuts end in half circles, so the ends of an interval are one tool diameter farther apart than the tab is wide.
-    No cut goes through a tab. `own` is the index of the path in `all_paths`.
+    The tool rises over a tab between the ends of its interval. The cuts end in half circles, so these ends are one tool
+    diameter farther apart than the tab is wide. No cut goes through a tab. `own` is the index of the path in
+    `all_paths`.
     """
     share = path.length / max(count, 1)
     intervals = []
@@ -230,9 +232,9 @@ def _is_straight(piece: Polyline) -> bool:
 
 
 def _half_length(path: Polyline, middle: float, tabs: TabRules, radius: float, share: float) -> float | None:
-    """Return half of the length of the interval of a tab, mm; None if the path bends too much for it.
+    """Return half the length of a tab interval, mm; None if the path bends too much for a tab.
 
-    On a bent path the interval is longer, because the tab is measured straight between the cuts.
+    The interval is longer on a bent path, because the width of a tab is the straight distance between the cuts.
     """
     wanted = tabs.width + 2.0 * radius
 
@@ -260,7 +262,7 @@ def _holds(
     own: int,
     sheet: shapely.Polygon | None,
 ) -> bool:
-    """Return whether all cuts leave a tab in its full width, from the edge to the material that holds it."""
+    """Return whether a tab keeps its full width after all cuts, from the edge to the material that holds the tab."""
     low, high = place
     area = tabs.area(
         path.point_at(low),
@@ -290,7 +292,7 @@ def _name(contour: Contour) -> str:
 
 
 def missing_paths(what: str, paths: Sequence[Polyline]) -> MissingWork:
-    """Return missing work with its closed paths; `what` is the noun for one of them."""
+    """Return the paths as missing work, with the outlines of closed paths; `what` is the noun for one path."""
     places: list[Point] = [path.start for path in paths]
     return MissingWork(what, len(paths), tuple(places), tuple(path for path in paths if path.closed))
 
@@ -354,7 +356,7 @@ def _cut_outline(builder: ToolpathBuilder, cut: OutlineCut, start: float, mill: 
     level = heights.tab_top if cut.tabs else heights.bottom
     builder.feed(z=ABOVE, feed=feed)
     drop = ABOVE - level
-    # From the second turn on, the tool cuts as deep as it has descended in a turn.
+    # From the second turn on, the depth of cut is the descent per turn.
     turns = math.ceil(drop / min(mill.step, length * math.tan(data.entry_angle)) - 1e-9)
     slope = math.atan2(drop / turns, length)
     for turn in range(turns):
@@ -390,7 +392,7 @@ def _cut_between_tabs(
 
 
 def _pieces_from(cut: OutlineCut, start: float) -> list[tuple[Polyline, bool]]:
-    """Return the pieces of the path from a start point on, each with whether it lies over a tab."""
+    """Divide the path at its tabs, from a start point on. Return each piece, and whether it lies over a tab."""
     length, pieces, position = cut.path.length, [], start
     ahead = sorted(
         (low + (length if low < start else 0.0), high + (length if low < start else 0.0)) for low, high in cut.tabs

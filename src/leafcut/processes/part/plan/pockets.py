@@ -1,4 +1,4 @@
-"""Pockets: a region is cleared level by level, on the path that the process of pockets plans."""
+"""Pockets of a part: each region is cleared level by level, along a path planned by the pocketing process."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from leafcut.processes.pocket.plan.toolpath import Clearing, ClearingMotion, Poc
 
 @dataclass(frozen=True, eq=False)
 class PocketTask:
-    """A region of a pocket with its path; the edges that lie in the pocket or around it are milled `later`."""
+    """A region of a pocket with its path. `later` contains the edges in, across or around the pocket."""
 
     pocket: PocketArea
     clearing: Clearing

@@ -1,4 +1,4 @@
-"""The common shape of the operations of a mill: tasks, each with choices of entry and exit, and their motion."""
+"""The protocol of milling tasks: each task has choices of entry and exit, and generates its motion."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from leafcut.processes.milling.mill import MillingData
 
 @dataclass(frozen=True, eq=False)
 class PartHeights:
-    """Heights of a program, mm: rapids, tops of the tabs (`bottom` without tabs), and lowest cut.
+    """Heights of a program, mm: rapids, tops of the tabs, and lowest cut.
 
-    `zones`, float64[k, 4], are crossed at the clearance height. `end` is the last position.
+    Rapids cross the keep-out `zones`, float64[k, 4], at the clearance height. `end` is the last position.
     """
 
     clearance: float
@@ -39,7 +39,7 @@ class Mill:
 
 
 class MillTask(Protocol):
-    """Work that a mill does without interruption, starting and ending at the retract height."""
+    """Work that a mill does without interruption. It starts at the retract height, and ends at the last cut."""
 
     @property
     def choices(self) -> Sequence[tuple[Point, Point]]:
@@ -52,5 +52,5 @@ class MillTask(Protocol):
         ...
 
     def mill(self, builder: ToolpathBuilder, choice: int, mill: Mill, heights: PartHeights) -> None:
-        """Generate the motion of a choice; the tool is above its entry."""
+        """Generate the motion of a choice. At first, the tool is above the entry."""
         ...

@@ -1,1 +1,1 @@
-"""The judge of a part: a module for each operation, which reads neither the plan nor its motion."""
+"""Verification of a part program, with a module for each operation. It uses neither the plan nor the planned motion."""

@@ -1,4 +1,4 @@
-"""The cuts of a program, and the verdict of an operation about them."""
+"""The cuts of a program, and the verdict on the cuts of an operation."""
 
 from __future__ import annotations
 
@@ -20,13 +20,18 @@ from leafcut.proof.difference import position_text
 TOLERANCE = 0.03
 #: Tolerance of heights, mm.
 HEIGHT = 0.002
-#: Half of the width of the strip along a cut in which the ideal path must lie, mm.
+#: Half the width of a strip along each cut, mm; the ideal path must lie in this strip.
 STRIP = 2.0 * TOLERANCE
 
 
 class Cuts:
-    """Straight moves of the mills below the top of the plate: ends, float64[n, 6], their lines, rows in
-    `path` and tools.
+    """Straight moves of the mills below the top of the plate.
+
+    - `ends`: start and end of each move, float64[n, 6], mm
+    - `lines`: the moves in the plane, as shapely lines
+    - `rows`: row of each move in the toolpath `path`
+    - `tools`: number of the tool of each move
+    - `lowest`, `highest`: lowest and highest height of each move, mm
     """
 
     def __init__(self, moves: StraightMoves, chosen: NDArray[np.bool_]) -> None:
@@ -39,7 +44,7 @@ class Cuts:
         return len(self.rows)
 
     def difference(self, what: Message, k: int, text: Message) -> Difference:
-        """Return a difference at a cut."""
+        """Return a difference at the cut with index `k`."""
         return Difference(what, 0, int(self.path.line[self.rows[k]]), text)
 
     @cached_property
@@ -47,19 +52,19 @@ class Cuts:
         return shapely.STRtree(self.lines)
 
     def along(self, path: Any) -> NDArray[np.int64]:
-        """Return the cuts that lie within `TOLERANCE` of a path, in order."""
+        """Return the indices of the cuts within `TOLERANCE` of a path, in program order."""
         return self.within(path.buffer(TOLERANCE))
 
     def within(self, area: Any) -> NDArray[np.int64]:
-        """Return the cuts that lie in an area, in order."""
+        """Return the indices of the cuts inside an area, in program order."""
         return np.sort(self._tree.query(area, predicate="covers"))
 
     def near(self, area: Any, distance: float) -> NDArray[np.int64]:
-        """Return the cuts within a distance of an area, mm, in order."""
+        """Return the indices of the cuts within a distance of an area, mm, in program order."""
         return np.sort(self._tree.query(area, predicate="dwithin", distance=distance))
 
     def place(self, k: int) -> str:
-        """Return the end of a cut for a message."""
+        """Return the end of the cut with index `k` as text."""
         return position_text(*self.ends[k, 3:].tolist())
 
 
@@ -73,9 +78,11 @@ class FaceWork(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """The verdict of an operation: the cuts that belong to it, bool[n], and its differences from the request.
+    """The verdict on one operation.
 
-    Its `works` are done before the edges that enclose or cross them.
+    - `explained`: mask of the cuts that belong to the operation, bool[n]
+    - `differences`: differences of these cuts from the request
+    - `works`: pieces of work that must be finished before the edges that enclose or cross them
     """
 
     explained: NDArray[np.bool_]

@@ -1,4 +1,4 @@
-"""Check that each edge of the part is milled on the right side, through the plate, and that it has its tabs.
+"""Check that each edge of the part is milled on the correct side, through the plate, and with its tabs.
 
 The path beside each edge is computed with shapely, not with the offset of the planner.
 """
@@ -19,17 +19,17 @@ from leafcut.processes.part.model import Edge, PartRequest, shape_of
 from leafcut.processes.part.proof.cuts import HEIGHT, STRIP, TOLERANCE, Cuts, FaceWork, Verdict, strip_along
 from leafcut.proof.difference import position_text
 
-#: Smallest width of the path in an opening that is hardly wider than the tool, mm.
+#: Minimum width of the area of tool centres in an opening, mm; in a narrower area, the tool has no path.
 _NARROWEST = 0.01
 #: Chords per quarter of the circle that grows an edge.
 _QUARTER = 256
 
 
 def check_edges(request: PartRequest, cuts: Cuts, others: NDArray[np.bool_], material: Any) -> Verdict:
-    """Check that each edge is cut through all around, except at its tabs, which are as wide and high as requested.
+    """Check that each edge is cut through all around, except at tabs of the requested width and height.
 
-    `others` are the cuts of other operations, which do not count for the order of the edges. `material` is the area of
-    the finished part.
+    `others` marks the cuts of other operations, which do not count for the order of the edges. `material` is the area
+    of the finished part.
     """
     shapes, tabs = [shape_of(edge) for edge in request.edges], request.tabs
     rings = [
@@ -57,7 +57,7 @@ def _centre_rings(shape: Any, edge: Edge, radius: float, material: Any) -> list[
     """
     grown = shape.buffer(-radius if edge.inside else radius, quad_segs=_QUARTER)
     pieces = [piece for piece in getattr(grown, "geoms", [grown]) if not piece.is_empty]
-    # The remainder of a passage exactly as wide as the tool is no path.
+    # A passage exactly as wide as the tool may leave a sliver, which is not a path.
     rings = [piece.exterior for piece in pieces if 2.0 * piece.area > _NARROWEST * piece.exterior.length]
     return [ring for ring in rings if not shapely.dwithin(ring, material, radius - TOLERANCE)]
 
@@ -74,9 +74,9 @@ def _owners(cuts: Cuts, rings: Sequence[Sequence[Any]]) -> NDArray[np.int64]:
 def _check_ring(
     request: PartRequest, edge: Edge, ring: Any, cuts: Cuts, mine: NDArray[np.int64], into_tabs: shapely.STRtree
 ) -> list[Difference]:
-    """Check that the moves along a ring cut through the plate, apart from its tabs.
+    """Check that the moves along a ring cut through the plate, except at tabs.
 
-    `into_tabs` has all cuts below the tops of tabs.
+    `into_tabs` contains all cuts below the tops of tabs.
     """
     tabs, diameter = request.tabs, 2.0 * request.radius
     lines, highest = cuts.lines[mine], cuts.highest[mine]
@@ -121,7 +121,7 @@ def _check_bore(request: PartRequest, edge: Edge, shape: Any, lines: NDArray[Any
 
 
 def _is_cut_through(piece: Any, ring: Any, edge: Edge, request: PartRequest, into_tabs: shapely.STRtree) -> bool:
-    """Return whether a cut reaches the area that must remain of the tab on a piece of the ring."""
+    """Return whether a cut reaches the tab on a piece of the ring."""
     start, end = piece.coords[0], piece.coords[-1]
     middle = piece.interpolate(0.5, normalized=True).coords[0]
     left = shapely.Point(middle[0] - _NARROWEST * (end[1] - start[1]), middle[1] + _NARROWEST * (end[0] - start[0]))
@@ -131,7 +131,7 @@ def _is_cut_through(piece: Any, ring: Any, edge: Edge, request: PartRequest, int
 
 
 def _joined(pieces: Any) -> Any:
-    """Return pieces of a ring with the two pieces at the start of the ring joined."""
+    """Join the two pieces that meet at the start of a ring."""
     return shapely.line_merge(pieces) if pieces.geom_type == "MultiLineString" else pieces
 
 

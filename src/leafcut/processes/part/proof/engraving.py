@@ -41,7 +41,7 @@ def check_engravings(request: PartRequest, cuts: Cuts) -> Verdict:
 
 
 def _check_path(engraving: Engraving, line: Any, drawn: float, cuts: Cuts, floor: Any) -> list[Difference]:
-    """Check the length of the path that the cuts at full depth cover, and that their own length is the `drawn` one."""
+    """Check that the cuts at full depth cover the whole path, and that they are not longer than `drawn` mm."""
     left = line.difference(strip_along(cuts.lines[floor]))
     if left.length > TOLERANCE:
         x, y = shapely.get_coordinates(left)[0].tolist()

@@ -16,7 +16,7 @@ from leafcut.proof.difference import position_text
 def check_holes(
     request: PartRequest, moves: StraightMoves, drilling: NDArray[np.bool_], cuts: Cuts
 ) -> list[Difference]:
-    """Check that the drills go down at the holes only, once each, to their depth, and before the first cut."""
+    """Check that each hole is drilled once, to its depth, before the first cut, and that nothing else is drilled."""
     ends, tools, rows = moves.ends[drilling], moves.tool[drilling], moves.row[drilling]
     wanted = np.array([(hole.x, hole.y) for hole in request.holes]).reshape(-1, 2)
     differences, visits = [], [0] * len(wanted)

@@ -1,7 +1,7 @@
 """Compare a program with the request of a part: all work is done, and no other cut exists.
 
-The program is read as straight moves of its tools. Each operation claims the moves that do its work; a move that none
-claims is a difference.
+The program is read as straight moves of its tools. Each operation claims the moves that do its work. Each unclaimed
+move is a difference.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
 
     1. No cut takes the tool into the finished part or below the request's `bottom`.
     2. Each cut runs along an edge, and each edge is cut through all around, except at its tabs.
-    3. Each tab is as wide as requested, the cut over it is at its top, and no cut goes through it.
+    3. Each tab is as wide as requested, is cut down to its top, and no cut goes through it.
     4. An edge is finished before the cut of an edge around it starts.
     5. With tabs, each part is connected to the plate after all cuts.
     6. Each hole is drilled once, with its tool, to its depth, before the cuts; nothing else is drilled.
     7. Each engraved path is engraved once, to its depth, before the edges that enclose or cross it.
-    8. Each pocket is cleared to its depth, before the edges in it and around it. No level is deeper than the step-down
-       below the level before it, and moves faster than the feed go through air.
+    8. Each pocket is cleared to its depth, before the edges in it and around it. Each level is at most the step-down
+       below the previous level. Moves faster than the feed cut only air.
     9. Rapids below the top are vertical, and go down over cleared material only.
     """
     moves = straight_moves(written, CHORD, _WHOLE)
@@ -67,10 +67,9 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
 def _check_places(
     request: PartRequest, cuts: Cuts, edges: Verdict, others: NDArray[np.bool_], material: Any
 ) -> list[Difference]:
-    """Check that each cut belongs to an operation, and that none is too deep or inside the finished part, whose area is
-    `material`.
+    """Check that each cut belongs to an operation, and that no cut is too deep or inside the finished part.
 
-    `others` are the cuts that belong to operations on the face of the part.
+    `material` is the area of the finished part. `others` marks the cuts of operations on the face of the part.
     """
     in_part = shapely.dwithin(cuts.lines, material, request.radius - TOLERANCE) & ~others
     differences = [
@@ -97,10 +96,11 @@ def _check_places(
 
 
 def _check_order(request: PartRequest, cuts: Cuts, edges: Verdict, works: Sequence[FaceWork]) -> list[Difference]:
-    """Check that each work is finished before an edge that encloses or crosses it is started, and each edge before an
-    edge around it.
+    """Check that engravings and pockets are finished before the edges that enclose or cross them, and inner edges
+    before outer edges.
 
-    A cut along an edge does not count for the works: the mill enters an opening in the floor of a pocket above it.
+    A cut along an edge never counts as part of a pocket, because the mill passes through a pocket when it enters an
+    opening in the floor.
     """
     names, own_cuts, shapes = zip(*edges.works, strict=True) if edges.works else ((), (), ())
     pairs = [(edges.works[k], around) for k, edge in enumerate(request.edges) for around in edge.within]

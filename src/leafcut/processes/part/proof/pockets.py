@@ -26,8 +26,9 @@ _QUARTER = 64
 
 
 def check_pockets(request: PartRequest, cuts: Cuts) -> Verdict:
-    """Return the cuts that lie in a pocket, not below its floor, and the places that are not cleared, cut deeper than
-    the step-down, or cut faster than the feed.
+    """Return the verdict on the cuts inside pockets and not below their floors.
+
+    Areas that are not cleared, cuts deeper than the step-down, and cuts faster than the feed are differences.
     """
     explained = np.zeros(len(cuts), dtype=np.bool_)
     differences, works = [], []
@@ -43,7 +44,7 @@ def check_pockets(request: PartRequest, cuts: Cuts) -> Verdict:
 
 
 def _check_load(request: PartRequest, cuts: Cuts, rows: np.ndarray[tuple[int], np.dtype[np.int64]]) -> list[Difference]:
-    """Check the step-down of the cuts in some rows, and that moves faster than the feed go through air."""
+    """Check the step-down of the cuts in `rows`, and that their moves faster than the feed cut only air."""
     other = np.isin(cuts.path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
     other[rows] = False
     path = replace(cuts.path, kind=np.where(other, Kind.RAPID, cuts.path.kind).astype(cuts.path.kind.dtype))

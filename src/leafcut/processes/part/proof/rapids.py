@@ -29,7 +29,7 @@ def check_rapids(request: PartRequest, moves: StraightMoves, cuts: Cuts) -> list
 
 
 def _is_drilled(moves: StraightMoves, k: int) -> bool:
-    """Return whether the drill of a rapid has been at its end before, or below it."""
+    """Return whether the drill has already drilled to the end of the rapid `k`, or deeper."""
     before = ~moves.rapid & (moves.row < moves.row[k]) & (moves.tool == moves.tool[k])
     place, ends = moves.ends[k, 3:], moves.ends[before, 3:]
     same = np.hypot(*(ends - place)[:, :2].T) <= TOLERANCE
@@ -37,7 +37,7 @@ def _is_drilled(moves: StraightMoves, k: int) -> bool:
 
 
 def _is_cleared(request: PartRequest, moves: StraightMoves, k: int, cuts: Cuts) -> bool:
-    """Return whether the mill has cleared the area under the end of a rapid down to its height."""
+    """Return whether the mill has cleared the area under the end of the rapid `k`, down to the height of this end."""
     place = moves.ends[k, 3:]
     disc = shapely.Point(place[:2]).buffer(request.radius - TOLERANCE)
     near = cuts.near(disc, request.radius)

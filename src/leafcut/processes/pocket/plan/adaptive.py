@@ -2,9 +2,9 @@
 
 A helix and a spiral clear the largest disc in the region of tool centres. From there, discs that touch the walls on
 both sides follow the medial axis into every branch and corner. The tool clears each disc by an arc along its front, and
-returns through the cleared area to the start of the next arc. The next disc is the most distant one whose arc stays
-within the engagement limit everywhere. The engagement is exact, because the cleared area is a union of discs
-(`fronts`).
+returns through the cleared area to the start of the next arc. The next disc is the most distant disc with an arc that
+stays within the engagement limit. The engagement is exact, because the cleared area is a union of discs
+(`cleared_discs`).
 
 Sources: M. Held, C. Spielberger, "A smooth spiral tool path for high speed machining of 2D pockets", Computer-Aided
 Design 41 (2009), for discs on the axis; G. Elber, E. Cohen, S. Drake, "MATHSM: medial axis transform toward high speed
@@ -34,11 +34,12 @@ from leafcut.processes.pocket.plan.region import CentreRegion
 MARGIN = math.radians(0.4)
 #: Radius of the entry helix, in tool radii; less than 1, so that no core remains.
 HELIX = 0.9
-#: Maximum cusp that arcs leave along a wall for the wall pass, in mm and relative to the maximum cut width.
+#: Maximum height of the cusps that arcs leave on a wall, in mm and relative to the maximum cut width; the wall pass
+#: removes them.
 CUSP, CUSP_SHARE = 0.05, 0.25
-#: Maximum thickness of a cut that is left for the next arc, relative to the maximum cut width.
+#: Cuts thinner than this are left for the next arc; relative to the maximum cut width.
 THIN = 0.03
-#: Maximum thickness of the film left in the tip of a corner for the wall pass, relative to the path tolerance.
+#: Maximum thickness of a film in the tip of a corner that is left for the wall pass, relative to the path tolerance.
 FILM = 0.6
 #: Number of bisections between a possible disc and a disc that is too far away.
 _HALVINGS = 5
@@ -158,8 +159,8 @@ class _AdaptivePath:
             stack += [(child, node) for child in reversed(children[node])]
 
     def _clear_along_edge(self, start: Floats, end: Floats, spot: _ClearedPoint, to_end: bool) -> _ClearedPoint:
-        """Clear as few discs as possible between two neighbouring points of the axis. Return the last point that was
-        cleared.
+        """Clear the axis between two neighbouring points with as few discs as possible. Return the last cleared
+        point.
         """
         good = 0.0
         while not self._can_clear(end, spot, to_end):
@@ -189,10 +190,10 @@ class _AdaptivePath:
         return self._clear_disc(end, spot) if to_end else spot
 
     def _closer_point(self, at: Floats, spot: _ClearedPoint) -> Floats:
-        """Return a point between `at` and the last disc such that the disc around the point can be cleared next.
+        """Move `at` towards the last cleared point until the disc around it can be cleared next; return this position.
 
-        The line between them is inside the region, because a point outside would be closer to the boundary than to the
-        last disc.
+        The line to the last cleared point stays in the region, because a point outside would be closer to the boundary
+        than to the last disc.
         """
         part = 1.0
         while part * float(np.hypot(*(at - spot.at))) > 0.5 * _STUCK:

@@ -15,7 +15,7 @@ from leafcut.model.pocket import PocketPath
 
 #: Share of the tolerance for arc fitting; the remainder is for the chords of walls and for rounding.
 FITTED_PART = 0.5
-#: Distance within which points are merged, mm; with the decimals of a program, such points hardly differ.
+#: Points closer than this are merged, mm, because they hardly differ after rounding to the decimals of a program.
 NEAREST = 0.005
 
 

@@ -22,8 +22,8 @@ _SLACK = 1e-6
 class ClearedDiscs:
     """The discs cleared so far, in order.
 
-    `turn` is 1 for counter-clockwise arcs, and -1 for clockwise arcs. `fine` and `thin` describe material that is not
-    worth cutting: the thickness of a film, mm, and the width of a straight cut, mm.
+    `turn` is 1 for counter-clockwise arcs, and -1 for clockwise arcs. Some material is not worth cutting: films up to
+    a thickness of `fine` mm, and chips no thicker than in a straight cut of `thin` mm width.
     """
 
     def __init__(self, tool_radius: float, turn: int, fine: float, thin: float) -> None:
@@ -110,8 +110,9 @@ class ClearedDiscs:
         return float(self._engagement_at(x, y, radius, angle, discs).max())
 
     def _engagement_at(self, x: float, y: float, radius: float, angle: Floats, discs: Floats) -> Floats:
-        """Return the engagement at points of a circle, float64[k], rad, which is the part of the front edge of the tool
-        that is in uncut material.
+        """Return the engagement at points of a circle, float64[k], rad.
+
+        The engagement is the angle of the tool's front half that is in uncut material.
         """
         px, py = x + radius * np.cos(angle), y + radius * np.sin(angle)
         dx, dy = discs[:, 0] - px[:, None], discs[:, 1] - py[:, None]

@@ -22,15 +22,15 @@ from leafcut.processes.pocket.plan.rings import never_stopped, rings
 from leafcut.processes.pocket.plan.shorten import SAMPLE_SPACING, chamfer_corners, shorten_path, subdivide_path
 from leafcut.processes.pocket.plan.spurs import add_spurs
 
-#: Tolerance that is added to half the step-over for the spacing of sample points, in step-overs.
+#: Tolerance for the spacing of sample points, in step-overs; it is added to half the step-over.
 LEEWAY = 0.0035
 #: Maximum number of attempts to correct a path whose passes are too far apart.
 CORRECTIONS = 4
-#: Safety margin of chamfers that allows for the spacing of sample points, in tool radii.
+#: Safety margin of chamfers for the spacing of sample points, in tool radii.
 SPARE = 0.03
 #: Maximum distance allowed between a sample point and the path, in step-overs.
 LONGEST_LIMIT = 1.25
-#: Maximum length of a segment in the spatial index, in step-overs, because long segments have large boxes.
+#: Maximum length of a segment in the spatial index, in step-overs; longer segments would have large bounding boxes.
 LONGEST_LOOKED = 4.0
 #: Function that returns whether the search must stop.
 Stopped = Callable[[], bool]
@@ -43,17 +43,16 @@ ALONG = 1e-5
 def connected_path(
     region: CentreRegion, too_wide: Callable[[PocketPath], Points] | None = None, stopped: Stopped = never_stopped
 ) -> PocketPath:
-    """Return one connected path over a region. The rings are connected by the cheapest joints, then the path is
-    shortened.
+    """Connect the rings of a region by the cheapest joints, then shorten the path.
 
     Each point is within half a step-over of the path, except where the rings themselves leave wider gaps: in their
-    corners, and where the two sides of an innermost ring meet.
+    corners, and between the two sides of an innermost ring.
 
     Parameters
     ----------
     too_wide
-        Function that returns the positions of a path, float64[n, 2], where passes are further apart than the step-over.
-        Near these positions, the rings are not shortened, and joints are moved.
+        Function that finds the positions in a path, float64[n, 2], where passes are further apart than the step-over.
+        Near these positions, the rings are not shortened, and joints are moved away.
     stopped
         Function that returns whether the search must stop. The path then still clears everything, but it may be longer,
         or passes may be too far apart.
@@ -131,7 +130,5 @@ def _coverage_grid(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
 
 
 def _clearing_distances(radius: float, points: Points, pitch: float) -> Points:
-    """Return, for each sample point, the maximum distance to the path, mm, at which the path clears the point and the
-    area around it.
-    """
+    """Return the distance from each sample point, mm, within which a path clears the point and the area around it."""
     return np.full(len(points), max(radius - SPARE * pitch / SAMPLE_SPACING, 0.0))

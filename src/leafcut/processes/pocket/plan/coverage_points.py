@@ -16,22 +16,23 @@ from leafcut.geometry.arrays import Indices, Points
 from leafcut.geometry.cells import Cells
 from leafcut.material.bands import segments_near
 
-#: Function that returns the maximum distance of each sample point from the path, float64[n], mm. Its arguments are the
-#: points, float64[n, 2], and their spacing, mm.
+#: Function of sample points, float64[n, 2], and their spacing, mm. It returns the maximum distance of each point from
+#: the path, float64[n], mm.
 Limit = Callable[[Points, float], Points]
 
 #: Maximum number of sample points in use; it limits time and memory.
 MOST_PLACES = 200_000
-#: Number of grid cells along the largest of the maximum distances.
+#: Largest allowed distance, in sides of a grid cell.
 CELLS = 2
 
 
 @dataclass(frozen=True, eq=False)
 class CoveragePoints:
-    """Sample points, float64[n, 2], and the segments of a path near them.
+    """Sample points, and the segments of a path near them.
 
-    `limits` contains the maximum distances of the points from the path, float64[n], mm. `pieces` contains the indices
-    of the segments.
+    - `points`: sample points, float64[n, 2], mm
+    - `limits`: maximum distance of each point from the path, float64[n], mm
+    - `pieces`: indices of the segments
     """
 
     points: Points
@@ -44,8 +45,9 @@ class CoveragePoints:
         return shapely.points(self.points)
 
     def near(self, path: Points) -> tuple[Indices, Indices]:
-        """Return the pairs (segment, sample point) whose distance is within the limit of the sample point, sorted by
-        segment.
+        """Find all pairs of a segment and a sample point that are no farther apart than the limit of the point.
+
+        Return the indices of the segments, in ascending order, and the indices of the sample points.
         """
         piece, place = segments_near(path[self.pieces], path[self.pieces + 1], self.points, self.limits)
         return self.pieces[piece], place
@@ -54,8 +56,8 @@ class CoveragePoints:
 class CoverageGrid:
     """A square grid of sample points inside a region of tool centres.
 
-    The spacing is `pitch` mm, or more to limit the number of points. Only cells that have been requested are stored.
-    `limit` computes the maximum distances of points from the path, which are at most `longest` mm.
+    The spacing is `pitch` mm, or more to limit the number of points. Points are created only in requested cells.
+    `limit` computes the maximum distance of each point from the path; no distance exceeds `longest` mm.
     """
 
     def __init__(self, polygon: Any, pitch: float, longest: float, limit: Limit) -> None:
@@ -72,10 +74,9 @@ class CoverageGrid:
         self.first = np.zeros(1, np.int64)
 
     def points_near(self, path: Points, selected: NDArray[np.bool_]) -> CoveragePoints:
-        """Return the sample points whose distance from the `selected` segments, bool[n − 1], may be within their
-        limits.
+        """Return the sample points near the selected segments of a path, including all points within their limits.
 
-        The segments of the path must be short.
+        `selected` is the mask of these segments, bool[n − 1]. All segments must be short.
         """
         middle = 0.5 * (path[:-1] + path[1:])
         wanted = self.grid.around(self.grid.of(middle[selected]), CELLS + 1)

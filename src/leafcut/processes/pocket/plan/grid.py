@@ -110,7 +110,7 @@ def checked_pitch(rules: PocketRules) -> float:
 def grid_points(
     region: CentreRegion, offset: tuple[float, float] = (0.0, 0.0), angle: float = 0.0, grown: Any = None
 ) -> Grid:
-    """Return the grid from the corner of the region's bounding box, moved by `offset`, mm, and rotated by `angle`, rad.
+    """Return a grid from the corner of the region's bounding box, shifted by `offset`, mm, and rotated by `angle`, rad.
 
     Points outside the region, but within the tolerance, are moved onto its boundary. `grown` is the region enlarged by
     the tolerance, if known. Raises PlanError if the step-over is too small for a grid, or if the grid has more than

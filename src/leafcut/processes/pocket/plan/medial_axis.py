@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Points, segments
 
-#: Maximum distance of the end of a branch from the boundary, in sample spacings, if the branch leads into a corner.
+#: A branch leads into a corner if its end is closer to the boundary than this distance, in sample spacings.
 _IN_CORNER = 4.0
 #: Maximum number of samples on the boundary; it limits memory.
 _MOST = 200_000
@@ -23,9 +23,9 @@ _MOST = 200_000
 class Axis:
     """The medial axis as a tree of points.
 
-    The first of the points, float64[n, 2], is the root, which is the widest point. Every other point comes after its
-    parent. `width` is the distance from the boundary of the region, float64[n], mm. `parent` contains the index of each
-    parent, or -1 for the root.
+    - `xy`: points, float64[n, 2], mm; the first point is the root (widest point), other points follow their parents
+    - `width`: distance of each point from the boundary of the region, float64[n], mm
+    - `parent`: index of the parent of each point, int64[n]; -1 for the root
     """
 
     xy: Points
@@ -48,11 +48,11 @@ class Axis:
 def medial_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
     """Return the medial axis of a polygon, from the Voronoi diagram of points on its boundary, `spacing` mm apart.
 
-    Cycles around islands are cut at their narrowest points. Branches into corners are extended to the corner. Branches
-    whose discs extend beyond the disc at their fork by less than the tolerance are removed, because they lead to
-    vertices of chords. Source: J. W. Brandt, "Convergence and continuity criteria for discrete approximations of the
-    continuous planar skeleton", CVGIP: Image Understanding 59 (1994): the inner edges of the diagram converge to the
-    axis.
+    Cycles around islands are cut at their narrowest points. Branches into corners are extended to the corner. A branch
+    is removed if its discs extend beyond the disc at its fork by less than the tolerance, because such a branch only
+    leads to a vertex between two chords. Source: J. W. Brandt, "Convergence and continuity criteria for discrete
+    approximations of the continuous planar skeleton", CVGIP: Image Understanding 59 (1994): the inner edges of the
+    diagram converge to the axis.
     """
     points = _boundary_points(polygon, spacing)
     lines = shapely.voronoi_polygons(shapely.MultiPoint(points), only_edges=True)

@@ -112,10 +112,9 @@ class RegionPaths:
         return both
 
     def path_to_nearest(self, start: int, ends: Collection[int]) -> tuple[int, Points] | None:
-        """Return the node of `ends` that has the shortest path from `start`, and the corners of this path,
-        straightened.
+        """Find the shortest path from `start` to any of the nodes `ends`, and straighten it.
 
-        Return None if no path exists.
+        Return its last node and its corners, or None if no path exists.
         """
         nodes = shortest_path(len(self.places), self._edges, start, ends)
         return None if nodes is None else (nodes[-1], self._straightened(self._corners(nodes)))

@@ -1,4 +1,4 @@
-"""Joints between rings, by which a single path without retracts connects all rings."""
+"""Joints between rings, which connect all rings to one path without retracts."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from leafcut.processes.pocket.plan.stationed_path import Ring
 
 #: Spacing of candidate joints along a ring, in step-overs.
 STATION_STEP = 0.25
-#: Share of the smaller of two rings that must be near the other ring if they are side by side.
+#: Two rings are side by side if at least this share of the smaller ring is near the larger ring.
 LONG = 0.3
 #: Maximum number of spines (chains of nested rings) to try.
 MOST_SPINES = 12
 #: Maximum number of joints between two rings that are tried after the first possible joint.
 MOST_LOOKS = 60
-#: Share of a gap that may be omitted if only one of both rings has a gap.
+#: Share of the usual gap if only one of two rings has a gap.
 ONE_SIDED = 1.0
-#: Maximum distance between rings to join, in step-overs; if such joints do not connect all rings, any may be joined.
+#: Maximum distance between rings to join, in step-overs. It is ignored if it leaves some rings unconnected.
 FAR = 2.5
 #: Minimum length of a ring that may have a gap, in step-overs.
 TINY = 3.0
@@ -54,7 +54,8 @@ class Joint:
 class _JointOptions(NamedTuple):
     """Candidate joints between two rings, cheapest first.
 
-    The columns are the extra path length, float64[n], and the stations and gaps of parent and child, float64[n, 2], mm.
+    - `costs`: extra path length, float64[n], mm
+    - `stations`, `gaps`: station and gap on the parent and on the child, float64[n, 2], mm
     """
 
     costs: Points
@@ -151,7 +152,7 @@ def _kruskal(cut: list[Ring], a: Indices, b: Indices, step_over: float) -> list[
 
 
 class RingLinks:
-    """Joints between all rings, the parts of rings that the joints occupy, and the resulting path.
+    """Finds joints between all rings, and the path along the joined rings.
 
     Once `stopped` returns True, the first possible joints are used.
     """
@@ -196,7 +197,7 @@ class RingLinks:
         return paths + [self._path_around(ring, 0.0, self.cut[ring].length) for ring in self.apart]
 
     def _best_spine(self) -> tuple[list[int], list[tuple[float, float]]]:
-        """Return the spine with the lowest cost, and the stations where the path enters and leaves its rings."""
+        """Return the cheapest spine, and the stations where the path enters and leaves each of its rings."""
         best: tuple[float, list[int], list[tuple[float, float]]] | None = None
         for spine in ring_chains(self.cut, self.edges, self.step):
             first = self.cut[spine[0]]
@@ -224,8 +225,9 @@ class RingLinks:
         return cost, spans
 
     def _entry(self, ring: int, end: float, after: int) -> tuple[float, float]:
-        """Return the cost of the cheapest link to the next ring of the spine, mm, and the station of the link on that
-        ring, mm.
+        """Find the cheapest link from station `end` of a ring to the ring `after`, the next ring of the spine.
+
+        Return the cost of the link, mm, and its station on the ring `after`, mm.
         """
         place, to = self.cut[ring].at(end), self.cut[after]
         nearest = to.station_of(place)

@@ -68,11 +68,11 @@ def levels_of(
     thickness: float | None = None,
     beyond: float = 0.0,
 ) -> PocketLevels:
-    """Return the levels of a pocket `depth` mm below the top, in equal steps of at most the step-down.
+    """Return the levels of a pocket whose floor is `depth` mm below Z0, in equal steps of at most the step-down.
 
-    `begin` is the height of the material, mm; it is negative in the floor of another pocket. `thickness` is the
-    thickness of the plate, and `beyond` is the break-through below it, mm. Raises OptionError if the pocket is deeper
-    than plate and break-through, or if it has too many levels.
+    `begin` is the height of the top of the material, mm: 0, or negative if the pocket starts lower, for example in the
+    floor of another pocket. `thickness` is the thickness of the plate, and `beyond` is the break-through below it, mm.
+    Raises OptionError if the pocket is deeper than plate and break-through, or if it has too many levels.
     """
     if thickness is not None and depth > thickness + beyond + 1e-9:
         raise OptionError(
@@ -150,9 +150,7 @@ def _opening_issues(part: Part, diameter: float | None) -> list[Issue]:
 
 
 def _depth_summary(pockets: Sequence[Pocket]) -> str:
-    """Return the depths of the pockets, and the number of pockets of each depth, as text: ``6 mm (1 pocket), 8 mm (2
-    pockets)``.
-    """
+    """Return the depths of the pockets as text, for example ``6 mm (1 pocket), 8 mm (2 pockets)``."""
     counted = Counter(round(pocket.depth or 0.0, 3) for pocket in pockets)
     return ", ".join(f"{deep:g} mm ({count_of(counted[deep], 'pocket')})" for deep in sorted(counted))
 
@@ -186,10 +184,10 @@ def finishing_levels(levels: PocketLevels, diameter: float) -> tuple[float, ...]
 
 
 def corner_rounding(machine: Machine, feed: float) -> float:
-    """Return the maximum distance between the tool and a corner, mm, if the next move starts while the tool still
-    decelerates.
+    """Return the maximum distance between the tool and a corner, mm, if the next move starts before the tool stops.
 
-    With acceleration a and velocity v, deceleration and acceleration each take v / a. Halfway, the tool is v² / 8a from
-    the corner on each move. At a turn of θ, its distance from the corner is 2 sin(θ / 2) v² / 8a, at most v² / 4a.
+    With acceleration a and velocity v, deceleration and acceleration each take v / a. Halfway through this time, each
+    of the two moves is v² / 8a from the corner. At a turn of θ, the tool is 2 sin(θ / 2) v² / 8a from the corner, which
+    is at most v² / 4a.
     """
     return feed * feed / (4.0 * min(machine.acceleration[:2]))

@@ -1,4 +1,4 @@
-"""Shorten a path over a pocket in places where other passes clear the same area."""
+"""Shorten a path over a pocket where other passes already clear the area."""
 
 from __future__ import annotations
 
@@ -58,11 +58,10 @@ def subdivide_path(path: Points, longest: float) -> Points:
 def shorten_path(
     path: Points, coverage: CoverageGrid, region: CentreRegion, allowed: Any, kept: Points, stopped: Callable[[], bool]
 ) -> Points:
-    """Return a path that is at most as long as the given path, and still within the maximum distance of every sample
-    point.
+    """Shorten a path, but keep it within the maximum distance of every sample point.
 
-    The path does not change within a tool radius of the points `kept`, float64[n, 2]. Once `stopped` returns True, the
-    path is returned as it is, which may be longer than necessary.
+    The path does not change within a tool radius of the points `kept`, float64[n, 2]. Once `stopped` returns True,
+    return the path shortened so far.
     """
     radius, changed = region.rules.radius, None
     for _ in range(PASSES):
@@ -121,7 +120,7 @@ class _BendShortener:
         self.station = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
         self.bends = self._sharp_bends(self.least)
         if changed is not None:
-            # This covers the section at a bend, the sample points near it, and the passes that may clear these points.
+            # The reach covers the section at a bend, its sample points, and the passes that may clear these points.
             reach = self.reaches[0] * self.radius + 2.0 * coverage.longest
             near = _near_any(path[self.bends], changed, reach)
             self.bends = [i for i, there in zip(self.bends, near, strict=True) if there]
@@ -143,9 +142,7 @@ class _BendShortener:
         self.edits: list[Edit] = []
 
     def _selected(self) -> NDArray[np.bool_]:
-        """Return a mask of the segments that may be replaced, bool[n − 1]. They are near bends and at both ends of the
-        path.
-        """
+        """Return a mask of the segments near bends and near both ends of the path, bool[n − 1]."""
         reach = self.reaches[0] * self.radius
         at = self.station[[0, *self.bends, len(self.path) - 1]]
         change = np.zeros(len(self.path) + 1, np.int64)
@@ -207,9 +204,7 @@ class _BendShortener:
                 return
 
     def _replacement_curve(self, a: int, i: int, b: int) -> Points | None:
-        """Return the replacement of a section: a parabola tangential to the lines from the ends of the section to the
-        bend.
-        """
+        """Return a parabola that replaces a section. It is tangential to the lines from the bend to both ends."""
         t = np.linspace(0.0, 1.0, CURVE + 1)[:, None]
         p, q, r = self.path[a], self.path[i], self.path[b]
         curve: Points = (1.0 - t) ** 2 * p + 2.0 * t * (1.0 - t) * q + t * t * r
@@ -222,7 +217,7 @@ class _BendShortener:
         return self.point[self.first[a] : self.first[b]]
 
     def _stays_covered(self, a: int, b: int, curve: Points | None) -> bool:
-        """Return whether all sample points stay within their maximum distances if a curve replaces a section."""
+        """Return whether `curve` can replace a section so that all sample points stay within their limits."""
         who, times = np.unique(self._points_of(a, b), return_counts=True)
         lost = who[self.count[who] <= times]
         if not len(lost):
@@ -260,8 +255,9 @@ def _angle(a: Points, b: Points) -> float:
 
 
 class _CornerChamferer(_BendShortener):
-    """Chamfers the sharp corners of a path, in one round. The step-over applies only to passes that are side by
-    side.
+    """Chamfers the sharp corners of a path, in one round.
+
+    Passes that run side by side must stay within the step-over; other passes may be further apart.
     """
 
     reaches, least = CHAMFERS, 2.0 * SIDE_BY_SIDE
@@ -270,7 +266,7 @@ class _CornerChamferer(_BendShortener):
         super().__init__(path, coverage, rules, allowed)
         points: Any = shapely.points(path)
         self.points = shapely.STRtree(points)
-        #: Points of each chamfer, by the index of the point of the path at which it starts.
+        #: Points of each chamfer, by the index of the path point where the chamfer starts.
         self.chamfers: dict[int, Points] = {}
         self.gone = np.zeros(len(path), dtype=bool)
 
@@ -278,7 +274,8 @@ class _CornerChamferer(_BendShortener):
         p, q, r = self.path[a], self.path[i], self.path[b]
         before, after = q - p, r - q
         # `half` is half the interior angle of the corner. Chamfers of neighbouring corners are 1 / sin(half) times as
-        # far apart as the sides. They are side by side, unless the sides are closer to the point midway between them.
+        # far apart as the passes. Up to the size `longest`, this is allowed: the point midway between two chamfers is
+        # closer to the passes than to the chamfers.
         half = max(0.5 * (math.pi - _angle(before, after)), 0.05)
         longest = 0.5 * self.step * (1.0 / math.sin(half) - 1.0) / (math.sin(half) * math.cos(half))
         chord = r - p

@@ -70,8 +70,9 @@ def _significant_parts(shape: Any, rules: PocketRules) -> list[Any]:
 def _spur_to_uncut(
     places: list[Any], track: StationedPath, rules: PocketRules, room: Any
 ) -> tuple[float, Points] | None:
-    """Return the station and the tip of a spur towards the most distant uncut point, or None if the spur would leave
-    `room`.
+    """Return the station and the tip of a spur towards the most distant uncut point of `places`.
+
+    Return None if the spur would leave `room`.
     """
     corners = shapely.get_coordinates(places)
     away, stations = track.nearest(corners)

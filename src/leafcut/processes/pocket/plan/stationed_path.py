@@ -1,4 +1,4 @@
-"""Paths with stations, which are positions given by their distance along the path."""
+"""Paths with stations. A station is a distance along the path from its start."""
 
 from __future__ import annotations
 
@@ -35,8 +35,9 @@ class StationedPath:
         return shapely.STRtree(steps)
 
     def nearest(self, places: Points) -> tuple[Points, Points]:
-        """Return the distance of each position, float64[m, 2], from the path, and the station of the nearest point on
-        the path.
+        """Find the nearest point on the path for each of the positions `places`, float64[m, 2], mm.
+
+        Return the distances of these points from the positions, and their stations, both float64[m], mm.
         """
         (row, step), away = self._steps.query_nearest(shapely.points(places), return_distance=True, all_matches=False)
         along = (self.points[1:] - self.points[:-1])[step]

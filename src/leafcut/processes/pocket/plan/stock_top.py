@@ -23,9 +23,10 @@ def stock_tops(
 ) -> list[float]:
     """Return the height of the material above each pocket before milling, mm, relative to the top of the pocket.
 
-    This height is the highest point of the solid above the pocket and above a rim as wide as the tool radius, but never
-    above the top of the pocket. A pocket inside another pocket counts as filled up to the rim of the outer pocket,
-    whether or not the outer pocket is milled. `triangles` is the surface, float64[n, 3, 3], mm.
+    The highest point of the solid counts, above the pocket or within a tool radius of it. The height never exceeds the
+    top of the pocket. A pocket inside another pocket counts as filled up to the rim of the outer pocket, whether or not
+    the outer pocket is milled. `of_solid` contains all pockets of the solid, and `triangles` its surface,
+    float64[n, 3, 3], mm.
     """
     filled = [pocket.region(filled=True) for pocket in of_solid]
     tops = []

@@ -40,8 +40,8 @@ DIGITS = 3
 class Clearing:
     """A region of a pocket, and the path that clears it on one level.
 
-    `region` contains the tool centres that the finished walls allow, and `allowed` those that are allowed for roughing
-    (shapely geometry). `walls` is the finishing pass if roughing leaves stock, otherwise None.
+    `region` contains the possible tool centres for the finished walls. `allowed` is the area of tool centres for
+    roughing (shapely geometry). `walls` is the finishing pass if roughing leaves stock, otherwise None.
     """
 
     region: CentreRegion
@@ -96,9 +96,9 @@ def pocket_motion(
 ) -> tuple[Toolpath, tuple[Descent, ...]]:
     """Return the motion of the whole program, and all entries into material.
 
-    Each region is cleared level by level, from the top. Then its walls are finished if roughing left stock: at full
-    depth, or in deeper pockets in steps of two diameters. If roughing left more than `FILM`, as in a passage too narrow
-    for tool and stock, the walls are finished level by level.
+    Each region is cleared level by level, from the top. If roughing left stock, the walls are then finished in steps of
+    at most two diameters, most pockets in one step. If roughing left more than `FILM`, as in a passage too narrow for
+    tool and stock, the walls are finished level by level.
 
     Between levels, the tool stays down if the straight move to the next path is clear and quicker than a retract.
     Otherwise it rises to the R plane or to the clearance height. Rapids below the surface end slightly above the floor
@@ -128,7 +128,7 @@ def pocket_motion(
 class ClearingMotion:
     """The motion that clears regions one after another.
 
-    If the tool is already `down`, which means at or below the retract height above the start of the first region, it
+    If `down` is true, the tool is already above the start of the first region, at or below the retract height. Then it
     does not rise first.
     """
 

@@ -24,13 +24,13 @@ TOUCH = 0.1
 def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
     """Return a path with a pass along every wall of a region. Each pass starts and ends in the cleared area.
 
-    Lead-in and lead-out are quarter circles; where they do not fit, the pass starts on the wall. `roughed` is the
-    shapely geometry of the tool centres for roughing.
+    Lead-in and lead-out are quarter circles; where they do not fit, the pass starts on the wall. `roughed` is the area
+    of tool centres for roughing (shapely geometry).
     """
     shapely.prepare(roughed)
     room = region.polygon.buffer(TOUCH * region.rules.tolerance)
     shapely.prepare(room)
-    # The region is on the left of its rings, so the wall is on the right of the tool, which is climb milling.
+    # Each ring has the region on its left and the wall on its right, which is climb milling.
     rings = [ring if region.rules.climb else ring[::-1] for ring in region.rings]
     pieces = []
     place: tuple[float, float] | None = None
@@ -82,7 +82,7 @@ def _add_midpoints(ring: Points, least: float) -> Points:
 
 
 def _straight_places(ring: Points) -> list[int]:
-    """Return the indices of the points at which a ring hardly turns; points between long edges come first."""
+    """Return the indices of points where a ring hardly turns; points between long edges come first."""
     ahead = np.roll(ring, -1, axis=0) - ring
     behind = np.roll(ahead, 1, axis=0)
     turn = np.abs(np.arctan2(behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0], (behind * ahead).sum(axis=1)))
@@ -95,9 +95,7 @@ def _straight_places(ring: Points) -> list[int]:
 
 
 def _wall_leads(ring: Points, start: int, side: float, radius: float) -> tuple[Polyline, Polyline]:
-    """Return the lead-in and the lead-out at a point of a ring, which are quarter circles on the inner side of the
-    wall.
-    """
+    """Return the lead-in and the lead-out at a point of a ring: quarter circles on the inner side of the wall."""
     ahead, behind = ring[(start + 1) % len(ring)] - ring[start], ring[start] - ring[start - 1]
     tangent = ahead / math.hypot(*ahead) + behind / math.hypot(*behind)
     tangent /= math.hypot(*tangent)

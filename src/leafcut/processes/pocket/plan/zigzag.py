@@ -44,9 +44,9 @@ def zigzag(
     """Return a path of zigzag lines at an angle, rad (None for the best of twelve angles), followed by passes along the
     walls.
 
-    Neighbouring lines form a run as long as straight links between their ends stay in the region. Runs are visited in
+    Neighbouring lines form a run if straight links between their ends stay in the region. Runs are visited in
     nearest-neighbour order. Spurs clear any remaining material. The shortest path without gaps between passes is
-    chosen. `too_wide` returns the points of a path, float64[n, 2], where passes are further apart than the step-over.
+    chosen. `too_wide` finds the points of a path, float64[n, 2], where passes are further apart than the step-over.
     Once `stopped` returns True, no further angle is tried.
     """
     angles = [math.pi * k / ANGLES for k in range(ANGLES)] if angle is None else [angle]

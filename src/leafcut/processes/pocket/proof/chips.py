@@ -124,9 +124,7 @@ def _all_levels(samples: list[_LevelSamples], name: str) -> Floats:
 
 
 def _limits(samples: list[_LevelSamples], ramps: list[_Ramp], limits: FeedLimits) -> Iterator[FeedLimit]:
-    """If the power is limited, yield this limit with the maximum power at a constant feed and at the feeds of the
-    program.
-    """
+    """Yield the power limit of the spindle, if known, with the maximum power before and after feeds were changed."""
 
     def most(values: Floats) -> float:
         return float(values.max(initial=0.0))
@@ -179,9 +177,7 @@ def _limit_differences(level: _LevelSamples, written: Toolpath, limits: FeedLimi
 
 
 def _worst_samples(level: _LevelSamples, share: Floats) -> Iterator[tuple[PocketCut, int]]:
-    """Yield the moves that exceed their limit (`share` above 1), each with the index of the sample that exceeds it
-    most.
-    """
+    """Yield each move that exceeds its limit (`share` above 1), with the index of its worst sample."""
     over = np.flatnonzero(share > 1.0 + _PART)
     for move in np.unique(level.move[over]).tolist():
         mine = over[level.move[over] == move]
@@ -193,8 +189,7 @@ def _ramps(
 ) -> Iterator[_Ramp]:
     """Yield each ramp with the power that it needs, W.
 
-    Consecutive moves with the same feed count as one ramp, because with rounded heights each move has a different
-    slope.
+    Consecutive moves with the same feed count as one ramp, because rounded heights give each move a different slope.
     """
     descents: list[list[PocketCut]] = []
     for cut in cuts:

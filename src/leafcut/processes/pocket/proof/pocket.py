@@ -142,8 +142,8 @@ def simulated_levels(
 def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[Difference]:
     """Return the moves below the surface that cut material faster than the feed of the mill, mm/s.
 
-    A faster move must be level, and earlier moves at its height must have cleared its whole path, which is sampled
-    (`material.engagement`). Films with a thickness of up to a hundredth of the diameter are ignored: passes within the
+    A faster move must be level, and earlier moves at its height must have cleared its whole path. The path is sampled
+    (`material.engagement`). Films with a thickness of up to a hundredth of the diameter are ignored. Passes within the
     tolerance may leave such films, and at the same feed, their chips are only a fifth as thick as usual.
     """
     cuts = list(cutting_moves(written, rules.tolerance))
@@ -184,10 +184,9 @@ def thickest_film(rules: PocketRules) -> float:
 def engaged_levels(
     cuts: Sequence[PocketCut], rules: PocketRules, rows: Collection[int]
 ) -> Iterator[tuple[list[PocketCut], ToolSteps, Engaged]]:
-    """For each height at which one of the `rows` ends, yield the moves at that height, their sampled path, and the
-    engagement along this path.
+    """Yield the moves at one height, their sampled path, and the engagement along this path.
 
-    The engagement at the end of a descent is left out.
+    This is done for each height at which a move of `rows` ends. The engagement at the end of a descent is left out.
     """
     known: dict[bytes, tuple[ToolSteps, Engaged]] = {}
     for z in sorted({round(cut.z, 3) for cut in cuts if cut.row in rows}):
@@ -207,8 +206,9 @@ def path_of_cuts(pieces: Sequence[Points]) -> PocketPath:
 
 
 def _area_in_helices(written: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules) -> Any:
-    """Return the area inside full circles that are no wider than the tool, such as those of helices, because the tool
-    clears it.
+    """Return the area inside full circles of the tool centre, such as turns of a helix. The tool clears this area.
+
+    Circles with a radius larger than the tool radius do not count, because a core remains inside.
     """
     turned: dict[tuple[float, ...], float] = {}
     for cut in cuts:
@@ -460,7 +460,7 @@ def _rapids_into_material(
 
 
 class EarlierCuts:
-    """The feed moves of a program in order, without plunges, to find the cleared area around a position."""
+    """Finds the area that earlier feed moves of a program have cleared around a position. Plunges clear nothing."""
 
     def __init__(self, cuts: Sequence[PocketCut], rules: PocketRules) -> None:
         self.rules, moving = rules, [cut for cut in cuts if np.ptp(cut.path[:, :2], axis=0).any()]
@@ -470,13 +470,11 @@ class EarlierCuts:
         self._tree = shapely.STRtree([shapely.LineString(cut.path[:, :2]) for cut in moving])
 
     def passed(self, place: Floats, row: int, height: float) -> bool:
-        """Return whether the tool centre passed a position at `height` mm or lower, before a row of the toolpath."""
+        """Return whether the tool centre passed a position at `height` mm or lower in an earlier move than `row`."""
         return len(self._near(place, row, height, 0.1 * self.rules.tolerance)) > 0
 
     def cleared(self, place: Floats, row: int, height: float) -> Any:
-        """Return the area around a position that moves before a row of the toolpath have cleared down to `height`
-        mm.
-        """
+        """Return the area around a position that is cleared down to `height` mm by the moves before `row`."""
         near = self._near(place, row, height, self.rules.tool_diameter)
         steps = steps_near(np.concatenate([np.zeros((0, 2, 2)), *(self._steps[k] for k in near)]), place, self.rules)
         return cleared_area(steps[(steps[:, 0] != steps[:, 1]).any(axis=1)], self.rules)
@@ -527,11 +525,10 @@ def stock_top_differences(
     triangles: NDArray[np.float64],
     radius: float,
 ) -> list[Difference]:
-    """Return a difference for each pocket whose material, above the pocket or within a tool radius of it, is higher
-    than assumed.
+    """Return a difference for each pocket with higher material than assumed, above it or within a tool radius of it.
 
-    Other pockets of the solid count as filled up to their rims. The check tests the distance of each triangle, and
-    shares no code with the planning of heights. `triangles` is the surface, float64[n, 3, 3], mm.
+    Other pockets of the solid (`of_solid`) count as filled up to their rims. The check tests the distance of each
+    triangle, and shares no code with the planning of heights. `triangles` is the surface, float64[n, 3, 3], mm.
     """
     wrong = []
     for pocket, top in zip(pockets, tops, strict=True):

@@ -132,7 +132,7 @@ def _unfinished_areas(frame: Frame, shapes: PocketShapes, name: str) -> str:
 
 
 def outline_of(frame: Frame, shape: Any) -> str:
-    """Return the outline of an area, in the scale of the drawing, as the shape of a clip path."""
+    """Return the SVG path around an area, for use in a clip path."""
     return element("path", d=_area_path(frame, shape), transform="scale(0.03125)", clip_rule="evenodd")
 
 

@@ -59,7 +59,7 @@ from leafcut.report.wording import (
 
 #: Maximum number of path segments for which uncut areas are drawn.
 MOST_PIECES = 200_000
-#: Minimum additional uncut area, compared with the usual strategy, that counts as less work, in percentage points.
+#: Minimum additional uncut area, compared with the usual strategy, that the report mentions, in percentage points.
 LESS_WORK = 0.1
 #: Minimum share of air cuts in the path that is reported as a fact.
 _AIR = 0.01
@@ -95,7 +95,7 @@ class PocketReport(PathReport[PocketDetail]):
         return strategy_figures(self.outcome)
 
     def orders(self) -> list[tuple[str, Measure]]:
-        """Return the measures of the written strategy, and those of the usual strategy before them if it differs."""
+        """Return the measures of the usual strategy, unless it is the written strategy, and of the written strategy."""
         usual = [(self.usual.capitalize(), self.outcome.before)] if self.compared else []
         return [*usual, (f"{OURS}: {self.chosen}", self.outcome.after)]
 
@@ -214,9 +214,7 @@ class PocketReport(PathReport[PocketDetail]):
         return facts
 
     def _uncut_words(self, m: PocketMeasures) -> str:
-        """Return the uncut area, as a share of the reachable area, as text. Issue L701 reports the area that is out of
-        reach.
-        """
+        """Return the uncut area and the reachable area as text. Issue L701 reports the unreachable area."""
         area, whole = area_words(m.uncovered_mm2), area_words(m.reachable_mm2)
         if all(issue.code != "L701" for issue in self.outcome.issues):
             return Message("{} of {}", area, whole)
@@ -402,7 +400,7 @@ def _strategy(row: StrategyFigures) -> dict[str, Any]:
 
 
 def _cells(row: StrategyFigures) -> tuple[str, ...]:
-    """Return the measures of a strategy as texts, in the order of `_TITLES`; nothing if the strategy is refused."""
+    """Return the measures of a strategy as texts, in the order of `_TITLES`; empty if the strategy is refused."""
     m = row.measures
     if m is None:
         return ()

@@ -22,11 +22,12 @@ from leafcut.report.wording import (
 
 @dataclass(frozen=True)
 class StrategyFigures:
-    """Measures of a strategy on one level of all pockets (sums and maxima); they are None if the strategy is refused.
+    """Measures of a strategy over one level of all pockets.
 
-    `program_s` is the time of a program that clears all pockets by this strategy. `passed_over` is the reason why a
-    cheaper strategy was rejected, from the first pocket that has a reason. `usual` states whether the written program
-    is compared with this strategy in any pocket.
+    `measures` contains sums and maxima; it is None if the strategy is refused. `program_s` is the time of a program
+    that clears all pockets by this strategy. `passed_over` states why the strategy was rejected although it is cheaper,
+    for the first pocket with a reason. `usual` is true if the written program is compared with this strategy in any
+    pocket.
     """
 
     name: str
@@ -41,8 +42,8 @@ class StrategyFigures:
 def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
     """Return the measures of each strategy over all pockets.
 
-    If the written program, or the program with which it is compared, uses a single strategy in all pockets, the
-    strategy gets the machine time of that program.
+    If the written program uses the same strategy in all pockets, the strategy gets the machine time of this program.
+    The same applies to the program for comparison.
     """
     detail = outcome.detail
     whole = {
@@ -73,7 +74,7 @@ def figures_by_strategy(plans: Sequence[PocketPlan], programs: Sequence[PocketPr
 
 
 def _with_moves_between(measures: PocketMeasures, program: PocketProgram | None) -> PocketMeasures:
-    """Return the measures with the rapids and retracts of the whole program, if it clears several pockets."""
+    """Return the measures with the rapids and retracts of a program for several pockets, if there is a program."""
     if program is None:
         return measures
     return replace(measures, rapid_mm=program.rapid_mm, retracts=program.retracts)
