@@ -91,5 +91,5 @@ class OrderRefused(VerifyError):
         self.faulty, self.stages = set(faulty), set(stages)
 
 
-#: Improves an order for effects between neighbouring tasks, such as leads and heat.
+#: A function that improves an order by considering effects between neighbouring tasks, such as heat.
 Pass = Callable[[Plan, Order], Order]

@@ -123,7 +123,7 @@ class WholeDrawing:
         inside += [c.path.start for c in self._contours_of(self.worked_mask)]
         if not outlines or not inside:
             return False
-        # The points of an outline, which joining moves, do not lie inside it.
+        # Joining moves the points of an outline, so areas are shrunk: no outline may contain its own points.
         areas = shapely.buffer(outlines, -4.0 * _JOIN_TOLERANCE)
         return bool(shapely.STRtree(shapely.points(inside)).query(areas, predicate="contains").size)
 

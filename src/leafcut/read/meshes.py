@@ -57,7 +57,7 @@ def load_mesh(
         raise ReadError(file, Message("cannot be read ({})", problem.strerror)) from None
     if sniff_step(head) == Match.YES:
         if unit != "mm":
-            raise OptionError("--surface-unit: a STEP file states its unit; leave it out")
+            raise OptionError("--surface-unit: a STEP file defines its own unit; leave this option out")
         triangles = step_mesh(str(file), _step_bytes(file, size), which, pose)
     else:
         if which not in (None, "all"):

@@ -74,7 +74,7 @@ def file_and_quantity(argument: str) -> tuple[str, int]:
 def _drawings_named(argument: str) -> Iterator[WantedDrawing]:
     if re.fullmatch(r"x?[0-9]{1,9}x?", argument, re.IGNORECASE) and not Path(argument).exists():
         raise OptionError(
-            "{}: file not found; write a quantity after its drawing, bracket.dxf:{}", argument, argument.strip("xX")
+            "{}: file not found; add a quantity to its drawing, such as bracket.dxf:{}", argument, argument.strip("xX")
         )
     file, quantity = file_and_quantity(argument)
     if quantity < 1:

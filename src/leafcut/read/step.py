@@ -201,7 +201,7 @@ def _is_quarter(angle: float) -> bool:
 
 def _check_units(options: ReadOptions) -> None:
     if options.units:
-        raise OptionError("--units: a STEP file states its unit; leave it out")
+        raise OptionError("--units: a STEP file defines its own unit; leave this option out")
 
 
 def _oriented_path(vertices: list[list[float]], clockwise: bool) -> Polyline:

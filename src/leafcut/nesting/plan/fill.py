@@ -41,7 +41,7 @@ class Packer(Protocol):
         """Area of a sheet, mm²."""
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return the positions of those offered pieces that fit on one sheet.
+        """Fill one sheet with offered pieces, and return the positions of the pieces that fit.
 
         If `last` is true, this is the last sheet, and the pieces are packed as far to the left as possible.
         """

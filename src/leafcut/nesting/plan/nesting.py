@@ -1,4 +1,4 @@
-"""Nest parts on sheets in several variants, with small parts also in the holes of large parts.
+"""Nest parts on sheets in several variants. Small parts may lie in the holes of large parts.
 
 Independent code checks each nest afterwards.
 """
@@ -383,8 +383,9 @@ def _fill_spaces(
 
 
 def _angles(piece: NestPiece, outer: Sequence[float] | None) -> list[float]:
-    """Return the rotations of a piece in a hole that remain allowed at every rotation (`outer`) of the surrounding
-    part.
+    """Return the rotations of a piece relative to the part around it, rad.
+
+    With each of them, the piece has an allowed rotation at all rotations `outer` of that part.
     """
     angles = piece.angles if piece.angles is not None else FREE_ANGLES
     return [angle for angle in angles if angles_within(piece.angles, outer, angle)]

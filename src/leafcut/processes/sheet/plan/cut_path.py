@@ -1,4 +1,4 @@
-"""Build the path of a cut from its chosen start (lead-in, contours, bridges, overcut, lead-out), and its speeds.
+"""Build the path of a cut with a given start: lead-in, contours, bridges, overcut, lead-out, and their speeds.
 
 For a controller with kerf compensation (G41, G42), the program contains the contour as drawn, and lead arcs whose
 radius is larger by half a kerf. Compensation starts on the straight run-in: LinuxCNC moves along the tangent to the
@@ -149,8 +149,9 @@ def chain_length(contours: Sequence[CutContour], start: CutStart) -> float:
 
 
 def path_from_start(contour: CutContour, start: CutStart, *, overcut: bool = True) -> tuple[Polyline, float]:
-    """Return the path of a contour from its start, and the overlap of the path beyond the start, mm, which is negative
-    for a micro-joint.
+    """Return the path of a contour from its start, and its overlap past the start, mm.
+
+    The overlap is negative if a micro-joint remains.
     """
     path = contour.path
     if not path.closed:
@@ -309,9 +310,7 @@ def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, flo
 
 
 def _widened_lead(lead: Polyline, center: Point, radius: float, on: Point) -> Polyline:
-    """Return a lead with the same centre and first point but with another radius, for a controller with
-    compensation.
-    """
+    """Return a lead with the same first point and the same centre of its arc, but with another radius."""
     x, y = lead.vertices[1, :2].tolist()
     scale = radius / math.hypot(x - center[0], y - center[1])
     corner = (center[0] + scale * (x - center[0]), center[1] + scale * (y - center[1]))

@@ -76,9 +76,7 @@ def lead_path(lead: Lead, at: Point, travel: Point, left: bool, out: bool = Fals
 
 
 def lead_variants(lead: Lead, kerf: float) -> list[Lead]:
-    """Return a lead and its alternatives for narrow scrap, best first: shorter leads, other angles, and other
-    styles.
-    """
+    """Return a lead, then its alternatives for narrow scrap: shorter leads, other angles and other styles."""
     if lead.style == "none":
         return [lead]
     least = max(LEAST_KERFS * kerf, LEAST_LEAD)

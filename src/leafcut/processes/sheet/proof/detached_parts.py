@@ -1,6 +1,4 @@
-"""For a head that stays down between cuts, count the travel moves over detached parts in a program that was read
-back.
-"""
+"""Count the travel moves over detached parts in a program, for a head that stays down between cuts."""
 
 from __future__ import annotations
 
@@ -61,10 +59,10 @@ def check_detached_parts(
 
 
 def crossings(matched: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
-    """Return the program line and end point of the first crossing move of each route that crosses a detached part.
+    """Find the routes that cross a detached part. A route consists of the travel moves between two runs.
 
-    A route consists of the travel moves between two runs. With a head `radius`, mm, routes that pass within this radius
-    of a part are included, except near the ends of the routes.
+    Returns the program line and the end point of the first crossing move of each route. With a head `radius`, mm, a
+    route also counts as crossing if it passes a part within this radius, except near the ends of the route.
     """
     ends = np.array([run.row_line[-1] for run in matched.runs], dtype=np.int64)
     freed = _detaching_runs(matched)

@@ -48,8 +48,10 @@ class CutRequest:
 
 @dataclass(frozen=True)
 class RunMatch:
-    """A run that follows the path of a target: the length over which it follows it, and its first and last position
-    along the run, mm.
+    """A run that follows the path of a target.
+
+    `followed` is the length of the target's path that the run follows, mm. It follows the path from `first` to `last`,
+    mm along the run.
     """
 
     run: int
@@ -140,9 +142,7 @@ class MatchedRuns:
 
 
 def _marking_runs(runs: list[TorchRun], dialect: Dialect, power: float | None) -> list[bool]:
-    """Return, for each run, whether it marks, either with the spindle of the marking tool or with less than cutting
-    power.
-    """
+    """Return whether each run marks, with the spindle of the marking tool or with less than the cutting power."""
     most = power if power is not None else max((light.power for run in runs for light in run.lightings), default=0.0)
     by_power = dialect.torch is not None and dialect.torch.power
     return [

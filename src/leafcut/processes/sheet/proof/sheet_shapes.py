@@ -72,8 +72,9 @@ class Target:
 
 
 def targets_of(sheet: Sheet, half: float) -> list[Target]:
-    """Return the contours that must be cut or marked, in the order of the sheet, for a kerf whose centreline is `half`
-    mm from the parts.
+    """Return the contours that must be cut or marked, in the order of the sheet.
+
+    `half` is the distance from the centreline of the kerf to a part, mm.
     """
     found = (_target(k, source, half) for k, source in enumerate(sheet.contours) if source.kind != "sheet")
     return [target for target in found if target is not None]
@@ -106,8 +107,7 @@ def _target(index: int, source: Contour, half: float) -> Target | None:
 def _corners(path: Polyline) -> NDArray[np.float64]:
     """Return the vertices of a closed path at which it turns sharply, float64[k, 2], mm.
 
-    At each end of an arc, the angle between the arc and its chord is half of the angle of the arc, which is 2
-    atan(bulge).
+    At each end of an arc, the angle between arc and chord is 2 atan(bulge), half the angle of the arc.
     """
     steps = np.roll(path.vertices[:, :2], -1, axis=0) - path.vertices[:, :2]
     real = np.hypot(*steps.T) > SAME_PLACE
@@ -171,10 +171,10 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
 
 
 def _check_chambers(drawn: Sheet, chambers: list[Any], half: float) -> list[Difference]:
-    """Return a fault for each chamber that extends beyond its notch, and for each chamber that is uncut although other
-    chambers of its outline are cut.
+    """Return a fault for each chamber that extends beyond its notch, and for each chamber that was left out.
 
-    A chamber may remain uncut if no pierce fits, or if its kerf would enter another kerf.
+    A chamber is left out if another chamber of its outline is cut, and this chamber is not. It may remain uncut if no
+    pierce fits, or if its kerf would enter another kerf.
     """
     if not chambers:
         return []

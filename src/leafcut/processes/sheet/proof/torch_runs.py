@@ -185,12 +185,25 @@ def burning_pieces(
 def compensated_path(
     points: NDArray[np.float64], side: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the torch path under cutter compensation by the controller, and the index of the original chord for each
-    chord of this path.
+    """Compute the torch path under cutter compensation by the controller.
 
-    `side` is the offset of n chords to the left, float64[n], mm; negative to the right. Outer corners are rounded by an
-    arc. At inner corners, the torch moves to the intersection of the offset lines. The first compensated chord leads to
-    the offset point at its end. Source: LinuxCNC, G-code reference, cutter compensation.
+    Outer corners are rounded by an arc. At inner corners, the torch moves to the intersection of the offset lines. The
+    first compensated chord leads to the offset point at its end. Source: LinuxCNC, G-code reference, cutter
+    compensation.
+
+    Parameters
+    ----------
+    points
+        Programmed path, float64[n + 1, 2], mm.
+    side
+        Offset of each chord to the left, float64[n], mm; negative to the right.
+
+    Returns
+    -------
+    points
+        Torch path, float64[m + 1, 2], mm.
+    chord
+        Index of the programmed chord for each chord of the torch path, int64[m].
     """
     chord = np.arange(len(side))
     if not side.any():
@@ -204,7 +217,7 @@ def compensated_path(
 
 
 def _offset_points(points: NDArray[np.float64], side: NDArray[np.float64], k: int) -> list[NDArray[np.float64]]:
-    """Return the points of the torch path at the end of chord `k`. There are several points around an outer corner."""
+    """Return the points of the torch path at the end of chord `k`: several around an outer corner, otherwise one."""
     corner, aside = points[k + 1], side[k]
     one = _left_normal(points[k], corner)
     if not aside:
