@@ -66,9 +66,7 @@ class LayerFilter:
         return visible
 
     def freezes(self, layer: str) -> bool:
-        """Return whether an INSERT on this layer hides its block. Only a frozen layer hides it, not a layer that is
-        off.
-        """
+        """Return whether an INSERT on this layer hides its block: only if the layer is frozen, not if it is off."""
         return layer.casefold() in self.frozen
 
 

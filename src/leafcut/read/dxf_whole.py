@@ -20,7 +20,7 @@ from leafcut.read.dxf_strokes import DxfPolyline, DxfStroke, Letters, Strokes, s
 from leafcut.read.dxf_texts import text_of
 from leafcut.read.format import FREE_HOLES, MAX_COORDINATE, Source, copy_budget, point_budget
 
-#: Entities made of lines of their own, which are never machined.
+#: Annotations that consist of several lines and are never machined.
 _DIMENSIONS = ("ARC_DIMENSION", "DIMENSION", "LEADER", "MULTILEADER")
 _ANNOTATIONS = (*_DIMENSIONS, "HATCH", "MLINE", "MPOLYGON", "SOLID", "TRACE", "3DFACE")
 #: Most lines to display per entity, and most points per line.
@@ -92,9 +92,7 @@ def _point_of(entity: Any) -> DxfStroke | None:
 
 
 def _annotation_of(entity: Any) -> DxfStroke | None:
-    """Return the lines of an annotation. Return None for other entities, and if no line of the annotation can be
-    read.
-    """
+    """Return the lines of an annotation, or None for other entities and for annotations without readable lines."""
     kind = entity.dxftype()
     if kind not in _ANNOTATIONS:
         return None

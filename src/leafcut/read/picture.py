@@ -29,12 +29,13 @@ from leafcut.read.recognition import picture_kind
 
 #: Most pixels: tracing needs about 30 bytes per pixel.
 MAX_PIXELS = 25_000_000
-#: Most scans of a JPEG: a progressive one has about ten, and decoding each covers all pixels, however small it is.
+#: Maximum number of scans of a JPEG. A progressive JPEG has about ten. A scan of a few bytes still takes as long to
+#: decode as all pixels.
 MAX_SCANS = 100
 _SCAN = b"\xff\xda"
 #: Most transitions between dark and bright; more are noise, not an outline.
 MAX_STEPS = 250_000
-#: Most transitions for the optimal arc fit, which is slow; smoothed outlines are accurate enough for finer pictures.
+#: Most transitions for the optimal arc fit, which is slow. For finer pictures, smoothed outlines are accurate enough.
 MAX_FITTED = 50_000
 #: Most outlines; more are noise.
 MAX_OUTLINES = 5_000
@@ -96,7 +97,7 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
     try:
         return _pockets(part, [fit(line) for line in lines], (size, height), joining, source)
     except ReadError:
-        # Smoothing can make walls a pixel apart meet; the unsmoothed outlines do not.
+        # Walls a pixel apart can meet after smoothing. The unsmoothed outlines do not meet.
         return _pockets(
             part, [Polyline.of_points(line, closed=True) for line in lines], (size, height), joining, source
         )
@@ -209,9 +210,7 @@ def _brightness(source: Source, image: Any, invert: bool) -> Grey:
 
 
 def _threshold_level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
-    """Return the brightness at which outlines are traced: the user's threshold, or else the middle between dark and
-    bright.
-    """
+    """Return the brightness of the traced outlines: the user's threshold, or else the middle of dark and bright."""
     low, high = float(grey.min()), float(grey.max())
     if options.threshold is not None:
         level = options.threshold if not options.invert else 1.0 - options.threshold

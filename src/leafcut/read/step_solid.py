@@ -153,8 +153,9 @@ def hole_columns(walls: list[RoundWall], apart: Callable[[RoundWall, RoundWall],
 
 
 def hole_of(column: list[RoundWall]) -> SolidHole | None:
-    """Return the hole that a column of walls forms, assumed to be open at the bottom; None if the column contains no
-    cylinder.
+    """Return the hole that a column of walls forms, or None if the column contains no cylinder.
+
+    The hole is assumed to be open at the bottom.
     """
     straight = [wall for wall in column if wall.straight]
     if not straight:
@@ -170,8 +171,9 @@ def hole_of(column: list[RoundWall]) -> SolidHole | None:
 
 
 def _step_of(wall: RoundWall, column: list[RoundWall], top: float) -> HoleStep:
-    """Return a wide part of a hole, such as a counterbore. It is `open` if a tool can reach it from above, with
-    clearance below the point of the tool.
+    """Return a wide part of a hole, such as a counterbore.
+
+    The step is `open` if a tool can reach it from above, with clearance below the point of the tool.
     """
     index = column.index(wall)
     above = all(w.low_radius > wall.high_radius - SAME and w.taper >= 0.0 for w in column[:index])
@@ -376,7 +378,7 @@ def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole],
         hole = hole_of(column)
         if hole is None:
             continue
-        # The chords of the triangles come nearer to the axis than the wall, by at most this angle.
+        # The triangles are chords of the wall, so they come nearer to the axis, by at most the factor cos(ANGLE).
         radius = hole.diameter / 2.0 * math.cos(ANGLE)
         bottom = hole.top - hole.depth
 

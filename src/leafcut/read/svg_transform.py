@@ -143,9 +143,7 @@ def declarations(style: str) -> dict[str, str]:
 
 
 def class_rules(sheet: str) -> dict[str, dict[str, str]]:
-    """Return those rules of a style sheet that apply to a single class (``.cut { stroke: red }``). Imports are not
-    loaded.
-    """
+    """Return the rules of a style sheet for single classes (``.cut { stroke: red }``). Imports are not loaded."""
     first, *others = sheet.split("/*")
     plain = first + "".join(text.partition("*/")[2] for text in others)
     rules: dict[str, dict[str, str]] = {}

@@ -42,7 +42,7 @@ _FREECAD_KINDS = {
     "drill": "drill", "endmill": "end-mill", "bullnose": "end-mill", "ballend": "ball-mill", "chamfer": "chamfer-mill",
     "v-bit": "v-bit", "vbit": "v-bit", "reamer": "reamer", "tap": "tap", "slotmill": "slot-mill",
 }  # fmt: skip
-#: Words that make a preset name the name of a material: 'Softwood', but not 'Roughing'.
+#: Words that show that a preset is named after a material: 'Softwood', but not 'Roughing'.
 _MATERIALS = frozenset(
     {
         "abs", "acetal", "acrylic", "alloy", "alu", "aluminium", "brass", "bronze", "carbon", "ceramic", "composite",

@@ -22,7 +22,7 @@ from leafcut.units import parse_quantity
 
 _TOOL_KEYS, _HOLE_KEYS = (tuple(key.name for key in keys) for keys in (TOOL_KEYS, HOLE_KEYS))
 
-_HIGHEST_NUMBER = 99_999_999  # eight digits: the widest T word, of Fanuc
+_HIGHEST_NUMBER = 99_999_999  # eight digits: the longest T word (Fanuc)
 _LARGEST = 1000.0
 
 #: Keys for mills only, keys not for mills, and keys for certain kinds.

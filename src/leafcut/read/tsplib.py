@@ -244,7 +244,7 @@ def _optimum(source: Source, name: str, n: int) -> float | None:
 def tour_text(name: str, order: Sequence[int] | NDArray[np.integer], every: bool = True) -> str:
     """Return a tour (node numbers from 0 in visiting order) as the text of a TSPLIB ``.tour`` file.
 
-    `every`: whether the tour must visit every node, which a tour through sets of nodes does not.
+    `every` states whether the tour must visit all nodes. A tour through sets of nodes visits only some of them.
 
     Raises
     ------
