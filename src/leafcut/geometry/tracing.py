@@ -26,7 +26,7 @@ UNSHADED = 0.1
 NOISE_OF_STEPS, NOISE_OF_SHADES = 0.29, 0.1
 #: Maximum distance of accepted lines and arcs from the level line, pixels.
 FARTHEST = 1.0
-#: Maximum share of outliers among the points of a line; an outlier is off by more than this multiple of its noise.
+#: Maximum share of outliers among the points of a line, and minimum distance of an outlier, in multiples of its noise.
 MAX_OUTLIERS, OUTLIER = 0.03, 3.0
 #: Tolerance of arcs fitted to a smoothed line, pixels.
 FIT_TOLERANCE = 0.15
