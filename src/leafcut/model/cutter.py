@@ -1,4 +1,4 @@
-"""Profile of a tool: the flutes from the tip up, and above them shank and holder, which do not cut."""
+"""Profile of a tool: the flutes from the tip up, and above them the shank and the holder, which do not cut."""
 
 from __future__ import annotations
 
@@ -78,8 +78,9 @@ class Cutter:
         return math.inf if math.isinf(self.slope) else rise + self.slope * (distance - reach)
 
     def radius_at(self, depth: float) -> float:
-        """Return the largest radius that the tool cuts if its tip is at the given depth, mm; smaller than `radius` only
-        for a pointed tool.
+        """Return the largest radius that the tool cuts with its tip at the given depth, mm.
+
+        It is smaller than `radius` only for a pointed tool.
         """
         if self.corner > 0.0 or math.isinf(self.slope):
             return self.radius
@@ -116,7 +117,7 @@ def pointed(diameter: float, angle: float, tip: float = 0.0) -> Cutter:
 
 
 def cutter_of(tool: Tool) -> Cutter:
-    """Return the profile of a library tool; an end without a stated shape is flat."""
+    """Return the profile of a library tool. If the library does not state the shape of the end, the end is flat."""
     if tool.kind is ToolKind.BALL_MILL:
         return ball_mill(tool.diameter)
     if tool.kind is ToolKind.END_MILL and tool.corner_radius:

@@ -28,9 +28,7 @@ class NestPart:
 
     @property
     def label(self) -> str:
-        """Name for drawings, with at most 40 printable characters: DXF allows 255, and a character may need six of
-        them.
-        """
+        """Name for drawings, with at most 40 characters. DXF allows 255, but a character may need six of them."""
         return "".join(c if c.isprintable() and c != "\\" and c <= "\uffff" else "?" for c in self.name).strip()[:40]
 
     @property

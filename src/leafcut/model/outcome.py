@@ -58,8 +58,7 @@ class Outcome(Generic[D]):
     before, nearest, after
         Measures of the input order, of the nearest-neighbour order (None for programs), and of the written program.
     written
-        Toolpath of the text as read back for the proof, with the line of every row; None if `path_after` is that
-        toolpath.
+        Toolpath read back from the text for the proof, with the line of every row; None if it equals `path_after`.
     encoding, extension
         Encoding of the program file, and its extension including the dot.
     options
@@ -119,8 +118,8 @@ class Outcome(Generic[D]):
     def lower_bound(self) -> float | None:
         """Sum of the lower bounds of all operations, in the unit of their costs; None if any of them is missing.
 
-        Each bound is for the path of one tool from the end of the previous tool's path. With several tools, the sum is
-        therefore not a bound for paths with other ends.
+        Each bound assumes that the tool starts at the end of the previous tool's path. With several tools, the sum is
+        therefore not a bound if these paths end elsewhere.
         """
         bounds = [o.solution.lower_bound for o in self.operations]
         return None if not bounds or any(b is None for b in bounds) else sum(b for b in bounds if b is not None)

@@ -24,8 +24,8 @@ class HoleStep:
     angle
         Included angle of the cone; π for a counterbore with a flat floor.
     tip, narrow
-        Depth of the tip of a sharp tool with this angle when it cuts the section, and width of the hole at the lower
-        end.
+        Depth of the tip of a sharp tool with this angle when it cuts the section, and diameter of the hole at the lower
+        end of the section.
     open
         Whether a tool of this shape can cut the section from above without cutting anything else.
     """
@@ -186,7 +186,8 @@ class Part:
     openings
         Round openings through a solid whose pockets are read.
     besides
-        Issues about drawn work of other kinds. This work counts as missing unless the user chose the kind of work.
+        Issues about other kinds of work in the drawing. Such work counts as missing unless the user chose the kind of
+        work.
     edge
         Lines around the holes or pockets of a plate, of kind ``sheet``; displayed, but never machined.
     reference
