@@ -83,7 +83,7 @@ def spindle_speed(path: Toolpath) -> NDArray[np.float64]:
 
 
 def stop_rows(drills: NDArray[np.bool_], feeds: NDArray[np.bool_], travels: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the rows of drill cycles, and of the first cut after each travel move; all pecks of a hole are one stop.
+    """Return the rows of drill cycles, and the first cut after each travel move. All pecks of a hole are one stop.
 
     `travels`, int64[n], is the number of travel moves up to each row.
     """
