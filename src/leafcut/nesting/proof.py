@@ -17,7 +17,7 @@ from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, Placement, Stock
 from leafcut.model.sheet import Sheet
 
-#: Error of the chords that approximate arcs, mm; the required distance is increased by it for each outline with arcs.
+#: Error of the chords that approximate arcs, mm. It is added to the required distance for each outline with arcs.
 CHORD = 0.005
 #: Tolerance for rounding errors of distances, mm.
 ROUNDING = 1e-5

@@ -264,11 +264,11 @@ def _price_in_name(name: str) -> float:
 
 
 def _sheet_edge_by_layer_name(maybe: list[Contour], cuts: list[Contour], marks: list[Contour]) -> Contour | None:
-    """Return the edge of the sheet from a layer whose name suggests a sheet; None if the outlines there are parts.
+    """Find the edge of the sheet among the outlines on layers whose names suggest a sheet.
 
-    The edge encloses or crosses all other contours; a part that crosses the edge is partly off the sheet. An outline
-    without contours inside it is a part. An outline with some contours inside and others outside is ambiguous and
-    raises PlanError, because a wrong guess would cut each part on the wrong side of its line.
+    The edge encloses or crosses all other contours. A part that crosses the edge is partly off the sheet. An outline
+    without contours inside it is a part; if there are only such outlines, return None. Raises PlanError for an outline
+    with some contours inside and others outside: a wrong guess would cut each part on the wrong side of its line.
     """
     closed = [m for m in maybe if m.path.closed]
     others = [*cuts, *marks]

@@ -210,7 +210,7 @@ def solve_together(
     cancelled: threading.Event,
     bounds: Callable[[RoutingProblem], Deadline] = lambda _: Deadline(),
 ) -> list[Solution]:
-    """Return a solution for every stage. A stage that follows another stage starts where that stage ends.
+    """Return a solution for every stage. If a stage follows another stage, it starts at the end of that stage.
 
     `quick` searches without progress reports. `bounds` returns the deadline for the lower bound of a problem.
     """

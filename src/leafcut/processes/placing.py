@@ -49,7 +49,7 @@ def place_part(part: Part, options: ReadOptions) -> Part:
 
 
 def place_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
-    """Place the mesh of a part's surface in the same way as the part; `part` is the part before placing."""
+    """Place the mesh of a part's surface like the part. `part` is the part before placing."""
     matrix = _matrix(options)
     x, y = _origin(part, matrix, options)
     triangles = mesh.triangles.copy()

@@ -249,8 +249,8 @@ def machine_can_do(name: str, head: Head) -> bool:
 def guess_command(inputs: Sequence[tuple[Format, Source]], settings: Settings) -> str:
     """Return the command for an input that suits several kinds of work; "auto" for the usual command.
 
-    The choice depends on the head of a named machine, then on the given options, and then on the drawing: on its layer
-    names and, if a machine and a mill are named, on whether it is a part with more than holes. Raises OptionError if
+    The head of a named machine decides first, then the given options, and then the drawing. The layer names of a
+    drawing decide. If a machine and a mill are named, a drawing with more than holes is a part. Raises OptionError if
     the choice stays open and the input has no usual command.
     """
     format_, source = inputs[0]

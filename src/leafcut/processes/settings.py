@@ -140,7 +140,7 @@ def files_read(settings: Settings) -> list[str]:
 
 
 def unused_option_message(name: str, title: str, instead: str = "") -> Message:
-    """Return the message for an option that the work `title` does not use, with the works that use it, and a remedy."""
+    """Return the message for an option that the work `title` does not use: the works that use it, and a remedy."""
     titles = [work.title for work in registry.works() if name in work.used()]
     title_list = " and ".join(", ".join(titles).rsplit(", ", 1))
     remedy = instead or Message("leave it out")

@@ -148,7 +148,7 @@ class Filling:
         return offered + (select_by_area(remaining - only_here, packer.weight, area) if area > 0.0 else Counter())
 
     def _single_piece(self, stock: int) -> list[PlacedPiece]:
-        """Return the largest piece that fits, placed in the corner of the sheet; used if the packer placed no piece."""
+        """Place the largest piece that fits in the corner of the sheet, because the packer placed no piece."""
         if self.task.stocks[stock].edge:
             return []
         length, width = self.task.inner(stock)

@@ -142,8 +142,9 @@ def _checked_piece(number: int, part: NestPart) -> NestPiece:
 
 
 def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Sequence[tuple[float, float]]) -> None:
-    """Raise PlanError for the first part that fits on no sheet; `inner` contains the sides of the sheets without
-    margins, mm.
+    """Raise PlanError for the first part that fits on no sheet.
+
+    `inner` contains the sides of the sheets without margins, mm.
     """
     for part, piece in zip(parts, pieces, strict=True):
         if not any(piece.fits(*size) for size in inner):

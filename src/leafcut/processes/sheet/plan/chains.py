@@ -1,9 +1,9 @@
 """Chains: several closed cuts with one pierce. Between the cuts, the torch stays on along straight bridges in the
 scrap.
 
-A bridge can connect two contours that border on the same scrap: two outlines directly on the sheet or in the same hole,
-or an outline and the hole around it, which comes last and detaches the scrap. A bridge touches no part, no clamp, and
-no kerf of a third contour.
+A bridge connects two contours at the edge of the same scrap. These are two outlines directly on the sheet or in the
+same hole, or an outline and the hole around it. The hole comes last, because it detaches the scrap. A bridge touches no
+part, no clamp, and no kerf of a third contour.
 
 The search for chains is a routing problem. Each contour is a cluster, and the positions on it are nodes. A move is
 either a bridge, or a retract, a rapid and a new pierce, and costs the time for that. For the best order, the positions
@@ -45,8 +45,8 @@ SAMPLES, NEIGHBOURS = 160, 8
 PLACES, MOST_PLACES, SAME_PLACE = 16, 3000, 1.0
 #: Distance from the contour within which a bridge must leave the kerf, in kerf widths.
 LEAVES_WITHIN = 3.0
-#: Minimum angle between two bridges at the same point of a contour, rad; at smaller angles, the sliver between them
-#: melts.
+#: Minimum angle between two bridges at the same point of a contour, rad. At smaller angles, the sliver between the
+#: bridges melts.
 LEAST_ANGLE = math.radians(40.0)
 #: Maximum number of contours in a chain, and in a block that is searched at once.
 MOST_CONTOURS, BLOCK = 12, 400
@@ -257,8 +257,8 @@ def _split_long_run(run: list[int]) -> Iterable[list[int]]:
 def scrap_of(contour: CutContour) -> int:
     """Return a number that identifies the scrap next to a contour.
 
-    The number is the index of the hole that contains the scrap, -1 for the sheet, or -2 minus the index of the outline
-    for the scrap in a closed notch.
+    For scrap in a hole, the number is the index of the hole. For scrap in a closed notch, it is -2 minus the index of
+    the outline. For all other scrap, it is -1.
     """
     if contour.hole:
         return contour.index

@@ -65,8 +65,8 @@ def with_common_lines(
 ) -> tuple[list[CutContour], list[tuple[int, int]], list[Issue]]:
     """Replace the outlines of each group of parts with common lines and a single contour around the group.
 
-    Edges are still cut twice if their common line cannot start in the scrap, as in a grid of three or more rows that is
-    cut by plasma. Returns the contours, their additional precedence pairs (before, after), and issues.
+    Edges are still cut twice if their common line cannot start in the scrap. In plasma cutting, this is the case for
+    grids of three or more rows. Returns the contours, their additional precedence pairs (before, after), and issues.
     """
     rules = scrap.rules
     slots = facing_edges(contours, rules)
@@ -587,8 +587,8 @@ def _split_at_crossings(lines: Sequence[tuple[Point, ...]], half: float) -> list
 def _line_precedence(lines: Sequence[CommonLine], half: float) -> tuple[tuple[int, int], ...] | None:
     """Return precedence pairs (before, after) of lines, or None if they contradict each other.
 
-    A line that ends at another line comes after that line. A line comes before other lines if its only possible pierce
-    is in their kerf, for example if it has no lead-in and two lines meet in a corner.
+    If a line ends at another line, it comes after the other line. If the only possible pierce of a line is in the kerf
+    of other lines, it comes before them. An example is a line without a lead-in that meets another line in a corner.
     """
     needed = set[tuple[int, int]]()
     drawn = [shapely.LineString(x.points) for x in lines]

@@ -33,7 +33,7 @@ SMALL = 0.01
 CORNER = math.radians(30.0)
 #: Minimum distance between a start and a corner loop, mm.
 BESIDE_LOOP = 1.0
-#: Distance before and after a point over which directions are averaged, mm; at a corner, the result is the bisector.
+#: Distance before and after a point over which directions are averaged, mm. At a corner, the average is the bisector.
 AROUND = 0.01
 
 
@@ -185,7 +185,7 @@ class CutContour:
         return sign * x / length, sign * y / length
 
     def end_of(self, at: float, clockwise: bool) -> float:
-        """Return the position at which a cut that starts at the position `at` ends, mm along the path."""
+        """Return the position at which a cut ends, mm along the path, if it starts at the position `at`."""
         past = self.overcut - self.closing_joint
         return at - past if clockwise else at + past
 
@@ -244,7 +244,7 @@ def names_of(contours: Sequence[CutContour]) -> str:
 def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], list[Issue]]:
     """Return the contours that can be cut, in the order of the sheet, and issues about areas that remain uncut.
 
-    Holes that are too small for the kerf or the pierce are not cut, and neither are notches whose mouth is narrower
+    Holes stay uncut if they are too small for the kerf or the pierce. Notches stay uncut if their mouth is narrower
     than the kerf.
     """
     kept: list[CutContour] = []

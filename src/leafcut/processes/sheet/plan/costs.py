@@ -91,7 +91,7 @@ def _times_of_cut(
 
 
 def _perimeter(sheet: Sheet, cut: Cut, part: int | None = None) -> float:
-    """Return the length in the drawing of the contours of a cut, mm; with `part`, only of the contours of that part.
+    """Return the drawn length of the contours of a cut, mm. With `part`, only the contours of this part count.
 
     Chambers of notches are not included, because they belong to an outline.
     """
@@ -142,7 +142,7 @@ def consumption_of(times: CutTimes, data: CutData, sheet: CutTimes) -> Consumpti
 
     Gas, power and abrasive are consumed while the torch is on, for cutting and piercing. If the chart does not state
     the power, the power of the arc is used: current times voltage. Nozzles and electrodes wear by cutting time or by
-    pierces, whichever limits their life on the whole `sheet`, so that the shares of all parts add up.
+    pierces. The criterion that limits their life on the whole `sheet` is used for each part, so that the shares add up.
     """
     rates, burning = data.rates, times.cut_s + times.pierce_s
 

@@ -1,8 +1,8 @@
 """Build the path of a cut with a given start: lead-in, contours, bridges, overcut, lead-out, and their speeds.
 
 For a controller with kerf compensation (G41, G42), the program contains the contour as drawn, and lead arcs whose
-radius is larger by half a kerf. Compensation starts on the straight run-in: LinuxCNC moves along the tangent to the
-circle of radius half a kerf around the end of the run-in, so the torch must start on that tangent.
+radius is larger by half a kerf. Compensation starts on the straight run-in. LinuxCNC moves along a tangent to the
+circle with a radius of half a kerf around the end of the run-in. The torch must start on this tangent.
 """
 
 from __future__ import annotations
@@ -204,8 +204,8 @@ def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, 
 def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
     """Return the micro-joints of a laser cut as sections of its path, evenly spaced.
 
-    The beam is off for the length of a joint plus a kerf. Joints are placed away from corners, where they are hard to
-    break and grind off, and away from the start and end of the cut, where the kerf would sever them.
+    The beam is off for the length of a joint plus a kerf. Joints keep away from corners, because they are hard to break
+    and grind off there. They also keep away from the start and end of the cut, because the kerf would sever them.
     """
     rules = contour.rules
     wanted = contour.joints if rules.kind == CutMethod.LASER else 0
@@ -236,8 +236,8 @@ def compensate_where_needed(contours: list[CutContour], scrap: Scrap) -> tuple[l
     """Return the contours, with compensation by the program where the controller cannot compensate the kerf, and a note
     about these contours.
 
-    The controller cannot compensate where run-in and arc do not fit, as in small holes, and where the radius of a
-    concave arc is too small, or a notch is narrower than the kerf.
+    The controller cannot compensate if run-in and arc do not fit, as in small holes, if the radius of a concave arc is
+    too small, or if a notch is narrower than the kerf.
     """
     made = [
         replace(c, rules=c.rules.compensated_by_program())

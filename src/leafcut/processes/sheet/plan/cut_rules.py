@@ -36,7 +36,7 @@ LOOP_ANGLE = math.radians(100.0)
 #: Marking speed, mm/s (2500 mm/min): an estimate for scribes, and for lasers at a fifth of their power. The cutting
 #: speeds in the chart are too high for a scribe on thin sheets, and too low for a beam on thick sheets.
 MARK_FEED = 2500.0 / 60.0
-#: Minimum ratio of diameter to thickness of a plasma hole; below it, the hole becomes conical (plasma primer in the
+#: Minimum ratio of diameter to thickness of a plasma hole. Smaller holes become conical (plasma primer in the
 #: documentation of QtPlasmaC).
 NARROWEST_HOLE = 1.5
 
@@ -74,7 +74,7 @@ class CutRules:
     once: bool = False
 
     def feed_of(self, kind: str, *, small: bool) -> float:
-        """Return the speed for a contour of the kind ``cut`` or ``mark``, mm/s; it is lower for a small hole."""
+        """Return the speed for a contour of the kind ``cut`` or ``mark``, mm/s. A small hole has a lower speed."""
         if kind == "mark":
             return self.mark_feed
         return self.small_hole_feed if small else self.data.feed

@@ -374,7 +374,7 @@ def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = m
 
 
 def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[list[int]]:
-    """Group the first contours of all cuts into bands, in the direction of the sweep; one band without a sweep.
+    """Group the first contours of all cuts into bands, in the direction of the sweep. Without a sweep, use one band.
 
     All contours of a part are in the band that contains the centre of its outline. `width` is the width of a band, mm;
     0 means a fifth of the width of the sheet, or the width of its largest part if that is larger.

@@ -28,8 +28,8 @@ FINEST, FIRST_SHARE = 0.25, 1.0 / 16.0
 ROUNDS, LEAST_GAIN = 12, 1e-5
 #: Minimum gain that is not a rounding error, s or mm.
 NO_GAIN = 1e-9
-#: Maximum number of passes over conflicting leads, and over pierces; several are needed, because a moved start may
-#: cause a new conflict.
+#: Maximum number of passes over conflicting leads, and over pierces. Several passes are needed, because a moved start
+#: may cause a new conflict.
 LEAD_PASSES, PIERCE_PASSES = 4, 8
 #: Maximum number of conflicting pierces for which the index of kerfs is rebuilt after each moved start. If there are
 #: more, it is rebuilt only once per pass, which is faster.

@@ -169,7 +169,7 @@ def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
 
 
 def _closed_notches(outline: Any, rules: CutRules) -> tuple[Any, list[Any]]:
-    """Return the area of the notches that the kerf closes, and the torch paths that cut these notches, as rings.
+    """Return the area of the notches that the kerf closes, and torch paths (rings) for cutting these notches.
 
     A ring has space for a pierce, and its kerf does not enter another kerf, where the arc would go out.
     """

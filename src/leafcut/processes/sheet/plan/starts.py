@@ -38,10 +38,10 @@ Place = tuple[float, bool]
 class CutStart:
     """A choice for a cutting task: the position and direction at which the cut starts, and its leads.
 
-    `at` is the start position along the contour, mm; on open contours, it is 0, or the length for the reverse direction
-    (`clockwise`). The torch is switched on at `entry`, and the next rapid starts at `exit`. `pierce` is False for a
-    start in the air, beyond the edge of the sheet. `then` contains the other contours of a chain: each bridge ends at
-    an `entry`, and the next bridge starts at its `exit`.
+    `at` is the start position along the contour, mm. An open contour starts at 0 or, in the reverse direction
+    (`clockwise`), at its length. The torch is switched on at `entry`, and the next rapid starts at `exit`. `pierce` is
+    False for a start in the air, beyond the edge of the sheet. `then` contains the other contours of a chain: each
+    bridge ends at an `entry`, and the next bridge starts at its `exit`.
     """
 
     contour: int

@@ -77,9 +77,9 @@ def generate_cuts(
 ) -> tuple[Toolpath, list[slice]]:
     """Return the motion of the program, and the rows of each cut with its rapid and its retract.
 
-    `corners` contains the corners of the travel move before each cut, by the index of the cut; the key of the final
-    move is the number of cuts. A head that keeps its height moves around `obstacles`; a head that retracts crosses them
-    at the clearance height. Raises PlanError if the clearance height is not above the pierce height, or no path leads
+    `corners` contains the corners of the travel move before each cut, by the index of the cut. The key of the final
+    move is the number of cuts. A head that keeps its height moves around `obstacles`. A retracted head crosses them at
+    the clearance height. Raises PlanError if the clearance height is not above the pierce height, or no path leads
     around an obstacle.
     """
     data, clearance = torch.data, torch.clearance

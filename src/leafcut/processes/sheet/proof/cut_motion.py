@@ -1,6 +1,6 @@
 """Compare a cutting program that was read back with the plan: the moves, and the state of the torch in each move.
 
-For actions that the controller performs itself, this module has its own rules, which are independent of the
+The controller performs some actions itself. This module has its own rules for these actions, independent of the
 post-processor.
 """
 

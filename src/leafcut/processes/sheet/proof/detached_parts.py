@@ -16,8 +16,7 @@ from leafcut.processes.sheet.proof.matched_runs import MatchedRuns
 from leafcut.processes.sheet.proof.sheet_shapes import Target
 from leafcut.proof.difference import position_text
 
-#: Spacing of the points that are checked along moves, mm, and minimum depth inside a part that counts as a crossing,
-#: mm.
+#: Spacing of the points that are checked along moves, mm, and minimum depth of a crossing inside a part, mm.
 _STEP, _DEPTH = 0.5, 0.3
 #: Tolerance for the distance between head and part, mm, because edges are chords that differ from those of the planner.
 _LEEWAY = 0.2

@@ -1,6 +1,4 @@
-"""Match the torch runs of a cutting program with the contours of a sheet: find which run follows which contour, and how
-far.
-"""
+"""Match the torch runs of a cutting program with the contours of a sheet that they follow."""
 
 from __future__ import annotations
 
@@ -23,7 +21,7 @@ from leafcut.processes.sheet.proof.torch_runs import FLATNESS, TorchRun, burning
 
 #: Maximum length of the sections into which chords are divided, mm.
 PIECE = 1.0
-#: Share of a contour's path above which a run that follows it counts as a cut of the contour.
+#: A run counts as a cut of a contour if it follows more than this share of the contour's path.
 MOST = 0.5
 
 
@@ -31,10 +29,20 @@ MOST = 0.5
 class CutRequest:
     """Requests of the user that the plan does not contain.
 
-    `half` is half of the compensated kerf, mm. `joints` and `joint_width` (mm) are the maximum number and width of the
-    micro-joints of an outline. `safe_height` is the minimum height of rapids, mm. `power` is the power for cutting, and
-    any lower power is for marking; if it is None, the maximum power in the program is for cutting. `material_number` is
-    the number in the material table of the controller; if it is None, the program specifies the material.
+    Attributes
+    ----------
+    half
+        Half of the compensated kerf, mm.
+    joints, joint_width
+        Maximum number and width (mm) of the micro-joints of an outline.
+    safe_height
+        Minimum height of rapids, mm.
+    probe
+        The probe for touching off; None if the program must not probe.
+    power
+        Power for cutting; any lower power is for marking. None for the maximum power in the program.
+    material_number
+        Number in the material table of the controller; None if the program specifies the material.
     """
 
     half: float

@@ -57,8 +57,7 @@ def check_torch(
 
 
 def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
-    """Return a fault for each row in which the torch or the scribe is switched on with the wrong tool, or before the
-    offset of its tool is active.
+    """Return a fault for each row that switches the torch or the scribe on with a wrong tool or an inactive offset.
 
     An offset becomes active with the next move in X and Y.
     """

@@ -37,9 +37,20 @@ class Lighting:
 class TorchRun:
     """A run of the torch, as chords.
 
-    `points` are float64[n + 1, 2], mm. For each chord, `burning` states whether the torch is on, `feed` is in mm/s,
-    `height` is the height at its end, mm above the sheet, and `row_line` is its line in the program. `line` is the line
-    in the program at which the run starts.
+    Attributes
+    ----------
+    line
+        Line in the program at which the run starts.
+    points
+        Ends of the chords, float64[n + 1, 2], mm.
+    burning
+        Whether the torch is on, for each chord, bool[n].
+    feed
+        Feed of each chord, mm/s, float64[n].
+    height
+        Height at the end of each chord, mm above the sheet, float64[n].
+    row_line
+        Line of each chord in the program, int64[n].
     """
 
     line: int
@@ -134,7 +145,7 @@ def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
     """Return the runs of the torch in program order; moves in Z alone have no chords.
 
     If the controller compensates (G41, G42), a run is the actual path of the torch. `kerf` is twice the value in the
-    offset register of the controller, mm; if it is None, the D word states the kerf.
+    offset register of the controller, mm. If `kerf` is None, the D word states the kerf.
     """
     found, before = _RunCollector(), path.before
     for number, row in enumerate(path):

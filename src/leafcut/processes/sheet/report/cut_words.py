@@ -182,7 +182,7 @@ def part_title(plan: CutPlan, part: int) -> str:
 
 
 def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]:
-    """Return the name and amount of each consumed medium and wear part; a dash if the chart has no data."""
+    """Return the name and amount of each medium and wear part. Without data in the chart, the amount is a dash."""
     # Names in the chart are the same in each language.
     gas: str = name_words(rates.gas) if rates.gas else Message("gas")
     second: str = name_words(rates.second_gas) if rates.second_gas else Message("second gas")

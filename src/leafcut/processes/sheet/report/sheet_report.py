@@ -128,7 +128,7 @@ class SheetReport(PathReport[SheetDetail]):
         return [*facts, *([Fact(sentence=", ".join(uses), name="uses")] if uses else [])]
 
     def bound_words(self) -> str:
-        """Return a text with the proved gap to the optimum, which is limited to the starts that were tried."""
+        """Return a text with the proved gap to the optimum. The optimum is limited to the starts that were tried."""
         outcome = self.outcome
         if outcome.gap is None:
             return ""
