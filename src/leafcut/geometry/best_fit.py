@@ -18,8 +18,8 @@ from leafcut.geometry.arrays import Floats, Points
 from leafcut.geometry.moments import circle_error, line_error, moments
 from leafcut.geometry.polyline import Polyline
 
-#: Fees of a line and an arc: about the logarithm of the number of points for each of their 3 and 4 parameters (Schwarz,
-#: "Estimating the dimension of a model", 1978), for some thousand points.
+#: Fees of a line (3 parameters) and an arc (4 parameters). Each parameter costs about the logarithm of the number of
+#: points (Schwarz, "Estimating the dimension of a model", 1978), here for some thousand points.
 LINE_FEE, ARC_FEE = 20.0, 26.0
 #: Maximum number of points of a piece in the search; longer pieces are merged afterwards.
 WINDOW = 320

@@ -23,12 +23,13 @@ from leafcut.geometry.arrays import Floats, Indices, Point, Points
 
 #: Minimum depth at which a move crosses a polygon, mm, because moves may start at its edge and run along it.
 DEPTH = 0.1
-#: Distance of paths from corners, mm (an estimate: with a larger one, paths would not fit between close polygons), and
-#: clearance in addition to the radius of the head, mm.
+#: Distance of paths from corners, mm (an estimate; with a larger distance, paths would not fit between close polygons).
+#: Clearance in addition to the radius of the head, mm.
 MARGIN, CLEARANCE = 1.0, 0.02
 #: Tolerance for the distance of paths from polygons, mm.
 SLACK = 0.01
-#: Maximum number of candidate corners of a path, and of search rounds, each of which adds the polygons on the path.
+#: Maximum number of candidate corners of a path. Maximum number of search rounds; each round adds the polygons on the
+#: path.
 MOST_CORNERS, MOST_ROUNDS = 120, 3
 #: An end of a path is enclosed if it has no exit from a disc of this radius around it, in radii of the head.
 ENCLOSING = 2.0
@@ -44,8 +45,8 @@ def shortest_path(
 ) -> list[int] | None:
     """Return the nodes of the shortest path from `start` to the nearest node of `ends`, or None if no path exists.
 
-    `n` is the number of nodes. `edges` returns the neighbours of a node, int64[k], and their distances, float64[k],
-    which are infinite where no edge exists.
+    `n` is the number of nodes. `edges` returns the neighbours of a node, int64[k], and their distances, float64[k]. An
+    infinite distance means that no edge exists.
     """
     best, previous, queue = np.full(n, np.inf), dict[int, int](), [(0.0, start)]
     best[start] = 0.0

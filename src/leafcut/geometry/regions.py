@@ -51,8 +51,8 @@ def shrink(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
 def tool_centres(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
     """Return the area in which the centre of a tool is at least a distance, mm, from the edge of a polygon.
 
-    Where the polygon is as wide as the tool, within the tolerance, the area is a strip along the centre line that
-    extends by half a tolerance to either side. There the tool touches both walls.
+    If a passage is as wide as the tool, within the tolerance, the area there is a strip along the centre line, half a
+    tolerance wide on each side. The tool then touches both walls.
     """
     centres = shrink(shape, distance, tolerance)
     slack = 0.5 * tolerance

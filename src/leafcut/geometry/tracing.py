@@ -21,8 +21,8 @@ from leafcut.geometry.polyline import Polyline
 FEW_POINTS = 10
 #: Maximum distance of a crossing from the middle between two pixels at an edge without shades, pixels.
 UNSHADED = 0.1
-#: Standard deviation of the distance between wall and crossing, pixels. Without shades, the distance is uniformly
-#: distributed over one pixel; with shades, the value is that of an anti-aliased edge.
+#: Standard deviation of the distance between wall and crossing, pixels, without shades and with shades. Without shades,
+#: the distance is uniformly distributed over one pixel. With shades, the edge is anti-aliased.
 NOISE_OF_STEPS, NOISE_OF_SHADES = 0.29, 0.1
 #: Maximum distance of accepted lines and arcs from the level line, pixels.
 FARTHEST = 1.0

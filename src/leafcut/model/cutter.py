@@ -65,8 +65,9 @@ class Cutter:
         return self.flat + share * self.corner, self.corner * (1.0 - math.sqrt(max(1.0 - share * share, 0.0)))
 
     def height(self, distance: float) -> float:
-        """Return the height of the surface above the tip at a distance from the axis, mm; infinite beyond the radius of
-        the tool.
+        """Return the height of the surface above the tip at a distance from the axis, mm.
+
+        The height is infinite beyond the radius of the tool.
         """
         reach, rise = self.tangent
         if distance > self.radius:

@@ -92,8 +92,8 @@ def progress_of_search(
 ) -> OnProgress | None:
     """Return a callback for the progress of a search. It reports to `progress` under the name `step`.
 
-    `part` is the share of the whole work that belongs to the search, and `left` is the share that remains when the
-    search starts.
+    `part` is the share of the search in the whole work. `left` is the share of the work that remains when the search
+    starts.
     """
     if progress is None:
         return None

@@ -22,9 +22,16 @@ Which = Literal["before", "after"]
 class OperationOutcome:
     """The work of a tool: its holes or slots, its cycle, and the solution of its order.
 
-    `hole_order` are indices into `Part.holes` (or `Part.slots` if `slots`), in machining order. For a program from
-    another CAM system, `cuts` is the number of cuts ordered together with the holes, `lines` are the first and last
-    line of their section, and `staying` are the holes that keep their original position in the order.
+    Attributes
+    ----------
+    hole_order
+        Indices into `Part.holes` (or `Part.slots` if `slots`), in machining order.
+    cuts
+        For a program from another CAM system: number of cuts that are ordered together with the holes.
+    lines
+        For such a program: first and last line of the section with these holes and cuts.
+    staying
+        For such a program: holes that keep their original position in the order.
     """
 
     tool: Tool

@@ -42,9 +42,18 @@ class HoleStep:
 class Hole:
     """A round hole in plan view, mm.
 
-    A diameter of 0 means a bare point. `z` is the drawn height. The other attributes are known for a solid only:
-    `depth` is the depth of the full diameter below `z`, else None; `through` is whether the hole is open at the bottom;
-    `flat` is whether its floor is flat instead of a cone; `steps` are its wider sections.
+    Attributes
+    ----------
+    diameter
+        Diameter; 0 for a bare point.
+    z
+        Drawn height.
+    depth
+        For a hole in a solid, depth of the full diameter below `z`; otherwise None.
+    through, flat
+        For a hole in a solid, whether it is open at the bottom, and whether its floor is flat instead of a cone.
+    steps
+        For a hole in a solid, its wider sections.
     """
 
     x: float

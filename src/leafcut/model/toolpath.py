@@ -141,7 +141,7 @@ class Toolpath:
         return self.latest(Kind.OFFSET, self.ref)
 
     def latest(self, kind: Kind, column: NDArray[Any], default: float = 0) -> NDArray[Any]:
-        """Return for each row the value of `column` in the latest row of a kind so far, or `default` if there is none.
+        """Return for each row the value of `column` in the latest row of `kind`; before the first, `default`.
 
         The result is int64 for integer columns, otherwise float64.
         """

@@ -212,7 +212,7 @@ def find_cut_data(
 ) -> tuple[CutData, list[Issue]]:
     """Return the cutting data for a sheet, and issues.
 
-    The data come from the row of the given thickness, or are interpolated between the next thinner and the next thicker
+    If the chart has no row for the thickness, the data are interpolated between the next thinner and the next thicker
     row with the same process, material and current. The speed is interpolated logarithmically, because it is a power of
     the thickness, and all other values linearly. The most trusted chart is preferred; estimates are the last resort. If
     several currents have complete data and can pierce the sheet, the fastest current is used. If the user gives speed,
@@ -221,8 +221,8 @@ def find_cut_data(
     Parameters
     ----------
     process
-        Name of the process in the chart, which may include kind and power: ``plasma``, ``laser_fiber_3kW``. Only rows
-        with that name are used, or else rows that state neither kind nor power.
+        Name of the process in the chart, which may include kind and power: ``plasma``, ``laser_fiber_3kW``. Without
+        rows of this name, rows without kind and power are used.
     given
         Values that override the chart: ``feed``, ``kerf``, ``pierce_delay``, ``pierce_height``, ``cut_height``.
 

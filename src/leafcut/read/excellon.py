@@ -132,7 +132,7 @@ def _format_assumed(part: Part, metric: bool | None) -> Issue:
 
 
 def _coordinate_format_issue(holes: list[Hole]) -> Issue | None:
-    """Return a warning if all holes fit inside the largest hole, which means that the coordinate format is wrong."""
+    """Return a warning if all holes fit inside the largest hole: the coordinate format is then wrong."""
     positions = {(hole.x, hole.y) for hole in holes}
     if len(positions) < 2:
         return None

@@ -241,8 +241,8 @@ def _threshold_level(source: Source, grey: Grey, options: PocketDrawingOptions) 
 def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     """Level the brightness of a photo that is unevenly lit.
 
-    The light is modelled as a quadratic surface, which is fitted so that bright areas become equally bright everywhere,
-    and dark areas equally dark. The brightness is divided by this surface, and the pixels are divided into dark and
+    The light is modelled as a quadratic surface. The fit makes all bright areas equally bright, and all dark areas
+    equally dark. The brightness is divided by this surface, and the pixels are divided into dark and
     bright again. A fit to the bright pixels alone would be extrapolated into the dark areas. An evenly lit picture is
     returned unchanged.
     """
