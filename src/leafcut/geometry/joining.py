@@ -46,7 +46,7 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
     """Join open paths whose ends are within `tolerance` mm of each other, nearest first; O(n log n).
 
     Coincident ends are joined before any gap is closed. If more than two ends meet, consecutive paths of the drawing
-    are joined first, then the paths with the sharpest corner, so that touching outlines do not cross. Both ends of a
+    are joined first, then the paths with the sharpest corner. Thus touching outlines do not cross. Both ends of a
     closed gap move to its middle. Closed paths remain unchanged.
 
     Raises

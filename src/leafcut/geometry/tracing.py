@@ -1,9 +1,9 @@
 """Trace the outline of a region in a picture with subpixel accuracy: trace level lines, then fit lines and arcs to
 them.
 
-A level line crosses between two pixels at a position interpolated from their brightness (marching squares, the
-two-dimensional form of Lorensen and Cline, "Marching cubes", SIGGRAPH 1987). If a picture has no shades between dark
-and bright, the edge may be anywhere between two pixel centres, and a straight edge has a staircase outline.
+A level line passes between two pixels at a position that is interpolated from their brightness (marching squares, the
+two-dimensional form of Lorensen and Cline, "Marching cubes", SIGGRAPH 1987). Without shades between dark and bright,
+the position of an edge between two pixel centres is unknown, and a straight edge becomes a staircase.
 """
 
 from __future__ import annotations

@@ -28,8 +28,8 @@ SAME_RADIUS = 5e-4
 class Cutter:
     """Profile of a rotating tool: a flat, a corner arc, and a cone up to the radius, mm.
 
-    From the axis outwards, the surface is at the height of the tip up to `flat`, follows the arc to its tangent point
-    with the cone, and then the cone up to `radius`. This is the APT tool (ISO 3592), restricted to convex profiles.
+    Outwards from the axis, the surface is flat up to the radius `flat`. It then follows the arc to the tangent point of
+    arc and cone, and the cone up to `radius`. This is the APT tool (ISO 3592), restricted to convex profiles.
 
     `corner` is the radius of the arc, 0 for a sharp edge. `slope` is the rise of the cone per mm of radius, infinite
     for a cylinder.

@@ -1,7 +1,7 @@
 """Pockets and outlines of a solid from its sections by level planes; part of the subprocess `step_solid`.
 
-Just above the level floor of a closed pocket, the section shows the pocket as a hole in the material, with its islands,
-as exact lines and arcs. The faces and triangles show whether walls are vertical, and whether there are overhangs.
+A section just above the floor of a closed pocket shows the pocket as a hole in the material, and the islands in this
+hole, as exact lines and arcs. Faces and triangles show whether walls are vertical, and whether there are overhangs.
 """
 
 from __future__ import annotations

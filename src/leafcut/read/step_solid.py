@@ -3,9 +3,9 @@
     python -m leafcut.read.step_solid FILE OUT.npz MOST_TRIANGLES holes|pockets|outlines|mesh only|all|NUMBER \
         x|y|z|-x|-y|-z top|bottom|drawn box|''
 
-A damaged file can crash OpenCASCADE or fill the memory; then only this process ends. Its only output is OUT.npz, in
-which `told` is JSON: a problem, or the holes, pockets or outlines of the solid after rotation and lifting; the height
-that became Z0, the convex hull in top view, and its bounding box.
+A damaged file can crash OpenCASCADE or fill the memory. Then only this process ends. Its only output is OUT.npz. The
+entry `told` is JSON: a problem, or the holes, pockets or outlines of the solid after rotation and lifting, the height
+that became Z0, the convex hull in top view, and the bounding box of the solid.
 """
 
 from __future__ import annotations
@@ -100,8 +100,8 @@ def cluster_labels(values: list[float]) -> list[int]:
 def join_walls(walls: list[RoundWall]) -> list[RoundWall]:
     """Join the pieces of each wall, and return the walls that cover a full turn. Other walls do not belong to holes.
 
-    The pieces of a wall lie on one cylinder or cone and overlap or touch in height; on a sloping surface they end at
-    different heights.
+    The pieces of a wall lie on the same cylinder or cone, and overlap or touch in height. Under a sloping surface, they
+    end at different heights.
     """
     level = [wall.low_radius - wall.taper * wall.low for wall in walls]
     keys = zip(
@@ -407,8 +407,16 @@ def _is_covered(surface: Surface, hole: SolidHole, step: HoleStep) -> bool:
 
 
 def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
-    """Return the concave round walls around vertical axes, the numbers of full cylinders in other directions, and the
-    number of free-form faces, in which holes are not found.
+    """Find the round walls of a solid.
+
+    Returns
+    -------
+    walls
+        Concave round walls around vertical axes.
+    by_direction
+        Number of full concave cylinders in each other direction.
+    free
+        Number of free-form faces. Holes in such faces are not found.
     """
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepTools import BRepTools

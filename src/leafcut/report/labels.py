@@ -1,4 +1,4 @@
-"""Placement of the numbers of holes: clear of other holes and numbers and, if possible, of paths."""
+"""Place the numbers of holes so that they cover no other holes and numbers and, if possible, no paths."""
 
 from __future__ import annotations
 

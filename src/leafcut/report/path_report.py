@@ -94,7 +94,7 @@ class PathReport(Generic[D]):
 
     @cached_property
     def facts(self) -> list[Fact]:
-        """All facts: those of the title, of the work, of the set-up, and of the search."""
+        """All facts, in the order title, work, set-up, search."""
         bound, outcome = self.bound_words(), self.outcome
         return [
             *(self._counts or self.counts()),

@@ -76,7 +76,7 @@ def plan_view(path: Toolpath, beam: bool = False) -> PlanView:
 
 
 def spindle_speed(path: Toolpath) -> NDArray[np.float64]:
-    """Return the spindle speed or the power of a beam at every row; 1 in all rows if the path never sets it."""
+    """Return the spindle speed or the power of a beam in each row. If the path never sets it, return 1 in all rows."""
     if not (path.value[path.kind == Kind.SPINDLE] != 0.0).any():
         return np.ones(len(path))
     return path.latest(Kind.SPINDLE, path.value)

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from leafcut.material.height_field import HeightField
     from leafcut.report.styles import RGB
 
-#: Colours from the top of the stock to its deepest point. Lightness falls steadily, so the picture is readable with any
-#: colour vision; the darkest colour is still light enough for shadows.
+#: Colours from the top of the stock to its deepest point. Lightness falls steadily, so that the picture is readable
+#: with any colour vision. The darkest colour is still light enough for shadows.
 DEPTHS: tuple[RGB, ...] = (
     (240, 241, 237),
     (184, 219, 200),

@@ -179,7 +179,7 @@ def gap_lines(length: float, optimum: float | None, bound: float | None) -> list
 
 
 def number_words(value: float) -> str:
-    """Return a feed or a speed with as many digits as a machine panel shows; a dash if it is 0 or unknown."""
+    """Return a feed or a speed with as many digits as a machine panel shows, or a dash if it is 0 or unknown."""
     if not math.isfinite(value) or value <= 0:
         return NO_VALUE
     return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"

@@ -69,7 +69,7 @@ class SheetWork:
     planned
         The plan file, if all its choices fit.
     order_fixed
-        Whether only the order of the search may be used, because of heat, or of bands with a plan file.
+        Whether no other order may replace the order of the search, because of heat, or bands with a plan file.
     parts
         The parts that the head may hit because it stays down between cuts; None if the head retracts.
     motions

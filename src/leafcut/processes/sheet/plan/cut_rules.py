@@ -45,10 +45,21 @@ NARROWEST_HOLE = 1.5
 class CutRules:
     """Rules for cutting a sheet, in mm, s, mm/s and rad.
 
-    `kind` is a `CutMethod`, and `data` is a row of the chart. `half` is the distance between path and part: half a
-    kerf, or 0 without compensation. `outline_direction` is ``clockwise``, ``counter-clockwise`` or ``free``; holes are
-    cut in the opposite direction. The leads may be shortened for a contour. If `once`, the kerf is not compensated, and
-    coincident edges are cut only once even without the option for common lines.
+    The leads may be shortened for a contour.
+
+    Attributes
+    ----------
+    kind
+        Cutting method, a `CutMethod`.
+    data
+        Row of the chart.
+    half
+        Distance between path and part: half a kerf, or 0 without compensation.
+    outline_direction
+        ``clockwise``, ``counter-clockwise`` or ``free``. Holes are cut in the opposite direction.
+    once
+        Whether coincident edges are cut only once even without the option for common lines, because the kerf is not
+        compensated.
     """
 
     kind: str

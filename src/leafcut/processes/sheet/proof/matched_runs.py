@@ -73,10 +73,18 @@ class RunMatch:
 class MatchedRuns:
     """The runs of a program matched with the shapes of a sheet.
 
-    `targets` are the contours to cut or mark, in the order of the sheet. `parts` contains the areas of the finished
-    parts, shrunk by `TOLERANCE`, and `numbers` their numbers. `sheet` is the area of the sheet, or None if it is
-    unknown. `lines` are the shapely lines along which each run burns. `of_target` contains the matches by index of the
-    contour.
+    Attributes
+    ----------
+    targets
+        The contours to cut or mark, in the order of the sheet.
+    parts, numbers
+        Areas of the finished parts, shrunk by `TOLERANCE`, and the numbers of the parts.
+    sheet
+        Area of the sheet; None if unknown.
+    lines
+        The path of each run with the torch on, as shapely lines.
+    of_target
+        The matches, by index of the contour.
     """
 
     def __init__(self, runs: list[TorchRun], plan: CutPlan, sheet: Sheet, dialect: Dialect, asked: CutRequest) -> None:

@@ -36,10 +36,21 @@ SAME_PLACE = 1e-6
 class Target:
     """A contour that must be cut or marked.
 
-    `index` is the index in `Sheet.contours`. `shape` is the polygon of a closed contour to be cut, otherwise None;
-    `edge` is the line in the drawing. `centreline` is the centreline of the kerf: a ring, or the line itself for a mark
-    or an open cut. At the `corners` of the line, float64[k, 2], the kerf may turn or loop. If `may_stay`, the hole may
-    remain uncut, because it is two kerfs wide within the tolerance, so that rounding decides whether a pierce fits.
+    Attributes
+    ----------
+    index
+        Index of the contour in `Sheet.contours`.
+    shape
+        Polygon of a closed contour to be cut; otherwise None.
+    edge
+        Line of the contour in the drawing.
+    centreline
+        Centreline of the kerf: a ring, or the line in the drawing for a mark or an open cut.
+    corners
+        Corners of the line, float64[k, 2], mm, at which the kerf may turn or loop.
+    may_stay
+        Whether a hole may remain uncut: it is two kerfs wide within the tolerance, and rounding decides whether a
+        pierce fits.
     """
 
     index: int
