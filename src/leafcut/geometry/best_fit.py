@@ -179,7 +179,7 @@ def _circle(piece: _Piece) -> Polyline | None:
 
 
 def _fillet_corners(points: Points, weights: Floats, pieces: list[_Piece]) -> list[_Piece]:
-    """Replace each piece between two lines by an arc tangent to both, if the arc fits the points nearly as well."""
+    """Replace each piece between two lines with an arc tangent to both, if the arc fits the points nearly as well."""
     result: list[_Piece] = []
     for k, piece in enumerate(pieces):
         before, after = pieces[k - 1], pieces[(k + 1) % len(pieces)]

@@ -29,9 +29,9 @@ def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Pol
     with chords (shapely's buffer), and arcs are fitted to them. Both kinds of result are checked: each point is at the
     given distance from the path, within `tolerance`.
 
-    A negative distance shrinks the area, whatever the direction of the path. The resulting paths are closed and sorted,
-    largest first. Outer boundaries are counter-clockwise; holes enclosed by growing are clockwise. The list is empty if
-    no area remains.
+    A negative distance shrinks the area. The direction of the path does not matter. The resulting paths are closed and
+    sorted, largest first. Outer boundaries are counter-clockwise; holes enclosed by growing are clockwise. The list is
+    empty if no area remains.
 
     Raises
     ------

@@ -254,7 +254,7 @@ class Process(Work, Protocol):
     def fastest(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
         """Return the candidate with the lowest cost according to the objective and the detailed machine model.
 
-        An order set by the user does not change, and neither does the result of the algorithms nn and none.
+        An order set by the user, and the result of the algorithms nn and none, are returned unchanged.
         """
         from leafcut.processes.ordering import solutions_of_order
 

@@ -29,7 +29,7 @@ from leafcut.read.format import ReadBudget, places_text
 _HOLES = ("CIRCLE", "POINT")
 #: Maximum number of strokes to examine. A larger drawing is not a plate, so its contours are not reported.
 MOST_STROKES = 20_000
-#: Relative difference between the width of a slot and its largest inscribed disc.
+#: Tolerance for the width of a slot, relative to the diameter of its largest inscribed disc.
 _WIDTH_TOLERANCE = 0.01
 #: Minimum straight length of a slot, relative to its width.
 _MIN_SLOT_LENGTH = 0.05

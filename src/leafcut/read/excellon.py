@@ -81,7 +81,7 @@ class _TranslatedCommands:
 
 
 class EmptyDrillFile(ReadError):
-    """A drill file is complete, but has no tools and holes. KiCad writes such files for boards without such holes."""
+    """A drill file is complete, but has no tools and holes. KiCad writes it for a board without unplated holes."""
 
 
 def read_excellon(source: Source, options: ReadOptions) -> Part:

@@ -169,7 +169,7 @@ def _kinds(
         issues.append(Issue("L421", message, severity=Severity.NOTE))
     # If layers name islands only, all other lines are pockets.
     other_kind = None if pocket_names else POCKET if island_names else EITHER
-    # Without a layer for islands, they are drawn on the layers of the pockets.
+    # Without a layer for islands, islands are drawn on the layers of the pockets.
     pocket = POCKET if island_names else EITHER
     kinds = [pocket if c.layer in pocket_names else ISLAND if c.layer in island_names else other_kind for c in contours]
     if left_out := Counter(c.layer for c, kind in zip(contours, kinds, strict=True) if kind is None):

@@ -35,7 +35,7 @@ DEFLECTION, ANGLE = 0.05, 0.3
 SAME = 1e-3
 #: Most solids listed in a message.
 MOST_NAMED = 8
-#: Gap up to which a round wall counts as a full turn, degrees.
+#: Maximum gap in a round wall that counts as a full turn, degrees.
 WHOLE = 1
 
 

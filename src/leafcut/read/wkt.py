@@ -128,7 +128,7 @@ class _Ring(NamedTuple):
 
 
 class _RingCollector:
-    """The rings of all polygons in mm, and counts of other geometries."""
+    """Collects the rings of all polygons, in mm, and counts other geometries."""
 
     def __init__(self, path: str, factor: float) -> None:
         self.path = path

@@ -67,7 +67,7 @@ def end_marks(
 
 
 def word_side(x: float, width: float) -> float:
-    """Return the side on which a mark at x gets its word: 1 for right, -1 for left."""
+    """Return the side of the word next to a mark at x: 1 for right, -1 for left."""
     return -1.0 if x > width - _WORD else 1.0
 
 

@@ -36,7 +36,7 @@ _UNPRINTABLE = frozenset({"Cc", "Cf", "Cs", "Co", "Zl", "Zp"})
 
 
 def replace_unprintable(text: str) -> str:
-    """Replace unprintable characters (line ends, escape sequences, direction marks) by ``�``."""
+    """Replace unprintable characters (line ends, escape sequences, direction marks) with ``�``."""
     return map_text(text, lambda plain: "".join("�" if unicodedata.category(c) in _UNPRINTABLE else c for c in plain))
 
 

@@ -93,7 +93,7 @@ def _grid_size(
         for rows in range(1, max_members // columns + 1):
             shared = (columns == 1 or height >= min_side) and (rows == 1 or width >= min_side)
             sides = sorted((columns * width, rows * height))
-            # A block of two may be as large as the sheet. Of larger blocks, several must fit on a sheet.
+            # A block of two may be as large as the sheet. Larger blocks must leave space for others on the sheet.
             limits = sorted(side * (1.0 if columns * rows == 2 else LARGEST) for side in inner)
             if kind == "rows" and min(columns, rows) > 2:
                 continue

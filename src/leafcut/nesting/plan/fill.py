@@ -132,9 +132,7 @@ class Filling:
         return Nest(self.task.parts, self.task.stocks, tuple(self.layouts), unplaced, method, seed, repeatable)
 
     def _pieces_to_offer(self, packer: Packer, later: Sequence[int]) -> Counter[int]:
-        """Return slightly more pieces than a sheet can hold, starting with pieces that fit on no later kind of
-        sheet.
-        """
+        """Select slightly more pieces than a sheet can hold, first the pieces that fit on no later kind of sheet."""
         remaining, area = self.left, packer.offered * packer.sheet_area
         only_here: Counter[int] = Counter()
         if later:

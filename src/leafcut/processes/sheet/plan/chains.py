@@ -588,7 +588,7 @@ def _first_starts(contour: CutContour, step: CutStart, scrap: Scrap) -> list[Cut
 
 
 def _last_step(contour: CutContour, step: CutStart, scrap: Scrap, bridge: Any) -> CutStart:
-    """Add to the last step of a chain the longest lead-out that avoids the bridge to this step, if there is one."""
+    """Add a lead-out to the last step of a chain: the longest that avoids the bridge to this step, or none."""
     end, wanted = contour.end_of(step.at, step.clockwise), contour.lead_out
     for share in (1.0, 0.5, 0.25) if wanted.style != "none" else ():
         lead = replace(wanted, length=share * wanted.length)

@@ -160,10 +160,10 @@ class _CutPaths:
         return wrong
 
     def conflicts(self, k: int, start: CutStart, line: Any = None) -> tuple[int, int]:
-        """Count the conflicts of a start of cut `k` with other cuts: pierces in a kerf, and pierces too close to one.
+        """Return the numbers of pierces in a kerf, and of pierces too close to a kerf, for a start of cut `k`.
 
-        Both counts use the distances `_reaches`. The pierce of the start is checked against earlier cuts. With `line`,
-        the path of the start, the pierces of later cuts are checked against this path.
+        The pierce of the start is checked against the kerfs of earlier cuts. If the path of the start is given as
+        `line`, the pierces of later cuts are checked against the kerf of this path.
         """
         if not start.pierce or not self._burns(start):
             return 0, 0
