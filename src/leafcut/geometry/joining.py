@@ -16,7 +16,7 @@ from leafcut.geometry.polyline import Polyline
 
 #: Ends closer than this count as one point, mm: drawings are stored with 4 to 6 digits.
 EXACT = 1e-4
-#: Minimum angle between two paths at a common end, rad; at smaller angles they overlap.
+#: Minimum angle between two paths at a common end, rad. At smaller angles, the paths overlap.
 DOUBLED_BACK = 1e-3
 
 

@@ -15,7 +15,7 @@ from leafcut.model.contour import Contour, layer_matcher
 from leafcut.model.part import Part
 from leafcut.options.drawings import MARK_NAMES
 
-#: Largest drilled diameter, mm; wider circles are cut or milled.
+#: Maximum diameter of a drilled hole, mm. Wider circles are cut or milled.
 WIDEST_DRILLED = 40.0
 #: Number of holes that weigh as much as one outline: a plate has one edge around all its holes.
 HOLES_PER_OUTLINE = 8

@@ -58,7 +58,7 @@ from leafcut.read.format import (
 
 #: Entities that can form a closed contour.
 _LINES = ("LINE", "ARC", "LWPOLYLINE", "POLYLINE", "ELLIPSE", "SPLINE")
-#: Smallest radius, mm: smaller circles are drawing errors.
+#: Minimum radius, mm. Smaller circles are drawing errors.
 MIN_RADIUS = 1e-6
 
 #: Entity types of an edge.

@@ -254,8 +254,8 @@ def _insertion(entity: Any) -> Insertion:
     if not all(math.isfinite(v) for v in (*numbers, angle, right, up)):
         raise ValueError(Message("a number that is not finite"))
     ocs = entity.ocs()
-    # The array is rotated, but not scaled, by the INSERT (as in AutoCAD and ezdxf). A spacing of 0 puts all copies on
-    # top of each other: one is enough.
+    # The INSERT rotates the array, but does not scale it (as in AutoCAD and ezdxf). With a spacing of 0, all copies
+    # coincide, and a single copy is enough.
     x = ocs.to_wcs((right * math.cos(angle), right * math.sin(angle), 0.0))
     y = ocs.to_wcs((-up * math.sin(angle), up * math.cos(angle), 0.0))
     columns = max(1, dxf.get("column_count", 1)) if right else 1

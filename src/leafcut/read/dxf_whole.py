@@ -23,7 +23,7 @@ from leafcut.read.format import FREE_HOLES, MAX_COORDINATE, Source, copy_budget,
 #: Annotations that consist of several lines and are never machined.
 _DIMENSIONS = ("ARC_DIMENSION", "DIMENSION", "LEADER", "MULTILEADER")
 _ANNOTATIONS = (*_DIMENSIONS, "HATCH", "MLINE", "MPOLYGON", "SOLID", "TRACE", "3DFACE")
-#: Most lines to display per entity, and most points per line.
+#: Maximum number of displayed lines per entity, and of points per line.
 _MOST_LINES, _MOST_POINTS = 500, 2_000
 #: Flattening tolerance of curves for display, relative to the size of the curve.
 _COARSE = 0.005

@@ -21,17 +21,17 @@ from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.units import MM_PER_UNIT
 
-#: Largest file, bytes: no drawing of holes is larger, and reading it could exhaust the memory.
+#: Maximum size of a file, bytes. No drawing of holes is larger, and a larger file could exhaust the memory.
 MAX_BYTES = 512 * 1024 * 1024
-#: Most holes of a part.
+#: Maximum number of holes of a part.
 MAX_HOLES = 1_000_000
-#: Largest coordinate, mm: machines are smaller than 1 km, so a larger number is a mistake.
+#: Maximum coordinate, mm. Machines are smaller than 1 km, so a larger number is a mistake.
 MAX_COORDINATE = 1e6
 #: Message and remedy for an entity beyond `MAX_COORDINATE`.
 OUT_OF_RANGE = Message("more than 1 km from the drawing origin: move the drawing, or check --units")
 #: A drawing whose longer side is shorter than this, mm, has the wrong unit, unless `--units` is given.
 SMALLEST_DRAWING = 2.0
-#: Most lines and arcs of a part.
+#: Maximum number of lines and arcs of a part.
 MAX_SEGMENTS = 1_000_000
 #: Tolerance of the arcs and lines that approximate splines and ellipses, mm.
 CURVE_TOLERANCE = 0.01

@@ -35,7 +35,7 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 #: Tolerance of axis limits in LinuxCNC and other controllers, mm.
 _TOLERANCE = 1e-6
-#: Most motor steps per mm.
+#: Maximum number of motor steps per mm.
 _MAX_STEPS = 1e5
 #: Largest nozzle diameter, mm.
 _WIDEST_NOZZLE = 200.0

@@ -20,7 +20,7 @@ from leafcut.units import parse_angles
 
 #: Words that mark the first line as a header.
 HEADER_WORDS = ("file", "part", "drawing", "name", "path")
-#: Most drawings of a nest.
+#: Maximum number of drawings of a nest.
 MAX_DRAWINGS = 2_000
 _NUMBERED = re.compile(r"(.+):([+-]?[0-9]{1,9})", re.DOTALL)
 

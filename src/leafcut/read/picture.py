@@ -27,17 +27,18 @@ from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.format import MAX_COORDINATE, Source, places_text
 from leafcut.read.recognition import picture_kind
 
-#: Most pixels: tracing needs about 30 bytes per pixel.
+#: Maximum number of pixels. Tracing needs about 30 bytes per pixel.
 MAX_PIXELS = 25_000_000
 #: Maximum number of scans of a JPEG. A progressive JPEG has about ten. A scan of a few bytes still takes as long to
 #: decode as all pixels.
 MAX_SCANS = 100
 _SCAN = b"\xff\xda"
-#: Most transitions between dark and bright; more are noise, not an outline.
+#: Maximum number of transitions between dark and bright. A larger number means noise, not outlines.
 MAX_STEPS = 250_000
-#: Most transitions for the optimal arc fit, which is slow. For finer pictures, smoothed outlines are accurate enough.
+#: Maximum number of transitions for the optimal arc fit, which is slow. Smoothed outlines are accurate enough for finer
+#: pictures.
 MAX_FITTED = 50_000
-#: Most outlines; more are noise.
+#: Maximum number of outlines. A larger number means noise.
 MAX_OUTLINES = 5_000
 #: Minimum contrast between dark and bright, relative to the full range.
 LEAST_CONTRAST = 0.1

@@ -30,7 +30,7 @@ from leafcut.read.filter_holes import select_holes
 from leafcut.read.format import Source, places_text
 from leafcut.read.step_shapes import ONLY
 
-#: Largest file, bytes: OpenCASCADE needs about twenty times as much memory.
+#: Maximum size of a file, bytes. OpenCASCADE needs about twenty times as much memory.
 LARGEST = 100 * 1024 * 1024
 #: Horizontal hole directions, as reported by the subprocess → number of the axis.
 _AXES = {"1, 0, 0": 0, "0, 1, 0": 1}
@@ -38,7 +38,7 @@ _AXES = {"1, 0, 0": 0, "0, 1, 0": 1}
 SECONDS = 300
 #: Selection of a solid in a file: its number, ``all``, or None for the only solid.
 WhichSolid = int | Literal["all"] | None
-#: Most triangles of a solid.
+#: Maximum number of triangles of a solid.
 MOST_TRIANGLES = 2_000_000
 
 

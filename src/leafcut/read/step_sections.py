@@ -33,7 +33,7 @@ ENDS = 1e-4
 UPRIGHT = 1e-5
 #: Overhangs over a pocket that are smaller than this, mm, are chords of the pocket's own walls.
 HANGS = 0.12
-#: Most heights of level faces.
+#: Maximum number of heights of level faces.
 MOST_HEIGHTS = 200
 #: Openings narrower than this, mm, are gaps between triangles.
 NARROWEST = 0.05

@@ -33,7 +33,7 @@ MEMORY = 8 * 1024**3
 DEFLECTION, ANGLE = 0.05, 0.3
 #: Tolerance of equal lengths, mm.
 SAME = 1e-3
-#: Most solids listed in a message.
+#: Maximum number of solids listed in a message.
 MOST_NAMED = 8
 #: Maximum gap in a round wall that counts as a full turn, degrees.
 WHOLE = 1

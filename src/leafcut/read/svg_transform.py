@@ -20,7 +20,7 @@ _LENGTH = re.compile(rf"({_NUMBER})\s*([a-zA-Z]*|%)")
 _NEXT_NUMBER = re.compile(rf"[\s,]*({_NUMBER})")
 _FUNCTION = re.compile(r"[\s,]*([a-zA-Z]+)\s*\(([^()]*)\)")
 _CLASS = re.compile(r"\w*\.([\w-]+)")
-#: Longest length or view box, characters; each copy of a `use` parses them again.
+#: Maximum number of characters of a length or view box, because each copy of a `use` parses them again.
 _LONGEST = 200
 
 

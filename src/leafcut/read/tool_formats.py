@@ -26,7 +26,7 @@ from leafcut.read.format import parse_json
 from leafcut.read.tool_kinds import FUSION_KINDS, Preset, RawRow, ToolRow, cone_in, kind_in, tap_in
 from leafcut.read.tool_table import rows_of_table
 
-#: Largest library, bytes, also after unpacking.
+#: Maximum size of a library, bytes, before and after unpacking.
 MAX_BYTES = 16 * 1024 * 1024
 
 #: Exceptions of `zipfile` and its decompressors for invalid or damaged files.

@@ -33,7 +33,7 @@ _MOST_TEETH = 100
 #: Default of the full point angle: 118° is the common twist drill; other tools end flat.
 _POINT_ANGLE = {ToolKind.DRILL: math.radians(118), ToolKind.CENTRE_DRILL: math.radians(118)}
 
-#: Most segments of the body of a tool, each of which is checked for collisions.
+#: Maximum number of segments of the body of a tool, each of which is checked for collisions.
 _MOST_SEGMENTS = 40
 
 #: Relative tolerance between the feed of a tap and pitch × speed: rounding in catalogues.

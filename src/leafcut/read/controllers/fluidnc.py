@@ -17,9 +17,9 @@ from leafcut.model.kinds import Head
 from leafcut.model.machine import XYZ
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, axis_texts, in_lines, number
 
-#: Largest file, bytes: a real one has a few kB; parsing takes about 1 ms per kB.
+#: Maximum size of a file, bytes. Real files have a few kB, and parsing takes about 1 ms per kB.
 MOST_BYTES = 262_144
-#: Deepest nesting of mappings; real files have six levels.
+#: Maximum nesting depth of mappings. Real files have six levels.
 _MAX_DEPTH = 40
 
 #: FluidNC's defaults: rate, mm/min; acceleration, mm/s²; travel, mm; junction deviation, mm.
@@ -102,7 +102,7 @@ class FluidConfiguration:
     deviation, arc_tolerance
         Junction deviation and tolerance of arcs, mm.
     homing, soft_limits
-        Whether all three axes have homing, and soft limits.
+        Whether all three axes have homing, and whether all three have soft limits.
     fastest
         Maximum spindle speed or laser power; infinite without a ``speed_map``.
     """

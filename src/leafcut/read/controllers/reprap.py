@@ -18,7 +18,7 @@ from leafcut.errors import printable
 from leafcut.model.kinds import Head
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, axis_texts, in_lines, number
 
-#: Longest line, characters; the rest is ignored.
+#: Maximum length of a line, characters. The rest of a longer line is ignored.
 LONGEST_LINE = 1000
 #: A settings line, optionally after a prefix written by the terminal or the firmware.
 LINE = re.compile(

@@ -27,7 +27,7 @@ from leafcut.processes.sheet.plan.starts import CutStart
 GAP = 0.02
 #: Minimum overlap of facing edges for a common line, in kerf widths and in mm.
 LEAST_KERFS, LEAST = 4.0, 2.0
-#: Maximum distance between coincident edges, mm; different chords of the same arc are closer than this.
+#: Maximum distance between coincident edges, mm. Different chords of the same arc are closer than this.
 SAME_EDGE = 0.01
 #: Distance from the ends of a curved edge within which other points count as rounding errors, mm.
 LEAST_STEP = 0.02

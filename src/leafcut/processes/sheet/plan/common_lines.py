@@ -335,7 +335,7 @@ class Grouper:
         if whole.geom_type != "Polygon":
             return None
         for hole in whole.interiors:
-            # Where four corners meet, a square as wide as the kerf remains; the lines cut it away.
+            # Where four corners meet, a square as wide as the kerf remains. The lines cut it away.
             if not shapely.Polygon(hole).buffer(-(self.rules.half + ROUNDING)).is_empty:
                 return None
         ring: Any = shapely.Polygon(whole.exterior).simplify(0.1 * MEET)
