@@ -172,9 +172,7 @@ class BlockWalk(Generic[S]):
                 self.hidden[layer] += 1
 
     def _count_other_entities(self, content: Content[S], inherited: str | None) -> None:
-        """Count the entities of a block that are not shapes. They are counted once per block, whatever the number of
-        insertions.
-        """
+        """Count the entities of a block that are not shapes. Further insertions of the block are not counted again."""
         if id(content) in self._counted:
             return
         self._counted.add(id(content))

@@ -44,7 +44,7 @@ from leafcut.read.format import (
 
 #: Application name of the extended data (XDATA) that hold the name of a part.
 APPLICATION = "LEAFCUT"
-#: Relative difference of the axes of a plane that a block scales uniformly.
+#: Tolerance for uniform scaling by a block: relative difference between the lengths of the axes of a plane.
 ROUND_SHARE = 1e-6
 #: Slope up to which a line counts as lying in the plane.
 SLOPE = 1e-3

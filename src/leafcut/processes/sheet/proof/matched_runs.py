@@ -58,8 +58,8 @@ class CutRequest:
 class RunMatch:
     """A run that follows the path of a target.
 
-    `followed` is the length of the target's path that the run follows, mm. It follows the path from `first` to `last`,
-    mm along the run.
+    `followed` is the length of the target's path that the run follows, mm. `first` and `last` are the first and the
+    last position on this path, mm along the run.
     """
 
     run: int
