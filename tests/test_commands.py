@@ -140,8 +140,8 @@ def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFix
             "drill plate_10.dxf --thickness 6 mm",
             "mm: file not found; write a unit directly after its number, such as 6mm$",
         ),
-        ("nest bracket.dxf 20", "20: file not found; write a quantity after its drawing, bracket.dxf:20$"),
-        ("nest bracket.dxf x20", "x20: file not found; write a quantity after its drawing, bracket.dxf:20$"),
+        ("nest bracket.dxf 20", "20: file not found; add a quantity to its drawing, such as bracket.dxf:20$"),
+        ("nest bracket.dxf x20", "x20: file not found; add a quantity to its drawing, such as bracket.dxf:20$"),
         (
             "nest bracket.dxf --quantity 2",
             "--quantity: .*; write the number after the drawing, such as .*:20$",

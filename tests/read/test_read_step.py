@@ -383,7 +383,7 @@ def test_a_solid_is_chosen_of_a_step_file_only(tmp_path: Path, examples: Path) -
 
 
 def test_a_unit_cannot_be_asked_for(examples: Path) -> None:
-    with pytest.raises(LeafcutError, match="states its unit"):
+    with pytest.raises(LeafcutError, match="defines its own unit"):
         api.optimize(examples / "stepped_plate.step", process="drill", units="in", **FAST)
 
 

@@ -237,10 +237,10 @@ def test_a_depth_chooses_the_pockets_of_one_depth(block: Path, tmp_path: Path) -
 
 
 def test_units_and_layers_are_refused_as_a_solid_has_neither(block: Path) -> None:
-    for options, told in (({"units": "in"}, "states its unit"), ({"pocket_layers": "a"}, "has no layers")):
+    for options, told in (({"units": "in"}, "defines its own unit"), ({"pocket_layers": "a"}, "has no layers")):
         with pytest.raises(OptionError, match=told):
             api.optimize(block, process="pocket", tool_diameter=6, **options, **FAST)
-    with pytest.raises(OptionError, match="states its unit"):
+    with pytest.raises(OptionError, match="defines its own unit"):
         read_contours(block, ReadOptions(units="in"))
 
 

@@ -1,9 +1,9 @@
 """Fit as few lines and arcs as possible to a closed line of noisy points, with sharp corners.
 
-The division into pieces is optimised globally. The cost of a piece is the sum of the squared distances of its points
-from the best line or circle, in units of the noise, plus a fixed fee. Dynamic programming finds the cheapest division
-(Perez and Vidal, "Optimum polygonal approximation of digitized curves", Pattern Recognition Letters 15 (1994), for
-lines). Neighbouring pieces end where their lines or circles meet.
+The line is divided into pieces, each of which becomes a line or an arc. The cost of a piece is the sum of the squared
+distances of its points from the best line or circle, in units of the noise, plus a fixed fee. Dynamic programming finds
+the cheapest division (Perez and Vidal, "Optimum polygonal approximation of digitized curves", Pattern Recognition
+Letters 15 (1994), for lines). Neighbouring pieces end where their lines or circles meet.
 """
 
 from __future__ import annotations
@@ -18,20 +18,21 @@ from leafcut.geometry.arrays import Floats, Points
 from leafcut.geometry.moments import circle_error, line_error, moments
 from leafcut.geometry.polyline import Polyline
 
-#: Fees of a line and an arc: about the logarithm of the number of points for each of their 3 and 4 parameters (Schwarz,
-#: "Estimating the dimension of a model", 1978), for some thousand points.
+#: Fees of a line (3 parameters) and an arc (4 parameters). Each parameter costs about the logarithm of the number of
+#: points (Schwarz, "Estimating the dimension of a model", 1978), here for some thousand points.
 LINE_FEE, ARC_FEE = 20.0, 26.0
 #: Maximum number of points of a piece in the search; longer pieces are merged afterwards.
 WINDOW = 320
 #: Number of piece starts evaluated at a time, to fit into the processor's cache.
 _BLOCK = 48
-#: A piece of at most this number of points between two lines may be a rounded corner. It becomes tangent to both lines,
-#: unless that costs more than the second value, in squares of the noise: two parameters fewer, worth about 12 each.
+#: A piece of at most this number of points between two lines may be a rounded corner. The piece becomes tangent to both
+#: lines, unless that costs more than the second value, in squares of the noise. A tangent arc has two parameters fewer,
+#: and each parameter is worth about 12.
 FILLET_POINTS, FILLET_WORTH = 400, 24.0
 #: A radius is as likely as the best radius if its additional cost is at most this, in squares of the noise.
 EQUALLY_LIKELY = 1.0
-#: If a point is farther than this from its line or arc, in point distances, the piece is divided at lower fees. The
-#: fees are reduced at most to this share.
+#: If a point is farther than the first value from its line or arc, in point distances, the piece is divided at lower
+#: fees. The second value is the lowest share of the fees.
 MAX_DISTANCE, LEAST_SHARE = 0.6, 0.1
 #: Maximum distance of an intersection from the points at which two pieces meet, in point distances.
 MAX_JOINT_DISTANCE = 4.0
@@ -178,7 +179,7 @@ def _circle(piece: _Piece) -> Polyline | None:
 
 
 def _fillet_corners(points: Points, weights: Floats, pieces: list[_Piece]) -> list[_Piece]:
-    """Replace each piece between two lines by an arc tangent to both, if the arc fits the points nearly as well."""
+    """Replace each piece between two lines with an arc tangent to both, if the arc fits the points nearly as well."""
     result: list[_Piece] = []
     for k, piece in enumerate(pieces):
         before, after = pieces[k - 1], pieces[(k + 1) % len(pieces)]
@@ -303,9 +304,7 @@ def _touches(line: _Piece, arc: _Piece) -> bool:
 
 
 def _covers_a_pixel_centre(a: Points, b: Points, tip: tuple[float, float]) -> bool:
-    """Return whether a triangle contains a pixel centre. If so, the traced line would have gone around the tip of the
-    triangle.
-    """
+    """Return whether a triangle contains a pixel centre. Then the traced line would have passed around its tip."""
     corners = np.array([a, b, tip])
     low, high = np.ceil(corners.min(axis=0) - 0.5) + 0.5, np.floor(corners.max(axis=0) - 0.5) + 0.5
     xs, ys = np.arange(low[0], high[0] + 0.5), np.arange(low[1], high[1] + 0.5)

@@ -39,9 +39,7 @@ class Cells:
 
 
 def number_points(points: Points, side: float) -> Indices:
-    """Return a number for each point, int64[n]. Points that coincide when rounded to multiples of `side` (mm) have the
-    same number.
-    """
+    """Number the points, int64[n]. Points that round to the same multiples of `side`, mm, share a number."""
     if not len(points):
         return np.zeros(0, np.int64)
     column, row = np.round(points / side).astype(np.int64).T

@@ -24,10 +24,9 @@ FLAT = 0.002
 
 
 def cleaned_path(path: Polyline) -> Polyline | None:
-    """Return a path without segments of length 0 and without arcs larger than a half circle; None if no segment
-    remains.
+    """Remove segments of length 0, and split arcs larger than a half circle. Return None if no segment remains.
 
-    An arc with a radius above `LARGEST_RADIUS` is replaced by lines within `FLAT` mm. A full circle drawn as a single
+    An arc with a radius above `LARGEST_RADIUS` is replaced with lines within `FLAT` mm. A full circle drawn as a single
     arc with equal ends cannot be recovered, because its bulge is not defined.
     """
     if np.abs(path.bulges).max(initial=0.0) > _HALF:
@@ -65,7 +64,7 @@ def _split_large_arcs(path: Polyline) -> Polyline:
 
 
 def without_huge_arcs(path: Polyline, tolerance: float) -> Polyline:
-    """Return a path in which arcs with a radius above `LARGEST_RADIUS` are replaced by lines within `tolerance`, mm."""
+    """Replace arcs with a radius above `LARGEST_RADIUS` with lines within `tolerance` mm. Return the new path."""
     if not any(s.is_arc and s.radius > LARGEST_RADIUS for s in path.segments()):
         return path
     rows: list[tuple[float, float, float]] = []

@@ -94,7 +94,7 @@ def _conflict_point(a: Any, b: Any, kind: str) -> Point:
 
 
 def nesting_depths(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the number of polygons around each polygon, and the index of the innermost polygon around it, or -1.
+    """Return the number of polygons around each polygon, and the index of the innermost of them, or -1.
 
     The polygons must neither overlap nor coincide (`find_conflicts`).
 
@@ -109,10 +109,10 @@ def nesting_depths(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.
 def enclosing_polygons(
     points: Sequence[Any] | NDArray[Any], shapes: NDArray[Any], areas: NDArray[np.float64] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the number of polygons around each point, and the index of the smallest polygon around it, or -1.
+    """Return the number of polygons around each point, and the index of the smallest of them, or -1.
 
-    With `areas` (mm², one per point), only polygons with a larger area count. Thus a point of a polygon is not counted
-    as inside that polygon, nor inside the outlines of its holes.
+    With `areas` (mm², one per point), only polygons with a larger area count. Thus a point of a polygon does not count
+    as inside that polygon, or as inside its holes.
     """
     depth, parent = np.zeros(len(points), dtype=np.int64), np.full(len(points), -1, dtype=np.int64)
     if not len(shapes) or not len(points):

@@ -23,7 +23,8 @@ SAMPLE_CHORDS, MOST_CHORDS = 8, 1024
 #: Maximum plausible coordinate, mm; larger curves would take hours.
 FARTHEST = 1e6
 
-#: Callback that receives the number of points of a curve before they are processed; it may raise an error to refuse.
+#: Callback that receives the number of points of a curve before they are processed. It may raise an error to refuse the
+#: curve.
 Spend = Callable[[int], None]
 #: Maximum difference between the half axes of a circle, mm (or a millionth of their length).
 ROUND = 1e-3

@@ -46,8 +46,9 @@ def _sharpest_corner(points: Points) -> int:
 
 
 def _longest_segment(points: Points, start: int, tolerance: float, last: int) -> tuple[int, float]:
-    """Return the end index (at most `last`) and the bulge of the longest line or arc that fits the points from `start`
-    on. The end is found by doubling and bisection.
+    """Fit the longest possible line or arc to the points `start` to `last`. Return its end index and its bulge.
+
+    The end is found by doubling and bisection.
     """
     good, bulge = start + 1, 0.0
     step, bad = 2, last + 1

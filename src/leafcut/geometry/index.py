@@ -15,11 +15,11 @@ from leafcut.message import Message
 
 #: Maximum number of pairs in a valid drawing: a base value, plus a number per shape.
 MOST_PAIRS, MOST_PER_SHAPE = 500_000, 64
-#: Number of shapes per query of the index: small in crowded drawings, so that too many pairs are detected early.
+#: Number of shapes per query of the index. It is small in crowded drawings, so that too many pairs are detected early.
 _MIN_BATCH, _MAX_BATCH = 16, 4096
 #: Batch sizes of `NearLines`: lines per query, and pairs evaluated at a time.
 _LINES, _PAIRS = 256, 500_000
-#: Relative accuracy of box and point distances; GEOS measures the pairs that are closer to the limit.
+#: Relative accuracy of the distances of boxes and points. If a distance is closer to the limit, GEOS measures the pair.
 _ACCURACY = 1e-9
 
 
@@ -124,9 +124,7 @@ class ShapeIndex:
         self._tree = shapely.STRtree(self._shapes)
 
     def near(self, others: Any, distance: float) -> Indices:
-        """Return the sorted pairs (index in `others`, index of a shape) of shapes within `distance` mm of each other,
-        int64[2, k].
-        """
+        """Return sorted pairs (index in `others`, index of a shape) that are within `distance` mm, int64[2, k]."""
         others = np.asarray(others, dtype=object)
         min_x, min_y, max_x, max_y = shapely.bounds(others).T
         boxes = shapely.box(min_x - distance, min_y - distance, max_x + distance, max_y + distance)

@@ -16,13 +16,14 @@ from leafcut.geometry.polyline import Polyline
 
 #: Ends closer than this count as one point, mm: drawings are stored with 4 to 6 digits.
 EXACT = 1e-4
-#: Minimum angle between two paths at a common end, rad; at smaller angles they overlap.
+#: Minimum angle between two paths at a common end, rad. At smaller angles, the paths overlap.
 DOUBLED_BACK = 1e-3
 
 
 class Joined(NamedTuple):
-    """A path joined from several paths, the indices of these paths in order, and the gaps that were closed (position
-    and width).
+    """A path joined from several paths.
+
+    `members` contains the indices of these paths in order. `gaps` contains the position and width of each closed gap.
     """
 
     path: Polyline
@@ -45,7 +46,7 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
     """Join open paths whose ends are within `tolerance` mm of each other, nearest first; O(n log n).
 
     Coincident ends are joined before any gap is closed. If more than two ends meet, consecutive paths of the drawing
-    are joined first, then the paths with the sharpest corner, so that touching outlines do not cross. Both ends of a
+    are joined first, then the paths with the sharpest corner. Thus touching outlines do not cross. Both ends of a
     closed gap move to its middle. Closed paths remain unchanged.
 
     Raises
@@ -116,9 +117,7 @@ def _inward_direction(path: Polyline, at_end: bool) -> Point:
 
 
 def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps: NDArray[np.float64]) -> list[Point]:
-    """Return the positions at which three or more ends meet, and those of ends whose possible partners are all joined
-    already.
-    """
+    """Return the positions where three or more ends meet, or where no free partner was left for an end."""
     partners = np.bincount(np.concatenate([first, second]), minlength=len(ends))
     close = gaps <= EXACT
     exact = np.bincount(np.concatenate([first[close], second[close]]), minlength=len(ends))
@@ -127,10 +126,10 @@ def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps
 
 
 def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
-    """Return the chains of joined paths. A chain consists of the end at which each of its paths is entered, and whether
-    the chain is closed.
+    """Return the chains of joined paths, each as a list of ends, and whether the chain is closed.
 
-    End 2i is the start of path i, and end 2i + 1 is its end.
+    The list contains the end at which the chain enters each path. End 2i is the start of path i, and end 2i + 1 its
+    end.
     """
     table = mate.tolist()
     done = [False] * (len(table) // 2)
@@ -153,9 +152,7 @@ def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
 
 
 def _assemble(paths: list[Polyline], walk: list[int], loop: bool, gaps: list[tuple[Point, float]]) -> Polyline:
-    """Return the path of a chain, given the ends at which its paths are entered. Add the gaps that it closes to
-    `gaps`.
-    """
+    """Return the path of a chain (`walk`, from `_chains`), and add the gaps that the path closes to `gaps`."""
     pieces = [paths[end // 2].reversed() if end % 2 else paths[end // 2] for end in walk]
     tables = [piece.vertices.copy() for piece in pieces]
     for k in range(0 if loop else 1, len(tables)):

@@ -23,14 +23,15 @@ from leafcut.geometry.arrays import Floats, Indices, Point, Points
 
 #: Minimum depth at which a move crosses a polygon, mm, because moves may start at its edge and run along it.
 DEPTH = 0.1
-#: Distance of paths from corners, mm (an estimate: with a larger one, paths would not fit between close polygons), and
-#: clearance in addition to the radius of the head, mm.
+#: Distance of paths from corners, mm (an estimate; with a larger distance, paths would not fit between close polygons).
+#: Clearance in addition to the radius of the head, mm.
 MARGIN, CLEARANCE = 1.0, 0.02
 #: Tolerance for the distance of paths from polygons, mm.
 SLACK = 0.01
-#: Maximum number of candidate corners of a path, and of search rounds, each of which adds the polygons on the path.
+#: Maximum number of candidate corners of a path. Maximum number of search rounds; each round adds the polygons on the
+#: path.
 MOST_CORNERS, MOST_ROUNDS = 120, 3
-#: Radius of the area around an end of the path in which an exit is searched, as a multiple of the head radius.
+#: An end of a path is enclosed if it has no exit from a disc of this radius around it, in radii of the head.
 ENCLOSING = 2.0
 
 #: Key of a group of nodes: the number of a polygon, or a point and whether it is an end of the path.
@@ -44,8 +45,8 @@ def shortest_path(
 ) -> list[int] | None:
     """Return the nodes of the shortest path from `start` to the nearest node of `ends`, or None if no path exists.
 
-    `n` is the number of nodes. `edges` returns the neighbours of a node, int64[k], and their distances, float64[k],
-    which are infinite where no edge exists.
+    `n` is the number of nodes. `edges` returns the neighbours of a node, int64[k], and their distances, float64[k]. An
+    infinite distance means that no edge exists.
     """
     best, previous, queue = np.full(n, np.inf), dict[int, int](), [(0.0, start)]
     best[start] = 0.0
@@ -69,8 +70,7 @@ def shortest_path(
 
 
 class ObstacleMap:
-    """Obstacles for a cutting head: walls, which always block it, and polygons, which block it only if they are
-    `standing`.
+    """Obstacles for a cutting head. Walls always block the head; polygons block it only while they are `standing`.
 
     The head stays at least its radius away from standing polygons, and its centre never crosses a wall. Paths are
     cached for each set of standing polygons.
@@ -88,25 +88,21 @@ class ObstacleMap:
         self._crossed: dict[tuple[Point, Point], frozenset[int]] = {}
         self._met: dict[tuple[Point, Point, float], frozenset[int]] = {}
         self._between: dict[tuple[_Key, _Key, float], NDArray[np.int64]] = {}
-        # Cached paths by ends and radius: the polygons that influenced the path, the ones among them that were
-        # standing, and the corners of the path.
+        # Cached paths by ends and radius: the polygons that influenced the path, those that were standing, and the
+        # corners of the path.
         self._paths: dict[
             tuple[Point, Point, float], list[tuple[frozenset[int], frozenset[int], list[Point] | None]]
         ] = {}
 
     def polygons_crossed(self, a: Point, b: Point) -> frozenset[int]:
-        """Return all polygons that a straight move crosses, whether they are standing or not. Walls are not
-        included.
-        """
+        """Return all polygons that a straight move crosses, standing or not, without walls."""
         if (a, b) not in self._crossed:
             hit = self._inner.query(shapely.LineString([a, b]), predicate="intersects")
             self._crossed[a, b] = frozenset(self._numbers[k] for k in hit.tolist()) - self._walls
         return self._crossed[a, b]
 
     def polygons_approached(self, a: Point, b: Point, radius: float) -> frozenset[int]:
-        """Return all polygons that a straight move crosses or approaches within a radius, whether they are standing or
-        not.
-        """
+        """Return all polygons, standing or not, that a straight move crosses or approaches within a radius."""
         if (a, b, radius) not in self._met:
             _, near = self._approaching_pairs(np.array([[a, b]]), np.array([[True, True]]), radius)
             self._met[a, b, radius] = self.polygons_crossed(a, b) | {self._numbers[k] for k in near.tolist()}
@@ -168,9 +164,7 @@ class ObstacleMap:
         return [self._numbers[k] for k in self._whole.query(point, predicate="dwithin", distance=distance).tolist()]
 
     def _clear_points_nearby(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point]:
-        """Return, for each standing polygon within the radius of a point, the nearest clear point in the direction
-        straight away from the polygon.
-        """
+        """Move a point straight away from each standing polygon nearby, until it is clear. Return the moved points."""
         point, away = shapely.Point(place), list[Point]()
         for number in self._numbers_near(point, radius) if radius > 0.0 else ():
             x, y = shapely.get_coordinates(shapely.shortest_line(self.shapes[number], point))[0]
@@ -256,8 +250,9 @@ class ObstacleMap:
     def _shortest(
         self, nodes: Sequence[_Nodes], standing: set[int], radius: float, seen: set[int]
     ) -> tuple[list[Point] | None, set[int]]:
-        """Return the shortest path from the first node to the second along lines that no remaining obstacle blocks, and
-        an empty set. If no such path exists, return None and the remaining polygons that block a line.
+        """Return the shortest unblocked path from the first node to the second, and an empty set.
+
+        If there is no such path, return None and the obstacles that block a line.
         """
         places = np.concatenate([of for _, of in nodes])
         length = np.hypot(*(places[:, None] - places[None, :]).transpose(2, 0, 1))

@@ -29,9 +29,9 @@ def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Pol
     with chords (shapely's buffer), and arcs are fitted to them. Both kinds of result are checked: each point is at the
     given distance from the path, within `tolerance`.
 
-    A negative distance shrinks the area, whatever the direction of the path. The resulting paths are closed and sorted,
-    largest first. Outer boundaries are counter-clockwise; holes enclosed by growing are clockwise. The list is empty if
-    no area remains.
+    A negative distance shrinks the area. The direction of the path does not matter. The resulting paths are closed and
+    sorted, largest first. Outer boundaries are counter-clockwise; holes enclosed by growing are clockwise. The list is
+    empty if no area remains.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def _rings(region: Any, distance: float, fine: float, tolerance: float) -> Itera
         points = np.asarray(ring.coords)[:-1, :2]
         x, y = points.T - points[0][:, None]
         area = 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-        # A passage exactly as wide as the tool leaves a sliver that is not an edge to cut.
+        # A passage exactly as wide as the tool leaves a sliver, which is not an edge to cut.
         if 2.0 * abs(area) > tolerance * ring.length:
             sized.append((abs(area), points if area * sign > 0.0 else points[::-1]))
     yield from (points for _, points in sorted(sized, key=lambda pair: -pair[0]))

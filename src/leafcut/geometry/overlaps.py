@@ -1,7 +1,7 @@
 """Remove lines and arcs that are drawn on top of each other, unless two neighbouring outlines share them.
 
 Overlapping lines are split at each other's ends, so that duplicates match exactly. Then one copy of each piece is kept.
-A duplicate is restored if an outline needs it, because without it an odd number of ends would meet.
+If an odd number of ends would meet at a point, an outline needs a duplicate, which is restored.
 """
 
 from __future__ import annotations

@@ -146,7 +146,7 @@ def _circle_circle(a: Element, b: Element) -> list[Point]:
 def _trimmed_bulge(e: Element) -> float | None:
     """Return the bulge of an element trimmed at its ends, or None if nothing remains of an arc.
 
-    If a line is trimmed to before its own start, its direction is reversed; the caller's distance check detects that.
+    If a line is trimmed beyond its own start, its direction is reversed. The distance check of the caller detects this.
     """
     if e.turn == 0.0:
         return 0.0

@@ -207,9 +207,7 @@ class Polyline:
         return np.cumsum(self.lengths).tolist(), self.lengths.tolist()
 
     def _locate(self, distance: float) -> tuple[int, float]:
-        """Return the segment at a given distance from the start, and the fraction of its length that lies before that
-        point.
-        """
+        """Return the segment at a distance from the start, and the fraction of the segment before that point."""
         if self.closed and self.length > 0.0:
             distance %= self.length
         ends, lengths = self._distances

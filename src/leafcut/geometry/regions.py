@@ -1,5 +1,6 @@
-"""Create regions of the plane from paths, as shapely polygons, and offset them. Offsets allow for the chord error of
-arcs.
+"""Create regions of the plane from paths, as shapely polygons, and offset these regions.
+
+Offsets allow for the chord error of arcs.
 """
 
 from __future__ import annotations
@@ -22,8 +23,7 @@ LONG = 0.05
 
 
 def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float = 0.01, name: str = "region") -> Any:
-    """Return the area inside an outline and outside its islands as a valid shapely Polygon with a counter-clockwise
-    exterior.
+    """Return the area inside an outline and outside its islands as a valid, counter-clockwise shapely Polygon.
 
     The chord error of arcs is at most an eighth of the tolerance.
 
@@ -42,9 +42,7 @@ def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float
 
 
 def shrink(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
-    """Shrink a polygon by a distance, mm; each point of the smaller polygon is at least that far from the original
-    edge.
-    """
+    """Shrink a polygon, so that each remaining point is at least `distance` mm from the original edge."""
     fine = FINE * tolerance
     # The arcs of a buffer consist of chords, which are closer to the edge by the chord error.
     return shape.buffer(-(distance + fine), quad_segs=chords_per_quarter(distance, fine))
@@ -53,8 +51,8 @@ def shrink(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
 def tool_centres(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
     """Return the area in which the centre of a tool is at least a distance, mm, from the edge of a polygon.
 
-    Where the polygon is as wide as the tool, within the tolerance, the area is a strip along the centre line that
-    extends by half a tolerance to either side. There the tool touches both walls.
+    If a passage is as wide as the tool, within the tolerance, the area there is a strip along the centre line, half a
+    tolerance wide on each side. The tool then touches both walls.
     """
     centres = shrink(shape, distance, tolerance)
     slack = 0.5 * tolerance

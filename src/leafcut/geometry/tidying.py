@@ -23,8 +23,8 @@ from leafcut.message import Message
 CHORDS = 0.01
 #: Maximum number of chords of all outlines together.
 MOST_CHORDS = 20_000_000
-#: Maximum --join-tolerance that a message proposes, mm. Accidental gaps are smaller. The ends of the centre cross of a
-#: hole are farther apart; joining them would form a diamond.
+#: Maximum --join-tolerance that a message proposes, mm. Accidental gaps are smaller. The ends of a hole's centre cross
+#: are farther apart; joined, they would form a diamond.
 WIDEST_PROPOSED_JOIN = 0.5
 
 
@@ -121,7 +121,7 @@ def _has_flaws(paths: Sequence[Polyline]) -> list[bool]:
 
 
 def _lie_on_outlines(loose: Sequence[Polyline], outlines: Sequence[Polyline]) -> list[bool]:
-    """Return, for each open stroke, whether it lies on a single outline and no other stroke continues from its ends."""
+    """Return for each open stroke whether it lies on an outline, and no other stroke continues from its ends."""
     if not loose or not outlines:
         return [False] * len(loose)
     lines: Any = shapely.linearrings(
@@ -135,7 +135,7 @@ def _lie_on_outlines(loose: Sequence[Polyline], outlines: Sequence[Polyline]) ->
     pairs, counts = np.unique(np.stack([point_index // len(shares), outline]), axis=1, return_counts=True)
     on_outline = np.zeros(len(loose), dtype=bool)
     on_outline[pairs[0][counts == len(shares)]] = True
-    # An outline may share an edge with its neighbour, so a stroke that other strokes continue belongs to those.
+    # An outline may share an edge with its neighbour. A stroke that other strokes continue belongs to the neighbour.
     ends = np.array([end for p in loose for end in (p.start, p.end)])
 
     first, second, _ = near_pairs(ends, COINCIDENT)

@@ -1,9 +1,9 @@
 """Trace the outline of a region in a picture with subpixel accuracy: trace level lines, then fit lines and arcs to
 them.
 
-A level line crosses between two pixels at a position interpolated from their brightness (marching squares, the
-two-dimensional form of Lorensen and Cline, "Marching cubes", SIGGRAPH 1987). If a picture has no shades between dark
-and bright, the edge may be anywhere between two pixel centres, and a straight edge has a staircase outline.
+A level line passes between two pixels at a position that is interpolated from their brightness (marching squares, the
+two-dimensional form of Lorensen and Cline, "Marching cubes", SIGGRAPH 1987). Without shades between dark and bright,
+the position of an edge between two pixel centres is unknown, and a straight edge becomes a staircase.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from leafcut.geometry.polyline import Polyline
 FEW_POINTS = 10
 #: Maximum distance of a crossing from the middle between two pixels at an edge without shades, pixels.
 UNSHADED = 0.1
-#: Standard deviation of the distance between wall and crossing, pixels. Without shades, the distance is uniformly
-#: distributed over one pixel; with shades, the value is that of an anti-aliased edge.
+#: Standard deviation of the distance between wall and crossing, pixels, without shades and with shades. Without shades,
+#: the distance is uniformly distributed over one pixel. With shades, the edge is anti-aliased.
 NOISE_OF_STEPS, NOISE_OF_SHADES = 0.29, 0.1
 #: Maximum distance of accepted lines and arcs from the level line, pixels.
 FARTHEST = 1.0
-#: Maximum share of outliers among the points of a line; an outlier is off by more than this multiple of its noise.
+#: Maximum share of outliers among the points of a line, and minimum distance of an outlier, in multiples of its noise.
 MAX_OUTLIERS, OUTLIER = 0.03, 3.0
 #: Tolerance of arcs fitted to a smoothed line, pixels.
 FIT_TOLERANCE = 0.15

@@ -10,9 +10,7 @@ _TOUCH = 1e-9
 
 
 def widen_zones(zones: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
-    """Enlarge rectangles (x0, y0, x1, y1; float64[k, 4]) on all sides. `distance` is in mm: one number, or one per
-    rectangle.
-    """
+    """Enlarge rectangles (x0, y0, x1, y1; float64[k, 4]) on all sides by `distance` mm: one number, or one for each."""
     table = np.asarray(zones, dtype=np.float64).reshape(-1, 4)
     result: NDArray[np.float64] = table + np.multiply.outer(
         np.asarray(distance, dtype=np.float64), [-1.0, -1.0, 1.0, 1.0]

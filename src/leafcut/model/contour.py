@@ -30,7 +30,7 @@ _ASIDE = (
         "TEXTOS",
     ),
 )
-#: Further words that the names of such layers may contain.
+#: Words that the names of such layers may contain in addition.
 _BESIDE = ("BLOCK", "BLOCKS", "DRAWING", "LAYER", "LINE", "LINES", "SHEET", "A0", "A1", "A2", "A3", "A4")
 
 
@@ -49,15 +49,16 @@ def is_aside(layer: str) -> bool:
 
 
 def layer_matcher(patterns: Sequence[str]) -> Callable[[str], bool]:
-    """Return a function that tests whether a layer name matches any pattern; case is ignored, and * and ? are
-    wildcards.
+    """Return a function that tests whether a layer name matches any pattern.
+
+    The test ignores case; * and ? are wildcards.
     """
     tests = [re.compile(fnmatch.translate(p), re.IGNORECASE) for p in patterns]
     return lambda layer: any(t.match(layer) for t in tests)
 
 
 def layer_filter(patterns: tuple[str, ...]) -> Callable[[str], bool]:
-    """Return the test for ``--layers``: wildcards * and ?, case-insensitive; without patterns all layers pass."""
+    """Return the test for ``--layers``, as `layer_matcher` does. Without patterns, all layers pass."""
     return layer_matcher(patterns or ("*",))
 
 

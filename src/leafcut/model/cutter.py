@@ -1,4 +1,4 @@
-"""Profile of a tool: the flutes from the tip up, and above them shank and holder, which do not cut."""
+"""Profile of a tool: the flutes from the tip up, and above them the shank and the holder, which do not cut."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ SAME_RADIUS = 5e-4
 class Cutter:
     """Profile of a rotating tool: a flat, a corner arc, and a cone up to the radius, mm.
 
-    From the axis outwards, the surface is at the height of the tip up to `flat`, follows the arc to its tangent point
-    with the cone, and then the cone up to `radius`. This is the APT tool (ISO 3592), restricted to convex profiles.
+    Outwards from the axis, the surface is flat up to the radius `flat`. It then follows the arc to the tangent point of
+    arc and cone, and the cone up to `radius`. This is the APT tool (ISO 3592), restricted to convex profiles.
 
     `corner` is the radius of the arc, 0 for a sharp edge. `slope` is the rise of the cone per mm of radius, infinite
     for a cylinder.
@@ -65,8 +65,9 @@ class Cutter:
         return self.flat + share * self.corner, self.corner * (1.0 - math.sqrt(max(1.0 - share * share, 0.0)))
 
     def height(self, distance: float) -> float:
-        """Return the height of the surface above the tip at a distance from the axis, mm; infinite beyond the radius of
-        the tool.
+        """Return the height of the surface above the tip at a distance from the axis, mm.
+
+        The height is infinite beyond the radius of the tool.
         """
         reach, rise = self.tangent
         if distance > self.radius:
@@ -78,8 +79,9 @@ class Cutter:
         return math.inf if math.isinf(self.slope) else rise + self.slope * (distance - reach)
 
     def radius_at(self, depth: float) -> float:
-        """Return the largest radius that the tool cuts if its tip is at the given depth, mm; smaller than `radius` only
-        for a pointed tool.
+        """Return the largest radius that the tool cuts with its tip at the given depth, mm.
+
+        It is smaller than `radius` only for a pointed tool.
         """
         if self.corner > 0.0 or math.isinf(self.slope):
             return self.radius
@@ -116,7 +118,7 @@ def pointed(diameter: float, angle: float, tip: float = 0.0) -> Cutter:
 
 
 def cutter_of(tool: Tool) -> Cutter:
-    """Return the profile of a library tool; an end without a stated shape is flat."""
+    """Return the profile of a library tool. If the library does not state the shape of the end, the end is flat."""
     if tool.kind is ToolKind.BALL_MILL:
         return ball_mill(tool.diameter)
     if tool.kind is ToolKind.END_MILL and tool.corner_radius:

@@ -132,7 +132,7 @@ class CutChoice:
 
 @dataclass(frozen=True)
 class ContourPrint:
-    """Properties by which a contour of a plan file is recognized in a drawing, mm and mm²."""
+    """Properties that identify a contour of a plan file in a drawing, mm and mm²."""
 
     kind: str
     length: float
@@ -150,7 +150,7 @@ class ContourPrint:
 
 @dataclass(frozen=True)
 class PlanFile:
-    """Content of a plan file: its contours in recognizable form, and the choices of every cut, in order."""
+    """Content of a plan file: the identifying properties of its contours, and the choices of all cuts, in order."""
 
     sheet: str
     contours: tuple[ContourPrint, ...]

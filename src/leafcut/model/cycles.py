@@ -1,6 +1,6 @@
 """Motion of canned cycles, for timing, for controllers without cycles, and for verification.
 
-The order of moves follows RS274/NGC section 3.5.16 as LinuxCNC's interpreter runs it (observed with `rs274 -g`).
+The order of moves follows RS274/NGC, section 3.5.16, as executed by LinuxCNC's interpreter (observed with `rs274 -g`).
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def expand_drill(motion: Motion, cycle: DrillCycle, z_now: float) -> Iterator[Mo
     if cycle.approach == "slant":
         height = z_after
     elif z_now < cycle.r_plane or cycle.approach == "sink":
-        # Straight up at the current position, marked as unknown here; the caller has x and y.
+        # Straight up at the current position. The x and y are marked as unknown, and the caller fills them in.
         yield Motion(Kind.RAPID, (math.nan, math.nan, cycle.r_plane), 0.0, 0, line)
         height = cycle.r_plane
     yield row(Kind.RAPID, height)

@@ -1,4 +1,4 @@
-"""Progress reports of all slow steps, from reading a file to a search, to one callback of the user interface.
+"""Progress reports of slow steps, such as reading a file or searching, to a single callback of the user interface.
 
 The callback receives a `Progress` when a step starts, and again while it runs. It may raise an exception to end the
 work.
@@ -90,10 +90,10 @@ def heartbeat_for_step(progress: OnProgress | None, step: Message) -> Heartbeat:
 def progress_of_search(
     progress: OnProgress | None, step: Message, left: float = 1.0, part: float = 1.0
 ) -> OnProgress | None:
-    """Return a progress callback for a search, which reports to `progress` under the name `step`.
+    """Return a callback for the progress of a search. It reports to `progress` under the name `step`.
 
-    `part` is the share of the whole work that belongs to the search, and `left` is the share that remains when the
-    search starts.
+    `part` is the share of the search in the whole work. `left` is the share of the work that remains when the search
+    starts.
     """
     if progress is None:
         return None

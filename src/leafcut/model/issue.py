@@ -210,7 +210,7 @@ class Issue:
         return Message("{} ({})", message, self.place) if self.place else message
 
     def as_note(self) -> Issue:
-        """Return the issue as a note, which does not count as missing work, for work that the user did not request."""
+        """Return the issue as a note, without missing work, because the user did not request this work."""
         return Issue(self.code, self.message, self.place, Severity.NOTE)
 
 

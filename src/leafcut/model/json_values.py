@@ -11,7 +11,7 @@ import numpy as np
 
 
 def plain(value: Any) -> Any:
-    """Convert a value to lists, dicts, numbers and texts; NaN becomes None, and infinity becomes the text "inf"."""
+    """Convert a value to lists, dicts, numbers and texts. NaN becomes None, and infinity becomes the text "inf"."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value) if f.init}
     if isinstance(value, np.ndarray):

@@ -1,6 +1,6 @@
 """Enumerations: heads of machines, cutting methods, kinds of programs, work of rotating tools, and tool materials.
 
-The names of processes are no enumeration, because plug-ins add to them (`processes.registry.names`).
+The names of processes are not an enumeration, because plug-ins add further names (`processes.registry.names`).
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ class Machine:
     units
         ``mm`` or ``in``: units that the controller assumes for programs without a units word.
     rapid_style
-        ``linear`` if all axes arrive together on a straight line, ``dogleg`` if each axis moves at its own speed.
+        ``linear`` if the axes move together on a straight line, ``dogleg`` if each axis moves at its own speed.
     rapid_velocity, acceleration
         Maximum velocity of rapids, and acceleration, of each axis.
     acceleration_factor
@@ -60,7 +60,7 @@ class Machine:
     max_feed
         Maximum programmed feed, mm/s.
     travel_min, travel_max
-        Limits of travel in machine coordinates; -inf and inf for unknown ends of an axis, which are not checked.
+        Limits of travel in machine coordinates. An unknown limit is -inf or inf, and is not checked.
     work_offset
         Program zero in machine coordinates; None if unknown, so that only the size of the job can be checked.
     home

@@ -42,8 +42,8 @@ class Kind(IntEnum):
     ========== ============================================ ==================== ===========================
 
     SPINDLE switches a torch like M3 and M5 do. TORCH and HEIGHT act with the next motion, without a stop. A new
-    position is in the program coordinates that are valid after the row; it is NaN for an axis whose position is unknown
-    until it is programmed again.
+    position is in the program coordinates that are valid after the row. It is NaN for an axis that must be programmed
+    again before its position is known.
     """
 
     RAPID = 0

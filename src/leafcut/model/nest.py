@@ -28,9 +28,7 @@ class NestPart:
 
     @property
     def label(self) -> str:
-        """Name for drawings, with at most 40 printable characters: DXF allows 255, and a character may need six of
-        them.
-        """
+        """Name for drawings, with at most 40 characters. DXF allows 255, but a character may need six of them."""
         return "".join(c if c.isprintable() and c != "\\" and c <= "\uffff" else "?" for c in self.name).strip()[:40]
 
     @property
@@ -264,7 +262,7 @@ class NestOutcome:
     def names(self, output: str | Path, variants: int = 1) -> tuple[tuple[str, ...], ...]:
         """Return the file names of the drawings of the best variants; `output` is the name of the first.
 
-        Several sheets are numbered, ``sheet_1.dxf``, and so are further variants, ``sheet_v2_1.dxf``.
+        If there are several sheets, they are numbered: ``sheet_1.dxf``. The second variant is ``sheet_v2_1.dxf``.
         """
         output, names = Path(output), []
         for number, nest in enumerate(self.nests[:variants], 1):

@@ -33,8 +33,8 @@ class Obstacles:
     bodies
         Tool number → discs of shank and holder as pairs (height above the tip, radius), mm.
     lowest
-        Tool number → lowest height of its tip, mm. All discs that are then below the height of a zone must clear the
-        zone.
+        Tool number → lowest height of its tip, mm. With the tip at this height, all discs below the height of a zone
+        must clear the zone.
     """
 
     zones: NDArray[np.float64]

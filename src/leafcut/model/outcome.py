@@ -22,9 +22,16 @@ Which = Literal["before", "after"]
 class OperationOutcome:
     """The work of a tool: its holes or slots, its cycle, and the solution of its order.
 
-    `hole_order` are indices into `Part.holes` (or `Part.slots` if `slots`), in machining order. For a program from
-    another CAM system, `cuts` is the number of cuts ordered together with the holes, `lines` are the first and last
-    line of their section, and `staying` are the holes that keep their original position in the order.
+    Attributes
+    ----------
+    hole_order
+        Indices into `Part.holes` (or `Part.slots` if `slots`), in machining order.
+    cuts
+        For a program from another CAM system: number of cuts that are ordered together with the holes.
+    lines
+        For such a program: first and last line of the section with these holes and cuts.
+    staying
+        For such a program: holes that keep their original position in the order.
     """
 
     tool: Tool
@@ -58,8 +65,7 @@ class Outcome(Generic[D]):
     before, nearest, after
         Measures of the input order, of the nearest-neighbour order (None for programs), and of the written program.
     written
-        Toolpath of the text as read back for the proof, with the line of every row; None if `path_after` is that
-        toolpath.
+        Toolpath read back from the text for the proof, with the line of every row; None if it equals `path_after`.
     encoding, extension
         Encoding of the program file, and its extension including the dot.
     options
@@ -119,8 +125,8 @@ class Outcome(Generic[D]):
     def lower_bound(self) -> float | None:
         """Sum of the lower bounds of all operations, in the unit of their costs; None if any of them is missing.
 
-        Each bound is for the path of one tool from the end of the previous tool's path. With several tools, the sum is
-        therefore not a bound for paths with other ends.
+        Each bound assumes that the tool starts at the end of the previous tool's path. With several tools, the sum is
+        therefore not a bound if these paths end elsewhere.
         """
         bounds = [o.solution.lower_bound for o in self.operations]
         return None if not bounds or any(b is None for b in bounds) else sum(b for b in bounds if b is not None)

@@ -24,8 +24,8 @@ class HoleStep:
     angle
         Included angle of the cone; π for a counterbore with a flat floor.
     tip, narrow
-        Depth of the tip of a sharp tool with this angle when it cuts the section, and width of the hole at the lower
-        end.
+        Depth of the tip of a sharp tool with this angle when it cuts the section, and diameter of the hole at the lower
+        end of the section.
     open
         Whether a tool of this shape can cut the section from above without cutting anything else.
     """
@@ -42,9 +42,18 @@ class HoleStep:
 class Hole:
     """A round hole in plan view, mm.
 
-    A diameter of 0 means a bare point. `z` is the drawn height. The other attributes are known for a solid only:
-    `depth` is the depth of the full diameter below `z`, else None; `through` is whether the hole is open at the bottom;
-    `flat` is whether its floor is flat instead of a cone; `steps` are its wider sections.
+    Attributes
+    ----------
+    diameter
+        Diameter; 0 for a bare point.
+    z
+        Drawn height.
+    depth
+        For a hole in a solid, depth of the full diameter below `z`; otherwise None.
+    through, flat
+        For a hole in a solid, whether it is open at the bottom, and whether its floor is flat instead of a cone.
+    steps
+        For a hole in a solid, its wider sections.
     """
 
     x: float
@@ -186,7 +195,8 @@ class Part:
     openings
         Round openings through a solid whose pockets are read.
     besides
-        Issues about drawn work of other kinds. This work counts as missing unless the user chose the kind of work.
+        Issues about other kinds of work in the drawing. Such work counts as missing unless the user chose the kind of
+        work.
     edge
         Lines around the holes or pockets of a plate, of kind ``sheet``; displayed, but never machined.
     reference

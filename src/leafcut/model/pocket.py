@@ -9,7 +9,7 @@ from typing import Any
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 
-#: Strategies that most shops use; the faster of them is the baseline of a pocket's program.
+#: Strategies that most shops use. The faster strategy is the baseline of a pocket's program.
 USUAL = ("zigzag", "contour")
 
 #: Kinds of outlines: pocket, island, edge of the plate, or undecided until the nesting of the outlines is known.
@@ -105,9 +105,9 @@ class PocketLevels:
 class PocketRules:
     """Rules for clearing a pocket with one tool, in the plane; lengths are in mm.
 
-    The tool is a flat end mill. Passes are planned slightly closer than the step-over (`planned`), because each is
-    accurate only within the tolerance. The measured step-over of a program therefore exceeds the rule at most by
-    rounding (`allows_step_over`).
+    The tool is a flat end mill. Passes are planned slightly closer than the step-over (`planned`), because each pass is
+    accurate only within the tolerance. Therefore, only rounding can make the measured step-over exceed the rule
+    (`allows_step_over`).
 
     Attributes
     ----------
@@ -229,7 +229,8 @@ class PocketMeasures:
     air_mm
         Length of the feed moves that cut nothing, mm.
     floor_mm
-        Area of the permitted tool centres divided by the step-over, mm; no path with this spacing is much shorter.
+        Area of the permitted tool centres divided by the step-over, mm. A path with this spacing cannot be much
+        shorter.
     """
 
     feed_mm: float
@@ -258,8 +259,8 @@ class PocketMeasures:
 class PocketResult:
     """Result of a strategy for a pocket: its path and measures, or the reason why it is refused.
 
-    `program_s` is the machine time of a program for this pocket alone, s. `passed_over` is the reason why this
-    strategy was not chosen although it is cheaper than the chosen one.
+    `program_s` is the machine time of a program for this pocket alone, s. If this strategy is cheaper than the chosen
+    strategy, `passed_over` is the reason why it was not chosen.
     """
 
     strategy: str
@@ -295,8 +296,8 @@ class PocketPlan:
     begin
         Top of the material relative to the top of the pockets, mm, zero or negative.
     in_floor
-        If `begin` is negative: whether it is the floor of an enclosing pocket; otherwise it is the surrounding surface
-        of the solid.
+        If `begin` is negative, whether it is the floor of an enclosing pocket, or else the surrounding surface of the
+        solid.
     """
 
     pocket: Pocket

@@ -56,9 +56,7 @@ class Relief:
     acceleration: float
 
     def at(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the height of the tool at each position, float64[n, 2], mm; if a position has two heights, the higher
-        of them.
-        """
+        """Return the height of the tool at each position, float64[n, 2], mm; the higher height if there are two."""
         known, otherwise = self._known, self.otherwise
         return np.array([known.get((x, y), otherwise) for x, y in xy.tolist()], dtype=np.float64)
 

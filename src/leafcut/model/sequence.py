@@ -1,5 +1,4 @@
-"""`Sequence`: a program from another CAM system as tasks that can be reordered, and blocks that must keep their
-position.
+"""`Sequence`: a program from another CAM system, divided into tasks that can be reordered, and fixed blocks.
 
 Blocks are numbered as in `gcode.program.Program`.
 """
@@ -96,8 +95,8 @@ class Section:
     clearance
         Height of travel moves between tasks, mm, at least the original height.
     ties
-        Cause → constraints of each task, int32[n, 2]: the first later task that must stay after it (n for none), and
-        the last earlier task that must stay before it (-1 for none).
+        Cause → constraints of each task, int32[n, 2]: the first later task that must stay after the task (n for none),
+        and the last earlier task that must stay before the task (-1 for none).
     stays
         For each task, the reason why it cannot be moved, or None if it can; empty until this is determined.
     """

@@ -114,8 +114,7 @@ class Observer:
         """
 
     def show(self, take: Callable[[], Snapshot], alone: bool) -> None:
-        """Called after `note`. `take` returns a snapshot; it is valid only during the call.
+        """Called after `note`. `take` returns a snapshot. It may be called only during `show`.
 
-        Call `take` only if a user is watching. `alone` means that the whole search waits for the call, with its clock
-        stopped.
+        Call `take` only if a user is watching. If `alone`, the whole search waits for `show`, and its clock is stopped.
         """

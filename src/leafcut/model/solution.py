@@ -12,9 +12,7 @@ from leafcut.model.part import Part
 
 @dataclass(frozen=True)
 class WorkerFigures:
-    """Work of a search thread: number of ants or kicks, wall time, s, and best cost, which is inf if it has found no
-    path.
-    """
+    """Work of a search thread: number of ants or kicks, wall time, s, and best cost (inf if it found no path)."""
 
     worker: int
     ants: int

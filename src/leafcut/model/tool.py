@@ -72,7 +72,7 @@ class Tool:
     stickout
         Length from the tip to the holder, mm; None if the library does not state it.
     shaft, holder
-        Sections between flutes and shank, and sections of the holder, both from below.
+        Sections between flutes and shank, and sections of the holder, both from the bottom up.
     assumed
         Whether leafcut assumed the tool, because no library has it.
     """
@@ -109,7 +109,7 @@ class Tool:
 
     @property
     def reach(self) -> float:
-        """Greatest depth of the tip, mm: there, the flutes still reach out of the hole, and the holder is above it."""
+        """Maximum depth of the tip, mm, at which the flutes still reach out of the hole, and the holder is above it."""
         return min(
             math.inf if self.flute_length is None else self.flute_length,
             math.inf if self.stickout is None else self.stickout,
@@ -121,7 +121,8 @@ class Tool:
         return f"T{self.number} {self.name or self.kind.value} Ø{self.diameter:g}"
 
 
-#: Longest stroke without pecking, diameters; beyond that, chips pack the flutes and the drill breaks (usual: 3 to 5).
+#: Maximum stroke without pecking, diameters (usual: 3 to 5). In a longer stroke, chips pack the flutes, and the drill
+#: breaks.
 LONGEST_STROKE = 5.0
 
 

@@ -1,6 +1,6 @@
-"""`Toolpath`: motions and commands in order, the common format of everything after planning.
+"""`Toolpath`: motions and commands in order. It is the common format of all code after planning.
 
-Planners generate it, the interpreter reads G-code into it, and writers, timing, plots and verification use it. It is
+Planners and the G-code interpreter create toolpaths. Writers, timing, plots and verification use them. A toolpath is
 stored in columns, so that a million rows need little memory. Units are mm, mm/s, s and rpm, in absolute program
 coordinates.
 """
@@ -121,7 +121,7 @@ class Toolpath:
         return before
 
     def place_before(self, row: int) -> tuple[float, float, float]:
-        """Return the position of the tool before a row, mm; for the number of rows, it is the position at the end."""
+        """Return the position of the tool before a row, mm, or its final position if `row` is the number of rows."""
         if row < len(self):
             x, y, z = self.before[row].tolist()
         elif row:
@@ -141,9 +141,9 @@ class Toolpath:
         return self.latest(Kind.OFFSET, self.ref)
 
     def latest(self, kind: Kind, column: NDArray[Any], default: float = 0) -> NDArray[Any]:
-        """Return for every row the value of `column` in the latest row of `kind` up to this row, or `default`.
+        """Return for each row the value of `column` in the latest row of `kind`; before the first, `default`.
 
-        Integer columns return int64, all others float64.
+        The result is int64 for integer columns, otherwise float64.
         """
         rows = last_rows(self.kind == kind)
         wide = np.int64 if np.issubdtype(column.dtype, np.integer) else np.float64
@@ -191,9 +191,7 @@ def plane_axes(plane: int) -> tuple[int, int, int]:
 
 
 def arc_sweep(path: Toolpath, row: int) -> tuple[float, float, float]:
-    """Return the radius, mm, the start angle, rad, and the signed sweep, rad, of an arc; the sweep is positive for
-    ARC_CCW.
-    """
+    """Return the radius, mm, the start angle, rad, and the sweep, rad, of an arc; a positive sweep is ARC_CCW."""
     arc = path.arcs[int(path.ref[row])]
     first, second, _ = plane_axes(arc.plane)
     before, end = path.before[row], path.end[row]
@@ -264,7 +262,7 @@ class ToolpathBuilder:
         self._move(Kind.ARC_CW if clockwise else Kind.ARC_CCW, *end, feed, len(self._arcs) - 1, line)
 
     def drill(self, x: float, y: float, cycle: DrillCycle, *, feed: float, line: int = 0) -> None:
-        """Add a canned cycle at (x, y); any other motion, or `end_cycles` (G80), ends the series."""
+        """Add a canned cycle at (x, y). Any other motion, or `end_cycles` (G80), ends the series of cycles."""
         initial = self.position[2] if self.initial_plane is None else self.initial_plane
         after = cycle.height_after(initial)
         if self.slants and self.initial_plane is not None:

@@ -27,7 +27,7 @@ class ToolLife:
     life, diameter, feed, width, depth, teeth
         The exponents m, q, y, x, u and p. The feed is per revolution of a drill, and per tooth of a mill.
     least_feed
-        Lower end of the range of feeds to which the law applies, mm; the range ends where that of the next law starts.
+        Lowest feed to which the law applies, mm. The law applies up to the lowest feed of the next law.
     """
 
     work: CuttingWork

@@ -99,7 +99,7 @@ def _drawing_text(drawing: Any) -> str:
 
 @contextmanager
 def _without_dates() -> Iterator[None]:
-    """Prevent ezdxf from writing dates and random numbers; only one thread at a time, because the option is global."""
+    """Prevent ezdxf from writing dates and random numbers. A lock protects its option, which is global."""
     import ezdxf
 
     with _EZDXF_LOCK:

@@ -17,7 +17,7 @@ from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, Placement, Stock
 from leafcut.model.sheet import Sheet
 
-#: Error of the chords that approximate arcs, mm; the required distance is increased by it for each outline with arcs.
+#: Error of the chords that approximate arcs, mm. It is added to the required distance for each outline with arcs.
 CHORD = 0.005
 #: Tolerance for rounding errors of distances, mm.
 ROUNDING = 1e-5
@@ -171,8 +171,8 @@ def check_remnants(
 ) -> list[Message]:
     """Return the errors of remnants as messages; empty if the remnants can be used.
 
-    `remnants` contains each remnant with the position of its lower left corner on the sheet, mm. It must lie within the
-    sheet, and be at least `spacing` mm away from each part.
+    `remnants` contains each remnant with the position of its lower left corner on the sheet, mm. A remnant must lie
+    within the sheet, at least `spacing` mm away from each part.
     """
     outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
     sheet = shapely.Polygon(outline, holes).buffer(2.0 * CHORD)
@@ -199,7 +199,9 @@ def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[Message]:
     for path in stock.paths:
         edge = next((candidate for candidate in edges if _is_same(Contour(path, "sheet"), candidate)), None)
         if edge is None:
-            errors.append(Message("the edge of the sheet differs from {:g} × {:g} mm", stock.length, stock.width))
+            errors.append(
+                Message("the drawing does not show the edge of the {:g} × {:g} mm sheet", stock.length, stock.width)
+            )
         else:
             edges.remove(edge)
     if edges:

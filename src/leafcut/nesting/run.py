@@ -368,8 +368,7 @@ def _read_back(variant: Nest, layout: Layout, name: str, text: str) -> None:
 
 
 def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -> tuple[list[NestPart], list[Issue]]:
-    """Return the parts of a drawing, each with the given quantity, and the issues; `rotations` are the allowed angles,
-    rad.
+    """Return the parts of a drawing, each with the given quantity and rotations (rad), and the issues.
 
     Raises PlanError if the drawing has no closed outline.
     """

@@ -161,7 +161,7 @@ class Work(Protocol):
         return None
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the placed part of an input for a preview. By default, these are its holes."""
+        """Return the placed geometry of an input for a preview: by default, its holes."""
         from leafcut.read import read
 
         return read(source, settings.read)
@@ -214,7 +214,7 @@ class Process(Work, Protocol):
         """The value of ``--process`` for a file that suits several processes; ``auto`` for the usual process."""
         return self.command
 
-    # The course of a job (`processes.course`) calls these in this order.
+    # The course of a job (`processes.course`) calls these methods in this order.
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
         """Read the files, resolve the options, and return the tasks; `asked` is the value of ``--process``.
@@ -254,7 +254,7 @@ class Process(Work, Protocol):
     def fastest(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
         """Return the candidate with the lowest cost according to the objective and the detailed machine model.
 
-        An order set by the user does not change, and neither does the result of the algorithms nn and none.
+        An order set by the user, and the result of the algorithms nn and none, are returned unchanged.
         """
         from leafcut.processes.ordering import solutions_of_order
 

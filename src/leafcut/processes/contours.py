@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from leafcut.processes.job import Job
     from leafcut.read.format import Source
 
-#: Size in both directions below which a closed outline is probably a drawing error, mm.
+#: A closed outline that is smaller than this in both directions is probably a drawing error, mm.
 TINY = 0.5
 #: Maximum distance between the centres of the circles of a bore, mm; coordinates are rounded, and arcs may be chords.
 SAME_CENTRE = 0.05
@@ -44,8 +44,8 @@ WIDEST_STEPPED = 40.0
 OPEN_VALUES = Message("cut, mark or drop")
 #: Maximum number of layers listed if the drawing has no cuts.
 MOST_LAYERS = 5
-#: Maximum relative difference of a round hole between 4π·area and the squared perimeter, and between width and height.
-#: Polygons with 24 or more sides count as circles.
+#: Tolerance for round holes: relative difference between 4π·area and the squared perimeter, and between width and
+#: height. Polygons with 24 or more sides count as circles.
 ROUND = 0.01
 #: Maximum difference between equal thicknesses, mm, because inches are rounded.
 SAME_THICKNESS = 0.001
@@ -71,12 +71,20 @@ def prepare_sheet(
     concentric: str = "smallest",
     open_values: str = OPEN_VALUES,
 ) -> Sheet:
-    """Return the sheet of a drawing, with its contours joined, cleaned, checked and nested; takes O(n log n).
+    """Return the sheet of a drawing, with its contours joined, cleaned, checked and nested, in O(n log n).
 
-    `concentric` selects the circles of a bore to cut (`ReadOptions.concentric`): ``smallest``, ``largest`` or ``all``.
-    `open_values` are the values of --open-paths that the process accepts. Raises PlanError if the sheet has no cuts or
-    marks, if an outline is open (unless `options.open_paths` allows it) or crosses itself, or if parts overlap, fall
-    apart where their outlines touch, or extend beyond the edge of the sheet.
+    Parameters
+    ----------
+    concentric
+        Circles of a bore to cut (`ReadOptions.concentric`): ``smallest``, ``largest`` or ``all``.
+    open_values
+        Values of --open-paths that the process accepts, for messages.
+
+    Raises
+    ------
+    PlanError
+        The sheet has no cuts or marks; an outline crosses itself, or is open although `options.open_paths` does not
+        allow it; or parts overlap, fall apart where their outlines touch, or extend beyond the edge of the sheet.
     """
     options = options or SheetOptions()
     issues = list(part.issues)
@@ -130,7 +138,7 @@ def engraved_paths(contours: Sequence[Contour], options: SheetOptions, issues: l
 
 
 def open_contours(contours: Sequence[Contour], options: SheetOptions) -> list[Contour]:
-    """Return those joined contours on cut layers that are not closed."""
+    """Return the contours on cut layers that are still open after joining."""
     ignored: list[Issue] = []
     strokes = _strokes_by_kind(contours, kinds_of(contours, options, ignored), ignored)
     joined = _join_strokes(strokes.get("cut", []), "cut", replace(options, open_paths="drop"), ignored)
@@ -138,10 +146,10 @@ def open_contours(contours: Sequence[Contour], options: SheetOptions) -> list[Co
 
 
 def check_thickness(part: Part, thickness: float | None) -> list[Issue]:
-    """Return a warning (L413) if a common substitute replaces the thickness of the solid.
+    """Compare the thickness of the sheet, mm, with the height of the solid in the drawing.
 
-    `thickness` is the thickness of the sheet, mm. Raises OptionError if it differs from the height of the solid by more
-    than a common substitute does.
+    Return a warning (L413) if the thickness is only a common substitute for the height. Raises OptionError if the
+    difference is larger.
     """
     if part.height is None or thickness is None:
         return []
@@ -256,11 +264,11 @@ def _price_in_name(name: str) -> float:
 
 
 def _sheet_edge_by_layer_name(maybe: list[Contour], cuts: list[Contour], marks: list[Contour]) -> Contour | None:
-    """Return the edge of the sheet from a layer whose name suggests a sheet; None if the outlines there are parts.
+    """Find the edge of the sheet among the outlines on layers whose names suggest a sheet.
 
-    The edge encloses or crosses all other contours; a part that crosses the edge is partly off the sheet. An outline
-    without contours inside it is a part. An outline with some contours inside and others outside is ambiguous and
-    raises PlanError, because a wrong guess would cut each part on the wrong side of its line.
+    The edge encloses or crosses all other contours. A part that crosses the edge is partly off the sheet. An outline
+    without contours inside it is a part; if there are only such outlines, return None. Raises PlanError for an outline
+    with some contours inside and others outside: a wrong guess would cut each part on the wrong side of its line.
     """
     closed = [m for m in maybe if m.path.closed]
     others = [*cuts, *marks]
@@ -396,7 +404,7 @@ def _check_parts_stay_whole(
     for part in sorted({owner[a] for a, b in touching if owner[a] == owner[b]}):
         holes = [k for k in kept if inside[0, k] % 2 and inside[1, k] == part]
         whole = shapely.difference(shapes[part], shapely.union_all(shapes[holes]))
-        # Outlines that are closer than this touch.
+        # Outlines closer than this distance touch.
         pieces = shapely.get_parts(shapely.buffer(whole, -COINCIDENT, join_style="mitre"))
         if len(pieces) > 1:
             x0, y0, x1, y1 = min(pieces, key=lambda piece: piece.area).bounds
@@ -416,8 +424,7 @@ def _check_parts_stay_whole(
 def _select_bore_circles(
     closed: list[Contour], shapes: NDArray[Any], concentric: str, issues: list[Issue]
 ) -> list[int]:
-    """Return the indices of the outlines to cut. Of the circles of a bore, only the smallest or the largest is cut, as
-    `concentric` requests.
+    """Keep only the smallest or the largest circle of each bore, as `concentric` requests. Return all kept indices.
 
     Countersinks, counterbores and threads are drawn as a circle around the hole. If all circles were cut, the hole
     would be too wide. Omitted circles are reported (L302).

@@ -40,8 +40,8 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
 def _search_order(process: Process, plan: Plan) -> Order:
     """Search for an order and apply the passes of the process, within the deadline of the job.
 
-    `find_order` divides its share of the time among the stages. Their lower bounds have a deadline of their own
-    (`Job.bounds`), the passes get the remaining time, and verification has no time limit. Pockets are also ordered in
+    `find_order` divides its share of the time among the stages. The lower bounds of the stages have a separate deadline
+    (`Job.bounds`). The passes get the remaining time, and verification has no time limit. Pockets are also ordered in
     `Process.given`.
     """
     order = find_order(plan.job, plan.stages, deadline=plan.job.deadline.part(plan.search_share))
@@ -52,9 +52,7 @@ def _search_order(process: Process, plan: Plan) -> Order:
 
 
 def _refuse_oversized_work(plan: Plan, given: Candidate) -> None:
-    """Raise VerifyError before the search if the work exceeds the travel of the machine, because no order would change
-    this.
-    """
+    """Raise VerifyError before the search if the work exceeds the travel of the machine in any order."""
     from leafcut.proof.envelope import check_envelope
 
     refuse_too_large(check_envelope(given.path, plan.job.machine), plan.part, plan.job.settings)
@@ -63,8 +61,8 @@ def _refuse_oversized_work(plan: Plan, given: Candidate) -> None:
 def _prove_order(process: Process, plan: Plan, order: Order, given: Candidate, nearest: Candidate | None) -> Candidate:
     """Write the program of an order, read it back and verify it (`Process.prove`). Return the candidate with its text.
 
-    If a program from another CAM system fails the verification, there is another trial, in which the tasks at fault
-    keep their original position. The VerifyError of any other process ends the job.
+    If a program from another CAM system fails the verification, the next trial leaves the tasks at fault at their
+    original position. In all other processes, VerifyError ends the job.
     """
     trial = 0
     while True:
@@ -114,8 +112,9 @@ def _build_outcome(
 
 
 def _work_offset(process: Process, plan: Plan, best: Candidate) -> str:
-    """Return the work offset that the first blocks of the dialect select. For a program from another CAM system, return
-    the work offsets that it selects.
+    """Return the work offset in the first blocks of the dialect.
+
+    For a program from another CAM system, return the work offsets that the program selects.
     """
     if process.reads != "program":
         return next((word for line in plan.dialect.preamble for word in line.split() if word == "G54"), "")

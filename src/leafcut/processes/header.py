@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 
 
 def header_lines(plan: Plan, given: Candidate, best: Candidate, command: str) -> list[str]:
-    """Return the header lines of a program that was generated from a drawing; `command` is the command that writes such
-    programs.
+    """Return the header lines of a program from a drawing; `command` is the command that writes the program.
 
     The header has no date or other changing data, so the same seed gives the same file.
     """

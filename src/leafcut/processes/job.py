@@ -142,7 +142,7 @@ def refuse_differences(problems: Sequence[Difference]) -> None:
         raise VerifyError("the program was not written: {}{}", problems[0], more)
 
 
-#: Units larger than 1 mm; a drawing in millimetres that states one of them is read too large.
+#: Units larger than 1 mm. A drawing in millimetres that states such a unit is read too large.
 _LARGE_UNITS = {"in": Message("inches"), "ft": Message("feet"), "cm": Message("centimetres"), "m": Message("metres")}
 
 
@@ -169,9 +169,7 @@ def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) 
 
 
 def assumed_machine_note(settings: Settings, machine: Machine, issues: Iterable[Issue]) -> list[Issue]:
-    """Return a note that the default machine is used, unless the user named a machine or another note names it already
-    (L807).
-    """
+    """Return a note about the use of the default machine, unless the user or the note L807 already names a machine."""
     if "machine" in settings.given or any(issue.code == "L807" for issue in issues):
         return []
     return [

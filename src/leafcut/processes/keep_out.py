@@ -34,8 +34,8 @@ def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles, lis
     Raises
     ------
     PlanError
-        The program cuts inside an obstacle, which no order or route can avoid, or a move at an unknown position may
-        cross one.
+        The program cuts inside an obstacle, which no order or route can avoid, or a move from an unknown position may
+        cross an obstacle.
     OptionError
         A clearance height is given, but the program never moves Z.
     """

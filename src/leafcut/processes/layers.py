@@ -45,10 +45,9 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
 
 
 def _resolve_texts(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> list[str]:
-    """Return the kinds of contours, with a decision for each text. A text is marked if it is on a mark layer and its
-    font has strokes.
+    """Mark each text that is on a mark layer and whose font has strokes, and ignore all other texts.
 
-    All other texts are ignored.
+    Return the kinds of all contours.
     """
     texts = [k for k, c in enumerate(contours) if c.kind == "text"]
     failed = {contours[k].handle: contours[k] for k in texts if contours[k].name and kinds[k] == "mark"}

@@ -147,9 +147,7 @@ def _ant_options(options: AcoOptions, stage: Stage) -> AcoOptions:
 
 
 def solutions_of_order(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
-    """Return the solver results for an order. If the chosen options differ from those results, costs and bounds are
-    computed again.
-    """
+    """Return the solver results for an order. If a pass changed the searched order, compute costs and bounds again."""
     if all(
         np.array_equal(searched.nodes, nodes) for searched, nodes in zip(order.solutions, order.choices, strict=True)
     ):
@@ -182,9 +180,7 @@ def _add_bound(job: Job, problem: RoutingProblem, solution: Solution, share: flo
 
 
 def _order_after_first(job: Job, stages: Sequence[Stage], search: SearchOne, options: SolveOptions) -> list[Solution]:
-    """Order the stages one after another. The choices that the user wants to come first are at the start of their
-    stage.
-    """
+    """Order the stages one after another. Each stage starts with the choices that the user wants first."""
     from leafcut.order.solve import keep_better
 
     choices, solutions = list[Ints](), list[Solution]()
@@ -214,7 +210,7 @@ def solve_together(
     cancelled: threading.Event,
     bounds: Callable[[RoutingProblem], Deadline] = lambda _: Deadline(),
 ) -> list[Solution]:
-    """Return a solution for every stage. A stage that follows another stage starts where that stage ends.
+    """Return a solution for every stage. If a stage follows another stage, it starts at the end of that stage.
 
     `quick` searches without progress reports. `bounds` returns the deadline for the lower bound of a problem.
     """

@@ -49,7 +49,7 @@ def place_part(part: Part, options: ReadOptions) -> Part:
 
 
 def place_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
-    """Place the mesh of a part's surface in the same way as the part; `part` is the part before placing."""
+    """Place the mesh of a part's surface like the part. `part` is the part before placing."""
     matrix = _matrix(options)
     x, y = _origin(part, matrix, options)
     triangles = mesh.triangles.copy()
@@ -90,8 +90,7 @@ def placement_text(file: str, part: Part, options: ReadOptions) -> str:
 
 
 def negative_axes(box: tuple[float, float, float, float], machine: Machine) -> str:
-    """Return the axes on which the coordinates of the work are negative: "X", "Y", "X and Y", or "". Return "" if the
-    work offset is known.
+    """Return the axes with negative coordinates: "X", "Y", "X and Y", or "". With a known work offset, return "".
 
     `box` has the smallest x and y and the largest x and y of the work, mm. An axis counts if all coordinates are
     negative. If the travel of the axis starts at machine zero, the axis counts if any coordinate is negative.

@@ -47,8 +47,8 @@ class Plan:
     search_share
         Share of the remaining time that the search gets; the passes get the rest.
     may_fall_back
-        Whether `Process.fastest` may replace the result of the search by the order of the input or the
-        nearest-neighbour order, if that is faster. Passes of a process may do so in any case.
+        Whether `Process.fastest` may replace the result of the search with the order of the input or the
+        nearest-neighbour order, if that order is faster. The passes of a process may do this in any case.
     encoding
         Encoding of the program file.
     limits
@@ -91,5 +91,5 @@ class OrderRefused(VerifyError):
         self.faulty, self.stages = set(faulty), set(stages)
 
 
-#: Improves an order for effects between neighbouring tasks, such as leads and heat.
+#: A function that improves an order by considering effects between neighbouring tasks, such as heat.
 Pass = Callable[[Plan, Order], Order]

@@ -187,9 +187,7 @@ def processes() -> Iterator[Process]:
 
 
 def groups(own: Iterable[type[OptionGroup]] | None = None) -> tuple[type[OptionGroup], ...]:
-    """Return the shared groups of options and the groups of all kinds of work. With `own`, return these groups instead
-    of those of all kinds of work.
-    """
+    """Return the shared groups of options, and the groups `own`; by default, the groups of all kinds of work."""
     if own is None:
         own = dict.fromkeys(group for work_ in works() for group in work_.options)
     position = SHARED.index(CutDataOptions) + 1
@@ -251,9 +249,9 @@ def machine_can_do(name: str, head: Head) -> bool:
 def guess_command(inputs: Sequence[tuple[Format, Source]], settings: Settings) -> str:
     """Return the command for an input that suits several kinds of work; "auto" for the usual command.
 
-    The head of a named machine decides first, then the given options, and then the drawing. The drawing decides by the
-    names of its layers, or, with a named machine and mill, if it is a part with more than holes. Raises OptionError if
-    the input has no usual command and nothing decides.
+    The head of a named machine decides first, then the given options, and then the drawing. The layer names of a
+    drawing decide. If a machine and a mill are named, a drawing with more than holes is a part. Raises OptionError if
+    the choice stays open and the input has no usual command.
     """
     format_, source = inputs[0]
     names, usual_name = [name for name in format_.processes if name in BUILT_IN], _USUAL["drawing"]

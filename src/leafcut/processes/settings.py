@@ -140,9 +140,7 @@ def files_read(settings: Settings) -> list[str]:
 
 
 def unused_option_message(name: str, title: str, instead: str = "") -> Message:
-    """Return the message for an option that the current work, named `title`, does not use. It states the works that use
-    the option, and a remedy.
-    """
+    """Return the message for an option that the work `title` does not use: the works that use it, and a remedy."""
     titles = [work.title for work in registry.works() if name in work.used()]
     title_list = " and ".join(", ".join(titles).rsplit(", ", 1))
     remedy = instead or Message("leave it out")
@@ -174,8 +172,9 @@ def _find_unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tu
 
 
 def resolve_files(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return `options` (values by name) with the files that they name resolved against a folder. Raises OptionError for
-    an unknown name.
+    """Return `options` (values by name) with file names resolved against a folder.
+
+    Raises OptionError for an unknown option.
     """
     placed = dict(options)
     for name, value in options.items():

@@ -15,7 +15,7 @@ from leafcut.model.contour import Contour, layer_matcher
 from leafcut.model.part import Part
 from leafcut.options.drawings import MARK_NAMES
 
-#: Largest drilled diameter, mm; wider circles are cut or milled.
+#: Maximum diameter of a drilled hole, mm. Wider circles are cut or milled.
 WIDEST_DRILLED = 40.0
 #: Number of holes that weigh as much as one outline: a plate has one edge around all its holes.
 HOLES_PER_OUTLINE = 8
@@ -123,7 +123,7 @@ class WholeDrawing:
         inside += [c.path.start for c in self._contours_of(self.worked_mask)]
         if not outlines or not inside:
             return False
-        # The points of an outline, which joining moves, do not lie inside it.
+        # Joining moves the points of an outline, so areas are shrunk: no outline may contain its own points.
         areas = shapely.buffer(outlines, -4.0 * _JOIN_TOLERANCE)
         return bool(shapely.STRtree(shapely.points(inside)).query(areas, predicate="contains").size)
 

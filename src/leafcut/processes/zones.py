@@ -42,9 +42,7 @@ def crossing_heights(rectangles: Sequence[str], otherwise: float) -> NDArray[np.
 
 
 def boxes_of(rectangles: Sequence[str], bottom: float) -> NDArray[np.float64]:
-    """Return the zones that have a height as boxes that start at the height `bottom`, float64[k, 6]: lower corner and
-    upper corner, mm.
-    """
+    """Return each zone with a height as a box above the height `bottom`: lower and upper corner, float64[k, 6], mm."""
     heights = crossing_heights(rectangles, math.nan) - ABOVE
     rows = np.column_stack([parse_zones(rectangles), np.full(len(heights), bottom), heights])
     return rows[~np.isnan(heights)][:, [0, 1, 4, 2, 3, 5]]

@@ -27,9 +27,9 @@ from leafcut.read.format import ReadBudget, places_text
 
 #: Entities handled by the hole reader.
 _HOLES = ("CIRCLE", "POINT")
-#: Most strokes to examine: a larger drawing is not a drawing of a plate, and its contours are not reported.
+#: Maximum number of strokes to examine. A larger drawing is not a plate, so its contours are not reported.
 MOST_STROKES = 20_000
-#: Relative difference between the width of a slot and its largest inscribed disc.
+#: Tolerance for the width of a slot, relative to the diameter of its largest inscribed disc.
 _WIDTH_TOLERANCE = 0.01
 #: Minimum straight length of a slot, relative to its width.
 _MIN_SLOT_LENGTH = 0.05
@@ -39,7 +39,7 @@ _MIN_ROUNDNESS = 0.98
 _MIN_CORNERS = 12
 #: Distance of polygon corners from the circle: relative to the radius, and in mm (drawings round to 0.001 mm).
 _OFF_CIRCLE, _MIN_OFF_CIRCLE = 0.002, 0.002
-#: The outline may touch holes at its edge, mm.
+#: Distance by which holes may extend beyond an outline that surrounds them, mm.
 _EDGE_TOLERANCE = 0.01
 
 
@@ -90,8 +90,9 @@ def closed_besides_holes(
 
 
 def polygon_hole(path: Polyline) -> Hole | None:
-    """Return the hole that a polygon represents if its corners lie on a circle (as in OpenSCAD and many SVG files), or
-    None.
+    """Return a polygon as a round hole if its corners lie on a circle, otherwise None.
+
+    OpenSCAD and many SVG files draw holes in this way.
     """
     corners, bulges = path.vertices[:, :2], path.vertices[:, 2]
     if len(corners) < _MIN_CORNERS or (np.abs(bulges) > STRAIGHT).any():
@@ -120,12 +121,18 @@ def polygon_hole(path: Polyline) -> Hole | None:
 def classify_other_contours(
     contours: Sequence[Polyline], holes: Sequence[Hole], circles: Sequence[Hole] = ()
 ) -> tuple[list[Issue], list[Issue]]:
-    """Classify closed contours that are not drilled. Return two lists of issues (L201): the second contains the issues
-    of other contours inside the outline, for callers that machine more than holes.
+    """Report closed contours that are not drilled (L201).
 
-    A contour around all holes is the outline of the plate or a frame, and becomes a note. Slots, and circles drawn as
-    other curves, are missing work, and so are other contours inside the outline. Contours outside the outline become
-    notes. `circles` enclose holes or contours; they are missing work unless they enclose all holes.
+    A contour around all holes is the outline of the plate or a frame, and becomes a note. Contours outside the outline
+    become notes, too. Slots, circles drawn as other curves, and all other contours inside the outline are missing work.
+    `circles` are circles around holes or contours; they are missing work unless they enclose all holes.
+
+    Returns
+    -------
+    list of Issue
+        Issues about outlines, slots, circles, and contours outside the outline.
+    list of Issue
+        Issues about other contours inside the outline, which only matter to callers that machine more than holes.
     """
     paths = [*contours, *(Polyline.circle(circle.x, circle.y, 0.5 * circle.diameter) for circle in circles)]
     if not paths:
@@ -179,7 +186,7 @@ def _kinds(paths: Sequence[Polyline], shapes: NDArray[Any], holes: Sequence[Hole
     """Return the kind of each contour: ``outline``, ``slot``, ``hole``, ``contour`` or ``beside``."""
     centres = shapely.points(np.array([(hole.x, hole.y) for hole in holes]).reshape(-1, 2))
     grown = shapely.buffer(shapes, _EDGE_TOLERANCE)
-    # A contour drawn inside a single hole contains its centre, too.
+    # A contour drawn inside a single hole also contains the centre of that hole.
     smallest = min((0.25 * math.pi * hole.diameter**2 for hole in holes), default=math.inf)
     surrounds = [
         abs(path.area) > smallest and bool(shapely.covers(shape, centres).all())

@@ -32,7 +32,7 @@ OPTIONAL = (
     "nozzle_life_pierces", "electrode_life_h", "electrode_life_pierces",
 )  # fmt: skip
 
-#: Relative tolerance of the thickness, the tolerance of rolled sheet.
+#: Relative tolerance of the thickness: the tolerance of rolled sheet.
 SAME_THICKNESS = 0.01
 
 #: Synonyms of materials.
@@ -51,7 +51,7 @@ MATERIALS = {
 #: heads use customary heights.
 HEIGHTS: dict[str, float] = {CutMethod.LASER: 1.0, CutMethod.WATERJET: 3.0, CutMethod.OXYFUEL: 6.0}
 
-#: Values that the user can give instead of a chart, and those that together replace a chart row.
+#: Values that the user can give to override the chart, and the values that replace a whole row of the chart.
 GIVEN = ("feed", "kerf", "pierce_delay", "pierce_height", "cut_height")
 ENOUGH = ("feed", "kerf", "pierce_delay")
 _OWN_DATA = Message("--cut-speed, --kerf and --pierce-delay")
@@ -212,17 +212,17 @@ def find_cut_data(
 ) -> tuple[CutData, list[Issue]]:
     """Return the cutting data for a sheet, and issues.
 
-    The data come from the row of the given thickness, or are interpolated between the next thinner and the next thicker
+    If the chart has no row for the thickness, the data are interpolated between the next thinner and the next thicker
     row with the same process, material and current. The speed is interpolated logarithmically, because it is a power of
-    the thickness, and all other values linearly. The most trusted chart is preferred; estimates are the last resort. Of
-    several currents with complete data that pierce the sheet, the fastest is used. If the user gives speed, kerf and
-    pierce delay, no row is needed.
+    the thickness, and all other values linearly. The most trusted chart is preferred; estimates are the last resort. If
+    several currents have complete data and can pierce the sheet, the fastest current is used. If the user gives speed,
+    kerf and pierce delay, no row is needed.
 
     Parameters
     ----------
     process
-        Name of the process in the chart, which may include kind and power: ``plasma``, ``laser_fiber_3kW``. Only rows
-        with that name are used, or else rows that state neither kind nor power.
+        Name of the process in the chart, which may include kind and power: ``plasma``, ``laser_fiber_3kW``. Without
+        rows of this name, rows without kind and power are used.
     given
         Values that override the chart: ``feed``, ``kerf``, ``pierce_delay``, ``pierce_height``, ``cut_height``.
 

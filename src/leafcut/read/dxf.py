@@ -58,12 +58,12 @@ from leafcut.read.format import (
 
 #: Entities that can form a closed contour.
 _LINES = ("LINE", "ARC", "LWPOLYLINE", "POLYLINE", "ELLIPSE", "SPLINE")
-#: Smallest radius, mm: smaller circles are drawing errors.
+#: Minimum radius, mm. Smaller circles are drawing errors.
 MIN_RADIUS = 1e-6
 
 #: Entity types of an edge.
 _KINDS = ("LINE", "ARC", "LWPOLYLINE", "POLYLINE")
-#: Most edges to display: a plate has a few, and a larger drawing shows something else.
+#: Maximum number of edges to display. A plate has only a few, so a larger drawing shows something else.
 MOST_EDGES = 5_000
 
 
@@ -156,7 +156,7 @@ class HoleCollector:
     _number: int = 0
 
     def add(self, shape: Shape, matrix: Matrix, layer: str) -> None:
-        """Add a shape that a matrix places: a hole, pieces of a hole, or an entity that is only counted."""
+        """Place a shape, and add it as a hole or as pieces of a hole. Other shapes are only counted."""
         self._number += 1
         pieces = []
         for local_curve in shape.curves:

@@ -66,9 +66,7 @@ class LayerFilter:
         return visible
 
     def freezes(self, layer: str) -> bool:
-        """Return whether an INSERT on this layer hides its block. Only a frozen layer hides it, not a layer that is
-        off.
-        """
+        """Return whether an INSERT on this layer hides its block: only if the layer is frozen, not if it is off."""
         return layer.casefold() in self.frozen
 
 
@@ -174,9 +172,7 @@ class BlockWalk(Generic[S]):
                 self.hidden[layer] += 1
 
     def _count_other_entities(self, content: Content[S], inherited: str | None) -> None:
-        """Count the entities of a block that are not shapes. They are counted once per block, whatever the number of
-        insertions.
-        """
+        """Count the entities of a block that are not shapes. Further insertions of the block are not counted again."""
         if id(content) in self._counted:
             return
         self._counted.add(id(content))
@@ -256,8 +252,8 @@ def _insertion(entity: Any) -> Insertion:
     if not all(math.isfinite(v) for v in (*numbers, angle, right, up)):
         raise ValueError(Message("a number that is not finite"))
     ocs = entity.ocs()
-    # The array is rotated, but not scaled, by the INSERT (as in AutoCAD and ezdxf). A spacing of 0 puts all copies on
-    # top of each other: one is enough.
+    # The INSERT rotates the array, but does not scale it (as in AutoCAD and ezdxf). With a spacing of 0, all copies
+    # coincide, and a single copy is enough.
     x = ocs.to_wcs((right * math.cos(angle), right * math.sin(angle), 0.0))
     y = ocs.to_wcs((-up * math.sin(angle), up * math.cos(angle), 0.0))
     columns = max(1, dxf.get("column_count", 1)) if right else 1

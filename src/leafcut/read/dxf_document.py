@@ -47,9 +47,9 @@ INSUNITS = {
 }
 UNIT_NAMES = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 9: "mil", 13: "µm"}
 
-#: ezdxf repair that guesses a number: a hole would be in the wrong position.
+#: Code of the ezdxf repair that guesses a number, which would put a hole in the wrong position.
 GUESSED_NUMBER = 117
-#: ezdxf repairs that change no geometry: sections and tables invalid in R12, the root dictionary, a character.
+#: Codes of ezdxf repairs that change no geometry: sections and tables invalid in R12, the root dictionary, a character.
 TRIVIAL_REPAIRS = (9, 10, 14, 111)
 
 _END = re.compile(rb"[\r\n][ \t]*0[ \t]*\r?\n[ \t]*EOF[ \t]*(?:[\r\n\x1a\0]|$)", re.IGNORECASE)

@@ -61,7 +61,7 @@ def shape_of(entity: Any) -> Shape | None:
 
 def require_values(entity: Any, *names: str) -> None:
     """Raise ValueError if an entity lacks a required value."""
-    # ezdxf replaces missing values by defaults (the origin, radius 1), which would create a hole that was never drawn.
+    # ezdxf replaces missing values with defaults (the origin, radius 1). This would create a hole that is not drawn.
     if missing := [name for name in names if not entity.dxf.hasattr(name)]:
         raise ValueError(Message("no {}", missing[0]))
 

@@ -44,7 +44,7 @@ from leafcut.read.format import (
 
 #: Application name of the extended data (XDATA) that hold the name of a part.
 APPLICATION = "LEAFCUT"
-#: Relative difference of the axes of a plane that a block scales uniformly.
+#: Tolerance for uniform scaling by a block: relative difference between the lengths of the axes of a plane.
 ROUND_SHARE = 1e-6
 #: Slope up to which a line counts as lying in the plane.
 SLOPE = 1e-3
@@ -170,7 +170,9 @@ def placed_stroke(
 ) -> Polyline:
     """Transform a stroke to model space, in top view, in mm; curves become arcs within `tolerance` mm.
 
-    Raises ------ NotInPlaneError
+    Raises
+    ------
+    NotInPlaneError
         An arc does not lie in the plane of the sheet.
     PlanError, ValueError
         The numbers of the entity do not define a curve.
@@ -245,8 +247,9 @@ def _transform_polyline(
 def _scaled_arcs(
     flat: Polyline, xy: Floats, axes: tuple[tuple[float, float], ...], tolerance: float, spend: Spend
 ) -> Polyline:
-    """Return a polyline whose arcs a block scales to elliptical arcs. `flat` is the polyline in its own plane, and `xy`
-    contains its vertices after placement.
+    """Place a polyline whose arcs become elliptical, because a block scales x and y differently.
+
+    `flat` is the polyline in its own plane, and `xy` contains its vertices after placement.
     """
     (ux, uy), (vx, vy) = axes
     rows = []
@@ -293,12 +296,12 @@ class Strokes:
     #: Number of texts by type.
     texts: Counter[str] = field(default_factory=Counter)
     _segments: int = 0
-    #: Strokes of blocks inserted at the origin, or the exception raised, by the rotation of the block; copies are only
-    #: translated.
+    #: Strokes of blocks as inserted at the origin, or the exceptions raised, by stroke and rotation of the block. All
+    #: copies are translations of these strokes.
     _cache: dict[tuple[int, Any], _StrokePath | Exception] = field(default_factory=dict)
 
     def add(self, stroke: DxfStroke, matrix: Matrix, layer: str) -> None:
-        """Add a stroke that a matrix places, or all strokes of a text."""
+        """Place a stroke, or all strokes of a text, and add the contours."""
         if isinstance(stroke.form, Letters):
             self.texts[stroke.dxftype] += 1
             for line in stroke.form.strokes:

@@ -13,7 +13,7 @@ from leafcut.message import Message
 from leafcut.read.dxf_strokes import DxfStroke, Letters, straight_polyline
 from leafcut.read.lettering import letter_strokes
 
-#: Most letters of an engraving.
+#: Maximum number of letters of an engraving.
 MOST_LETTERS = 2_000
 #: Descender length, relative to the cap height.
 _BELOW = 7.0 / 21.0

@@ -20,10 +20,10 @@ from leafcut.read.dxf_strokes import DxfPolyline, DxfStroke, Letters, Strokes, s
 from leafcut.read.dxf_texts import text_of
 from leafcut.read.format import FREE_HOLES, MAX_COORDINATE, Source, copy_budget, point_budget
 
-#: Entities made of lines of their own, which are never machined.
+#: Annotations that consist of several lines and are never machined.
 _DIMENSIONS = ("ARC_DIMENSION", "DIMENSION", "LEADER", "MULTILEADER")
 _ANNOTATIONS = (*_DIMENSIONS, "HATCH", "MLINE", "MPOLYGON", "SOLID", "TRACE", "3DFACE")
-#: Most lines to display per entity, and most points per line.
+#: Maximum number of displayed lines per entity, and of points per line.
 _MOST_LINES, _MOST_POINTS = 500, 2_000
 #: Flattening tolerance of curves for display, relative to the size of the curve.
 _COARSE = 0.005
@@ -92,9 +92,7 @@ def _point_of(entity: Any) -> DxfStroke | None:
 
 
 def _annotation_of(entity: Any) -> DxfStroke | None:
-    """Return the lines of an annotation. Return None for other entities, and if no line of the annotation can be
-    read.
-    """
+    """Return the lines of an annotation, or None for other entities and for annotations without readable lines."""
     kind = entity.dxftype()
     if kind not in _ANNOTATIONS:
         return None

@@ -31,9 +31,9 @@ from leafcut.read.format import (
     units_unknown,
 )
 
-#: Longest command, characters: a longer line is not a drill file, and slow to match.
+#: Maximum length of a command, characters. A longer line does not belong to a drill file, and is slow to match.
 MAX_COMMAND = 200
-#: Most tools: gerbonara sorts all tools at each definition, and no board needs more.
+#: Maximum number of tools: no board needs more, and gerbonara sorts all tools again at each definition.
 MAX_TOOLS = 5_000
 
 #: Default coordinate format without a decimal point: digits before and after it.
@@ -58,7 +58,7 @@ _HARMLESS = re.compile(
     r"|M30 statement found|end of program statement"
 )
 
-#: Number for gerbonara of a tool T0 that has a diameter: gerbonara takes T0 for the end of the work.
+#: Substitute number for a tool T0 with a diameter, because gerbonara takes T0 for the end of the work.
 _TOOL_ZERO = 1_000_000
 
 
@@ -81,7 +81,7 @@ class _TranslatedCommands:
 
 
 class EmptyDrillFile(ReadError):
-    """A drill file is complete but has no tools and holes, as KiCad writes it for a board without unplated holes."""
+    """A drill file is complete, but has no tools and holes. KiCad writes it for a board without unplated holes."""
 
 
 def read_excellon(source: Source, options: ReadOptions) -> Part:
@@ -132,7 +132,7 @@ def _format_assumed(part: Part, metric: bool | None) -> Issue:
 
 
 def _coordinate_format_issue(holes: list[Hole]) -> Issue | None:
-    """Return a warning if all holes fit inside the largest hole, which means that the coordinate format is wrong."""
+    """Return a warning if all holes fit inside the largest hole: the coordinate format is then wrong."""
     positions = {(hole.x, hole.y) for hole in holes}
     if len(positions) < 2:
         return None

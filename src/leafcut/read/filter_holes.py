@@ -123,7 +123,7 @@ def _without_doubles(
         table = np.array([(holes[i].x, holes[i].y, holes[i].diameter) for i in rows]).reshape(-1, 3)
         for row, first in zip(rows, anchor_points(table, reach), strict=True):
             double[row] = rows[first] != row
-            # Both edges of a hole may be drawn: it starts at the upper one.
+            # Both edges of a hole may be drawn: the hole starts at the upper edge.
             highest[rows[first]] = max(highest[rows[first]], holes[row].z)
     if duplicates := [(h.x, h.y) for h, is_double in zip(holes, double, strict=True) if is_double]:
         issues.append(
@@ -175,7 +175,7 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
         highest[kept_row] = max(highest[kept_row], holes[row].z)
     raised = [(h.x, h.y) for i, h in enumerate(holes) if i not in removed and highest[i] > h.z + SAME_HEIGHT]
     if raised:
-        # Material remains above the lower circle; a rapid to its own height would enter it.
+        # A rapid to the height of the lower circle would enter the material above it.
         message = Message("concentric circles are drawn at different heights: the hole starts at the highest")
         issues.append(Issue("L406", message, places_text(raised, len(raised))))
     if removed:
@@ -210,10 +210,10 @@ def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolera
 
 
 def circles_that_are_outlines(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: float) -> list[int]:
-    """Return the circles that are outlines, because they enclose an off-centre hole, or separate off-centre contours.
+    """Return the circles that are outlines: they enclose an off-centre hole, or off-centre contours that lie apart.
 
-    Concentric circles are steps of one hole. A concentric contour, or a single contour, may be drawn inside a hole,
-    such as the square of a screw head, or a letter.
+    Concentric circles are steps of one hole. A concentric contour, or a single contour, may be drawn inside a hole: for
+    example the square of a screw head, or a letter.
     """
     table = np.array([(hole.x, hole.y, 0.5 * hole.diameter) for hole in holes]).reshape(-1, 3)
     radius = table[:, 2]
@@ -250,8 +250,8 @@ def _concentric_tolerance(radius: float, inner: Any, tolerance: float) -> Any:
 def _neighbours(
     table: NDArray[np.float64], reach: NDArray[np.float64]
 ) -> Iterator[tuple[int, NDArray[np.intp], NDArray[np.float64]]]:
-    """Yield each circle (`table`: x, y, radius), the smaller circles within `reach` in X, and the distances between
-    their centres.
+    """Yield each circle (row of `table`: x, y, radius), the smaller circles within `reach` of it in x, and the
+    distances of their centres from its centre.
     """
     x, y, radius = table.T
     order = np.argsort(x, kind="stable")
@@ -339,8 +339,9 @@ class ArcPiece(NamedTuple):
 
 
 def close_circles(pieces: Sequence[ArcPiece]) -> tuple[list[ArcPiece], set[int]]:
-    """Return the first piece of each closed circle, in the given order, and the entities that form the circles. O(n log
-    n).
+    """Find the circles that arcs close, in O(n log n).
+
+    Return the first piece of each circle, in the given order, and the entities of all pieces of the circles.
     """
     table = np.array([(p.x, p.y, p.radius) for p in pieces]).reshape(-1, 3)
     groups: dict[int, list[ArcPiece]] = {}

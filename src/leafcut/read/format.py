@@ -21,17 +21,17 @@ from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.units import MM_PER_UNIT
 
-#: Largest file, bytes: no drawing of holes is larger, and reading it could exhaust the memory.
+#: Maximum size of a file, bytes. No drawing of holes is larger, and a larger file could exhaust the memory.
 MAX_BYTES = 512 * 1024 * 1024
-#: Most holes of a part.
+#: Maximum number of holes of a part.
 MAX_HOLES = 1_000_000
-#: Largest coordinate, mm: machines are smaller than 1 km, so a larger number is a mistake.
+#: Maximum coordinate, mm. Machines are smaller than 1 km, so a larger number is a mistake.
 MAX_COORDINATE = 1e6
 #: Message and remedy for an entity beyond `MAX_COORDINATE`.
 OUT_OF_RANGE = Message("more than 1 km from the drawing origin: move the drawing, or check --units")
 #: A drawing whose longer side is shorter than this, mm, has the wrong unit, unless `--units` is given.
 SMALLEST_DRAWING = 2.0
-#: Most lines and arcs of a part.
+#: Maximum number of lines and arcs of a part.
 MAX_SEGMENTS = 1_000_000
 #: Tolerance of the arcs and lines that approximate splines and ellipses, mm.
 CURVE_TOLERANCE = 0.01
@@ -39,9 +39,10 @@ CURVE_TOLERANCE = 0.01
 SNIFF_BYTES = 64 * 1024
 
 
-#: Elements that the blocks of any drawing may expand to (holes are faster to read), and the addition per byte.
+#: Number of elements to which the blocks of a drawing may expand: base value, base value for holes (which are faster to
+#: read), and increase per byte of the file.
 FREE_COPIES, FREE_HOLES, COPIES_PER_BYTE = 100_000, 400_000, 1
-#: The same for the points along its curves.
+#: Number of points along the curves of a drawing: base value, and increase per byte of the file.
 FREE_POINTS, POINTS_PER_BYTE = 500_000, 4
 
 
@@ -125,15 +126,13 @@ def parsing_xml(path: str, advice: str) -> Iterator[None]:
         except ParseError as problem:
             reason, line = Message("this is not well-formed XML: {}", printable(str(problem), 80)), problem.position[0]
         except (LookupError, ValueError) as problem:
-            # An unknown encoding: only the declaration, in the first line, names one.
+            # The encoding is unknown. Only the declaration, in the first line, names an encoding.
             reason, line = Message("this is not well-formed XML: {}", printable(str(problem), 80)), 1
         raise ReadError(path, reason, line)
 
 
 class ReadBudget:
-    """Limit of the work that is done for a file, depending on its size, because a few lines can ask for hours of
-    work.
-    """
+    """Limit on the work for a file, because a few lines can require hours of work."""
 
     def __init__(self, path: str, limit: int, reason: str) -> None:
         self.path, self.left, self.reason = path, limit, reason
@@ -150,7 +149,7 @@ class ReadBudget:
 
 
 def copy_budget(source: Source, noun: str, free: int = FREE_COPIES) -> ReadBudget:
-    """Return the budget for the number of elements to which the blocks or uses of a drawing expand."""
+    """Return the limit on the number of elements to which the blocks or uses of a drawing expand."""
     limit = free + COPIES_PER_BYTE * len(source.data)
     reason = Message(
         "the {} of this drawing, which has {}, expand to more than {:,} elements", noun, size_text(source), limit
@@ -159,7 +158,7 @@ def copy_budget(source: Source, noun: str, free: int = FREE_COPIES) -> ReadBudge
 
 
 def point_budget(source: Source) -> ReadBudget:
-    """Return the budget for the number of points along the curves of a drawing."""
+    """Return the limit on the number of points along the curves of a drawing."""
     limit = FREE_POINTS + POINTS_PER_BYTE * len(source.data)
     reason = Message("the curves of this drawing, which has {}, need more than {:,} points", size_text(source), limit)
     return ReadBudget(source.path, limit, Message("{}; check its units", reason))
@@ -298,7 +297,7 @@ def to_mm(value: float, factor: float) -> float:
 
 
 def units_unknown(noun: str, part: Part, severity: Severity) -> Issue:
-    """Return the issue L102, which states the size of the part in mm, so that a wrong unit is noticed."""
+    """Return the issue L102. It states the size of the part in mm, so that the user notices a wrong unit."""
     left, low, right, high = part.extents
     widths = [w for w in part.diameters if w > 0]
     holes = Message("holes of Ø {:g} to {:g} mm", min(widths), max(widths)) if widths else Message("the points")
@@ -317,7 +316,10 @@ def units_unknown(noun: str, part: Part, severity: Severity) -> Issue:
 
 
 def refuse_tiny(path: str, part: Part, options: ReadOptions) -> None:
-    """Raise `ReadError` if a drawing is too small for its unit, unless the user states the unit or selects layers."""
+    """Raise `ReadError` if a drawing is so small that its unit is probably wrong.
+
+    There is no check if the user states the unit or selects layers.
+    """
     if options.units or options.layers:
         return
     left, low, right, high = part.extents

@@ -135,7 +135,7 @@ def _number_of(path: str, line: int, number: dict[int, int], name: int) -> int:
 
 
 def _runs(path: str, section: DataSection) -> list[tuple[int, list[int]]]:
-    """Return the lists of a section, each of which ends with -1, and the line number of each list."""
+    """Return the lists of numbers in a section, each with its line number. In the file, each list ends with -1."""
     values = tsplib.section_numbers(path, section)
     if not len(values):
         return []

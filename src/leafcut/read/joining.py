@@ -23,7 +23,7 @@ from leafcut.read.filter_holes import select_holes
 def read_drill_files(
     sources: Sequence[Source], options: ReadOptions, on_progress: Heartbeat = ignore_heartbeat
 ) -> Part:
-    """Return one part with the holes and slots of several drill files; empty files are reported and left out.
+    """Return one part with the holes and slots of several drill files. Empty files are reported and left out.
 
     Raises
     ------
@@ -78,8 +78,9 @@ def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
 
 
 def _reference(parts: Sequence[Part]) -> Part | None:
-    """Return a part with all holes and slots, which is the reference for the origin, or None if every hole is
-    selected.
+    """Return a part with the holes and slots of all files, for computing the origin.
+
+    Return None if no file has a reference of its own, because all its holes are selected.
     """
     if all(part.reference is None for part in parts):
         return None
@@ -97,9 +98,7 @@ def _counts(part: Part) -> str:
 
 
 def _names_of_distant_parts(parts: Sequence[Part]) -> str:
-    """Return the names of two parts that are farther apart than the sum of their sizes, or "" if there are no such
-    parts.
-    """
+    """Return the names of two parts whose distance exceeds the sum of their sizes, or "" if there are none."""
     boxes = [part.extents for part in parts]
     for k, (a, box_a) in enumerate(zip(parts, boxes, strict=True)):
         for b, box_b in zip(parts[k + 1 :], boxes[k + 1 :], strict=True):

@@ -35,7 +35,7 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 #: Tolerance of axis limits in LinuxCNC and other controllers, mm.
 _TOLERANCE = 1e-6
-#: Most motor steps per mm.
+#: Maximum number of motor steps per mm.
 _MAX_STEPS = 1e5
 #: Largest nozzle diameter, mm.
 _WIDEST_NOZZLE = 200.0
@@ -93,8 +93,9 @@ def load_machine(name_or_path: str, work_offset: Sequence[float] | None = None) 
 
 
 def machine_template(name_or_path: str) -> str:
-    """Return the profile of a machine as TOML to be edited, with comments that explain every key. The errors are those
-    of `load_machine`.
+    """Return the profile of a machine as TOML for editing, with comments that explain every key.
+
+    The errors are those of `load_machine`.
     """
     data, place = _profile(name_or_path)
     machine = _machine_of(data, place)
@@ -113,8 +114,7 @@ def machine_of_profile(text: str, place: str) -> Machine:
 
 
 def profile_of(name_or_path: str) -> dict[str, Any]:
-    """Return the keys and values of a machine profile, unchanged; the errors are those of
-    `load_machine`."""
+    """Return the keys and values of a machine profile, unchanged. The errors are those of `load_machine`."""
     data, place = _profile(name_or_path)
     _machine_of(data, place)
     return data

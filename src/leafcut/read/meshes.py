@@ -20,13 +20,13 @@ from leafcut.read.recognition import sniff_step
 from leafcut.read.step import AS_DRAWN, Pose, WhichSolid, step_mesh
 from leafcut.read.step import LARGEST as LARGEST_STEP
 
-#: Most triangles: 72 bytes each, plus memory while reading.
+#: Maximum number of triangles. A triangle needs 72 bytes, and more memory while it is read.
 MOST_TRIANGLES = 2_000_000
 #: A binary STL has a header of 80 bytes, the number of triangles, and 50 bytes per triangle.
 _HEADER, _TRIANGLE = 84, 50
 #: Text needs about 250 bytes per triangle.
 _MAX_TEXT = 300 * MOST_TRIANGLES
-#: Smallest and largest part, mm; other sizes mean a wrong unit.
+#: Minimum and maximum size of a part, mm. Other sizes mean a wrong unit.
 SMALLEST, LARGEST = 0.5, 20_000.0
 
 _VERTEX = re.compile(rb"vertex\s+(\S{1,40})\s+(\S{1,40})\s+(\S{1,40})", re.IGNORECASE)
@@ -57,7 +57,7 @@ def load_mesh(
         raise ReadError(file, Message("cannot be read ({})", problem.strerror)) from None
     if sniff_step(head) == Match.YES:
         if unit != "mm":
-            raise OptionError("--surface-unit: a STEP file states its unit; leave it out")
+            raise OptionError("--surface-unit: a STEP file defines its own unit; leave this option out")
         triangles = step_mesh(str(file), _step_bytes(file, size), which, pose)
     else:
         if which not in (None, "all"):

@@ -20,7 +20,7 @@ from leafcut.units import parse_angles
 
 #: Words that mark the first line as a header.
 HEADER_WORDS = ("file", "part", "drawing", "name", "path")
-#: Most drawings of a nest.
+#: Maximum number of drawings of a nest.
 MAX_DRAWINGS = 2_000
 _NUMBERED = re.compile(r"(.+):([+-]?[0-9]{1,9})", re.DOTALL)
 
@@ -74,7 +74,7 @@ def file_and_quantity(argument: str) -> tuple[str, int]:
 def _drawings_named(argument: str) -> Iterator[WantedDrawing]:
     if re.fullmatch(r"x?[0-9]{1,9}x?", argument, re.IGNORECASE) and not Path(argument).exists():
         raise OptionError(
-            "{}: file not found; write a quantity after its drawing, bracket.dxf:{}", argument, argument.strip("xX")
+            "{}: file not found; add a quantity to its drawing, such as bracket.dxf:{}", argument, argument.strip("xX")
         )
     file, quantity = file_and_quantity(argument)
     if quantity < 1:

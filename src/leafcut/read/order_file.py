@@ -4,8 +4,8 @@
      "operations": [{"operation": 1, "holes": [12, 3, 7]}]}
 
 Operations are numbered from 1 in program order, holes from 1 in file order. Listed holes are drilled first, in this
-order; the search orders the others after them. ``drawing`` gives the number of holes and a fingerprint of their
-relative positions. Without it, the file is accepted for any drawing that has its holes.
+order; the search orders the remaining holes after them. ``drawing`` gives the number of holes and a fingerprint of
+their relative positions. Without it, the file is accepted for any drawing that has its holes.
 """
 
 from __future__ import annotations
@@ -63,8 +63,9 @@ def drawing_of(positions: PlacesInOrder) -> Drawing:
 
 
 def order_text(operations: dict[int, tuple[int, ...]], drawing: Drawing | None = None) -> str:
-    """Return the text of an order file; `operations` contains the holes of each operation; operations and holes are
-    counted from 0.
+    """Return the text of an order file.
+
+    `operations` contains the holes of each operation. Operations and holes are numbered from 0.
     """
     rows = [
         f'  {{"operation": {number + 1}, "holes": {json.dumps([hole + 1 for hole in holes])}}}'
@@ -116,7 +117,7 @@ def _drawing(place: str, data: Any) -> Drawing | None:
 
 
 def _number(place: str, value: Any, label: str) -> int:
-    """Convert a number that is counted from 1 to a number that is counted from 0."""
+    """Check a number from a file, and convert it from counting from 1 to counting from 0."""
     if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value < 2**31:
         raise ReadError(
             place, Message("{}: {} is not a whole number of 1 or more", label, printable(json.dumps(value)))

@@ -27,16 +27,18 @@ from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.format import MAX_COORDINATE, Source, places_text
 from leafcut.read.recognition import picture_kind
 
-#: Most pixels: tracing needs about 30 bytes per pixel.
+#: Maximum number of pixels. Tracing needs about 30 bytes per pixel.
 MAX_PIXELS = 25_000_000
-#: Most scans of a JPEG: a progressive one has about ten, and decoding each covers all pixels, however small it is.
+#: Maximum number of scans of a JPEG. A progressive JPEG has about ten. A scan of a few bytes still takes as long to
+#: decode as all pixels.
 MAX_SCANS = 100
 _SCAN = b"\xff\xda"
-#: Most transitions between dark and bright; more are noise, not an outline.
+#: Maximum number of transitions between dark and bright. A larger number means noise, not outlines.
 MAX_STEPS = 250_000
-#: Most transitions for the optimal arc fit, which is slow; smoothed outlines are accurate enough for finer pictures.
+#: Maximum number of transitions for the optimal arc fit, which is slow. Smoothed outlines are accurate enough for finer
+#: pictures.
 MAX_FITTED = 50_000
-#: Most outlines; more are noise.
+#: Maximum number of outlines. A larger number means noise.
 MAX_OUTLINES = 5_000
 #: Minimum contrast between dark and bright, relative to the full range.
 LEAST_CONTRAST = 0.1
@@ -96,7 +98,7 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
     try:
         return _pockets(part, [fit(line) for line in lines], (size, height), joining, source)
     except ReadError:
-        # Smoothing can make walls a pixel apart meet; the unsmoothed outlines do not.
+        # Walls a pixel apart can meet after smoothing. The unsmoothed outlines do not meet.
         return _pockets(
             part, [Polyline.of_points(line, closed=True) for line in lines], (size, height), joining, source
         )
@@ -209,9 +211,7 @@ def _brightness(source: Source, image: Any, invert: bool) -> Grey:
 
 
 def _threshold_level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
-    """Return the brightness at which outlines are traced: the user's threshold, or else the middle between dark and
-    bright.
-    """
+    """Return the brightness of the traced outlines: the user's threshold, or else the middle of dark and bright."""
     low, high = float(grey.min()), float(grey.max())
     if options.threshold is not None:
         level = options.threshold if not options.invert else 1.0 - options.threshold
@@ -242,8 +242,8 @@ def _threshold_level(source: Source, grey: Grey, options: PocketDrawingOptions) 
 def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     """Level the brightness of a photo that is unevenly lit.
 
-    The light is modelled as a quadratic surface, which is fitted so that bright areas become equally bright everywhere,
-    and dark areas equally dark. The brightness is divided by this surface, and the pixels are divided into dark and
+    The light is modelled as a quadratic surface. The fit makes all bright areas equally bright, and all dark areas
+    equally dark. The brightness is divided by this surface, and the pixels are divided into dark and
     bright again. A fit to the bright pixels alone would be extrapolated into the dark areas. An evenly lit picture is
     returned unchanged.
     """

@@ -1,8 +1,8 @@
 """Convert the outlines of a drawing to pockets: join and clean the outlines, and assign each island to its pocket.
 
-Layers determine pockets and islands, by name or by options. Otherwise nested outlines are ambiguous: the outermost is a
-pocket with islands, or the edge of a plate with pockets. The user chooses (`--outline`), because the wrong choice would
-mill the negative of the part.
+Layers distinguish pockets and islands, by their names or by options. Otherwise, nested outlines are ambiguous: the
+outermost outline may be a pocket with islands, or the edge of a plate with pockets. The user decides (`--outline`),
+because a wrong guess would mill the negative of the part.
 """
 
 from __future__ import annotations
@@ -95,12 +95,18 @@ def as_pockets(
     *,
     picture: bool = False,
 ) -> Part:
-    """Return a part with pockets instead of contours; edges of plates become its `edge`.
-
-    `kinds` are `POCKET`, `ISLAND`, `EITHER`, or None to leave a contour out; `outermost` is the kind of the outermost
-    outlines: `POCKET`, `EDGE`, or `EITHER` to refuse nested outlines.
+    """Convert the contours of a part to pockets and, if `outermost` is `EDGE`, to the edges of plates (`Part.edge`).
 
     The errors are those of `pockets_of_drawing`.
+
+    Parameters
+    ----------
+    kinds
+        Kind of each contour: `POCKET`, `ISLAND`, `EITHER`, or None to leave the contour out.
+    outermost
+        Kind of the outermost outlines: `POCKET`, `EDGE`, or `EITHER` to refuse nested outlines.
+    picture
+        Whether the contours come from a picture, for messages.
     """
     issues = list(part.issues)
     try:
@@ -163,7 +169,7 @@ def _kinds(
         issues.append(Issue("L421", message, severity=Severity.NOTE))
     # If layers name islands only, all other lines are pockets.
     other_kind = None if pocket_names else POCKET if island_names else EITHER
-    # Without a layer for islands, they are drawn on the layers of the pockets.
+    # Without a layer for islands, islands are drawn on the layers of the pockets.
     pocket = POCKET if island_names else EITHER
     kinds = [pocket if c.layer in pocket_names else ISLAND if c.layer in island_names else other_kind for c in contours]
     if left_out := Counter(c.layer for c, kind in zip(contours, kinds, strict=True) if kind is None):
@@ -255,7 +261,7 @@ def _join_strokes(
 
 def _check_simple(outlines: Sequence[PocketOutline], shapes: NDArray[Any], picture: bool) -> None:
     """Raise an error for outlines that cross or touch themselves, or enclose no area."""
-    # The hull, because the areas of the two halves of a figure 8 cancel.
+    # Use the hull, because the areas of the two halves of a figure 8 cancel.
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= COINCIDENT * shapely.length(shapes)
     for outline in (o for o, is_thin in zip(outlines, thin, strict=True) if is_thin):
         if picture:
@@ -299,9 +305,7 @@ def _without_duplicates(
 
 
 def _check_interpretation(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], outermost: str) -> None:
-    """Raise an error if the outermost outlines of a drawing may be edges or pockets, or if an edge contains no
-    pocket.
-    """
+    """Raise an error if the outermost outlines may be edges or pockets, or if they are edges without pockets."""
     nested = bool(depth.any())
     if outermost == EDGE and not nested:
         raise LeafcutError("--outline edge: no outline read as a pocket lies inside another; use --outline pocket")

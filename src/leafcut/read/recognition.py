@@ -93,8 +93,9 @@ def picture_kind(head: bytes) -> str:
 
 
 def sniff_excellon(head: bytes) -> Match:
-    """Recognise Excellon by its header, or by tools and coordinates, because drill files also have the extension
-    ``.tap`` or ``.nc``.
+    """Recognise Excellon by its header, or by tools and coordinates.
+
+    The extension alone is not enough, because drill files may also be named ``.tap`` or ``.nc``.
     """
     lines = head.replace(b"\r", b"\n")
     tools = _has_line(_DRILL_TOOL, lines)

@@ -21,9 +21,7 @@ JOINED = 0.05
 
 
 def read_whole_drawing(format_: Format, loaded: Source, options: ReadOptions) -> Part:
-    """Return the complete drawing, whatever layers and holes `options` selects. The errors are those of
-    `read_whole`.
-    """
+    """Return the complete drawing; `options` selects neither layers nor holes. The errors are those of `read_whole`."""
     everything = replace(options, layers=(), min_diameter=None, max_diameter=None, concentric="all")
     reader = format_.whole or format_.contours or format_.read
     return run_reader(replace(format_, read=reader), loaded, everything)

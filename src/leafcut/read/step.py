@@ -30,15 +30,15 @@ from leafcut.read.filter_holes import select_holes
 from leafcut.read.format import Source, places_text
 from leafcut.read.step_shapes import ONLY
 
-#: Largest file, bytes: OpenCASCADE needs about twenty times as much memory.
+#: Maximum size of a file, bytes. OpenCASCADE needs about twenty times as much memory.
 LARGEST = 100 * 1024 * 1024
 #: Horizontal hole directions, as reported by the subprocess → number of the axis.
 _AXES = {"1, 0, 0": 0, "0, 1, 0": 1}
 #: Time limit of the subprocess, s; `step_solid.MEMORY` is its memory limit.
 SECONDS = 300
-#: The solid of a file: a number, all of them, or None for the only one.
+#: Selection of a solid in a file: its number, ``all``, or None for the only solid.
 WhichSolid = int | Literal["all"] | None
-#: Most triangles of a solid.
+#: Maximum number of triangles of a solid.
 MOST_TRIANGLES = 2_000_000
 
 
@@ -60,9 +60,7 @@ AS_DRAWN = Pose()
 
 
 class ChosenSolid(NamedTuple):
-    """The solid of a file that is the stock of a program, and its orientation, which is unchanged unless the options
-    differ.
-    """
+    """The solid of a file that is the stock of a program, and its orientation: as drawn, unless options change it."""
 
     which: WhichSolid = None
     pose: Pose = AS_DRAWN
@@ -157,8 +155,8 @@ def _pockets(data: dict[str, Any], name: str) -> tuple[Pocket, ...]:
 def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
     """Return the outlines of a flat sheet in top view: its edge and all its through-openings.
 
-    An issue states that its pockets and other features are not cut. For a process that clears pockets, the part also
-    has these, and its `besides` are the issues about the other features.
+    An issue reports pockets and other features, which are not cut. For a process that clears pockets, the part also
+    contains the pockets, and its `besides` are the issues about all other features.
 
     Raises
     ------
@@ -201,7 +199,7 @@ def _is_quarter(angle: float) -> bool:
 
 def _check_units(options: ReadOptions) -> None:
     if options.units:
-        raise OptionError("--units: a STEP file states its unit; leave it out")
+        raise OptionError("--units: a STEP file defines its own unit; leave this option out")
 
 
 def _oriented_path(vertices: list[list[float]], clockwise: bool) -> Polyline:

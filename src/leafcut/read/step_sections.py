@@ -1,7 +1,7 @@
 """Pockets and outlines of a solid from its sections by level planes; part of the subprocess `step_solid`.
 
-Just above the level floor of a closed pocket, the section shows the pocket as a hole in the material, with its islands,
-as exact lines and arcs. The faces and triangles show whether walls are vertical, and whether there are overhangs.
+A section just above the floor of a closed pocket shows the pocket as a hole in the material, and the islands in this
+hole, as exact lines and arcs. Faces and triangles show whether walls are vertical, and whether there are overhangs.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ CHORD = 0.005
 ENDS = 1e-4
 #: Largest Z component of the normals of a vertical face.
 UPRIGHT = 1e-5
-#: Smaller overhangs over a pocket are chords of its own walls, mm.
+#: Overhangs over a pocket that are smaller than this, mm, are chords of the pocket's own walls.
 HANGS = 0.12
-#: Most heights of level faces.
+#: Maximum number of heights of level faces.
 MOST_HEIGHTS = 200
-#: Narrower openings are gaps between triangles, mm.
+#: Openings narrower than this, mm, are gaps between triangles.
 NARROWEST = 0.05
 #: Minimum roundness 4 π A / P² of a circle made of chords.
 ROUND = 0.98
@@ -140,9 +140,9 @@ def pockets_of(
 
 
 def _openings(triangles: NDArray[np.float64]) -> list[dict[str, Any]]:
-    """Return the outlines of the through-openings in top view, and the diameter of each if it is round, otherwise 0.
+    """Return the outline of each through-opening in top view, and its diameter; 0 if it is not round.
 
-    In the shadow of the solid, each opening is a hole, whatever the height at which it ends.
+    An opening at any height is a hole in the shadow of the solid.
     """
     film, openings = 0.5 * NARROWEST, []
     rings = shapely.MultiPolygon(
@@ -159,10 +159,11 @@ def _openings(triangles: NDArray[np.float64]) -> list[dict[str, Any]]:
 def outlines_of(
     shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any], seen: Callable[[float, float, float], bool]
 ) -> dict[str, Any]:
-    """Return the outlines of a solid in top view, from a section equal to its shadow; or a problem.
+    """Return the outlines of a solid in top view, from a level section that equals its shadow.
 
-    `uneven` is true if other sections differ: these features of the solid are not cut. Then the result also has its
-    pockets, and `other` is true if it has other features. `seen` is the test for visibility of a point from above.
+    The result contains a `problem` if there is no such section. It is `uneven` if sections at other heights differ.
+    Then it also contains the pockets, and `other` states whether the solid has further features. `seen` returns whether
+    a point is visible from above.
     """
     highest, lowest = float(triangles[:, :, 2].max()), float(triangles[:, :, 2].min())
     steps = sorted({round(face.z, 3) for face in (*_level_faces(faces), *_level_faces(faces, down=True))})

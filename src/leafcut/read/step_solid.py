@@ -3,9 +3,9 @@
     python -m leafcut.read.step_solid FILE OUT.npz MOST_TRIANGLES holes|pockets|outlines|mesh only|all|NUMBER \
         x|y|z|-x|-y|-z top|bottom|drawn box|''
 
-A damaged file can crash OpenCASCADE or fill the memory; then only this process ends. Its only output is OUT.npz, in
-which `told` is JSON: a problem, or the holes, pockets or outlines of the solid after rotation and lifting; the height
-that became Z0, the convex hull in top view, and its bounding box.
+A damaged file can crash OpenCASCADE or fill the memory. Then only this process ends. Its only output is OUT.npz. The
+entry `told` is JSON: a problem, or the holes, pockets or outlines of the solid after rotation and lifting, the height
+that became Z0, the convex hull in top view, and the bounding box of the solid.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ MEMORY = 8 * 1024**3
 DEFLECTION, ANGLE = 0.05, 0.3
 #: Tolerance of equal lengths, mm.
 SAME = 1e-3
-#: Most solids listed in a message.
+#: Maximum number of solids listed in a message.
 MOST_NAMED = 8
-#: Gap up to which a round wall counts as a full turn, degrees.
+#: Maximum gap in a round wall that counts as a full turn, degrees.
 WHOLE = 1
 
 
@@ -100,8 +100,8 @@ def cluster_labels(values: list[float]) -> list[int]:
 def join_walls(walls: list[RoundWall]) -> list[RoundWall]:
     """Join the pieces of each wall, and return the walls that cover a full turn. Other walls do not belong to holes.
 
-    The pieces of a wall lie on one cylinder or cone and overlap or touch in height; on a sloping surface they end at
-    different heights.
+    The pieces of a wall lie on the same cylinder or cone, and overlap or touch in height. Under a sloping surface, they
+    end at different heights.
     """
     level = [wall.low_radius - wall.taper * wall.low for wall in walls]
     keys = zip(
@@ -153,8 +153,9 @@ def hole_columns(walls: list[RoundWall], apart: Callable[[RoundWall, RoundWall],
 
 
 def hole_of(column: list[RoundWall]) -> SolidHole | None:
-    """Return the hole that a column of walls forms, assumed to be open at the bottom; None if the column contains no
-    cylinder.
+    """Return the hole that a column of walls forms, or None if the column contains no cylinder.
+
+    The hole is assumed to be open at the bottom.
     """
     straight = [wall for wall in column if wall.straight]
     if not straight:
@@ -170,8 +171,9 @@ def hole_of(column: list[RoundWall]) -> SolidHole | None:
 
 
 def _step_of(wall: RoundWall, column: list[RoundWall], top: float) -> HoleStep:
-    """Return a wide part of a hole, such as a counterbore. It is `open` if a tool can reach it from above, with
-    clearance below the point of the tool.
+    """Return a wide part of a hole, such as a counterbore.
+
+    The step is `open` if a tool can reach it from above, with clearance below the point of the tool.
     """
     index = column.index(wall)
     above = all(w.low_radius > wall.high_radius - SAME and w.taper >= 0.0 for w in column[:index])
@@ -376,7 +378,7 @@ def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole],
         hole = hole_of(column)
         if hole is None:
             continue
-        # The chords of the triangles come nearer to the axis than the wall, by at most this angle.
+        # The triangles are chords of the wall, so they come nearer to the axis, by at most the factor cos(ANGLE).
         radius = hole.diameter / 2.0 * math.cos(ANGLE)
         bottom = hole.top - hole.depth
 
@@ -405,8 +407,16 @@ def _is_covered(surface: Surface, hole: SolidHole, step: HoleStep) -> bool:
 
 
 def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
-    """Return the concave round walls around vertical axes, the numbers of full cylinders in other directions, and the
-    number of free-form faces, in which holes are not found.
+    """Find the round walls of a solid.
+
+    Returns
+    -------
+    walls
+        Concave round walls around vertical axes.
+    by_direction
+        Number of full concave cylinders in each other direction.
+    free
+        Number of free-form faces. Holes in such faces are not found.
     """
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepTools import BRepTools

@@ -16,7 +16,7 @@ from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
 from leafcut.read.format import MAX_COORDINATE, Source, parse_json
 
-#: Most items, and most points per item.
+#: Maximum number of items, and of points per item.
 MAX_ITEMS, MAX_POINTS = 2_000, 100_000
 
 

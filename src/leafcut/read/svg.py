@@ -184,7 +184,7 @@ class _Context(NamedTuple):
     css: str = ""
     stroke: str = ""
     clipped: bool = False
-    #: A shape inherits it from its groups, unlike `display`, and may be visible in a hidden group.
+    #: Unlike `display`, shapes inherit the visibility of their groups, but may be visible in a hidden group.
     visibility: str = ""
 
 
@@ -262,8 +262,9 @@ class _Walk:
         return {**properties, **declarations(element.get("style", ""))}
 
     def _cached(self, what: str, element: Any, make: Callable[[Any], Any], trail: tuple[str, ...]) -> Any:
-        """Cache elements that a `use` draws. Without the cache, a few thousand copies of a long path would take
-        hours.
+        """Return `make(element)`, from a cache if a `use` draws the element.
+
+        Without the cache, a few thousand copies of a long path would take hours.
         """
         if not trail:
             return make(element)

@@ -20,7 +20,7 @@ _LENGTH = re.compile(rf"({_NUMBER})\s*([a-zA-Z]*|%)")
 _NEXT_NUMBER = re.compile(rf"[\s,]*({_NUMBER})")
 _FUNCTION = re.compile(r"[\s,]*([a-zA-Z]+)\s*\(([^()]*)\)")
 _CLASS = re.compile(r"\w*\.([\w-]+)")
-#: Longest length or view box, characters; each copy of a `use` parses them again.
+#: Maximum number of characters of a length or view box, because each copy of a `use` parses them again.
 _LONGEST = 200
 
 
@@ -143,9 +143,7 @@ def declarations(style: str) -> dict[str, str]:
 
 
 def class_rules(sheet: str) -> dict[str, dict[str, str]]:
-    """Return those rules of a style sheet that apply to a single class (``.cut { stroke: red }``). Imports are not
-    loaded.
-    """
+    """Return the rules of a style sheet for single classes (``.cut { stroke: red }``). Imports are not loaded."""
     first, *others = sheet.split("/*")
     plain = first + "".join(text.partition("*/")[2] for text in others)
     rules: dict[str, dict[str, str]] = {}

@@ -12,7 +12,7 @@ from leafcut.files.whole_files import decode_text
 from leafcut.message import Message
 from leafcut.units import parse_quantity
 
-#: Largest table, bytes, and most rows.
+#: Maximum size of a table, bytes, and maximum number of rows.
 _MOST_BYTES, _MOST_ROWS = 1_000_000, 1000
 
 _CLOCK = re.compile(r"\s*(?:(\d{1,3}):)?(\d{1,4}):(\d{1,2}(?:\.\d{1,6})?)\s*\Z")

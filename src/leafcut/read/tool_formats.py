@@ -26,7 +26,7 @@ from leafcut.read.format import parse_json
 from leafcut.read.tool_kinds import FUSION_KINDS, Preset, RawRow, ToolRow, cone_in, kind_in, tap_in
 from leafcut.read.tool_table import rows_of_table
 
-#: Largest library, bytes, also after unpacking.
+#: Maximum size of a library, bytes, before and after unpacking.
 MAX_BYTES = 16 * 1024 * 1024
 
 #: Exceptions of `zipfile` and its decompressors for invalid or damaged files.
@@ -42,7 +42,7 @@ _FREECAD_KINDS = {
     "drill": "drill", "endmill": "end-mill", "bullnose": "end-mill", "ballend": "ball-mill", "chamfer": "chamfer-mill",
     "v-bit": "v-bit", "vbit": "v-bit", "reamer": "reamer", "tap": "tap", "slotmill": "slot-mill",
 }  # fmt: skip
-#: Words that make a preset name the name of a material: 'Softwood', but not 'Roughing'.
+#: Words that show that a preset is named after a material: 'Softwood', but not 'Roughing'.
 _MATERIALS = frozenset(
     {
         "abs", "acetal", "acrylic", "alloy", "alu", "aluminium", "brass", "bronze", "carbon", "ceramic", "composite",

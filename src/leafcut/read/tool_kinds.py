@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-#: Name of a preset (feeds and speeds for one material), and the tool with it as values of a ``[[tool]]``.
+#: Name of a preset (feeds and speeds for one material), and the values of a ``[[tool]]`` with this preset.
 Preset = tuple[str, dict[str, Any]]
 #: Name of a tool, and its values or the reason why it is left out.
 ToolRow = tuple[str, dict[str, Any] | str]
@@ -34,7 +34,7 @@ _CONES = (
     ("v-bit", r"\bv-?bit|\bengrav"),
 )
 _TAP = re.compile(r"\btap\b", re.IGNORECASE)
-#: Words for tools that are no right-hand tap beside "tap": its drill, a mill, a left-hand tap.
+#: Words that, next to "tap", name another tool than a right-hand tap: a tap drill, a thread mill, a left-hand tap.
 _NO_TAP = re.compile(r"drill|mill|\blh\b|\bleft\b", re.IGNORECASE)
 #: Sizes of threads: M6, M6x1, and 1/4-20 or #10-32, with the threads per inch.
 _METRIC = re.compile(r"\bM([0-9]{1,2}(?:\.[0-9])?)(?:\s*[x×*-]\s*([0-9]?\.?[0-9]{1,3}))?(?![\w./])", re.IGNORECASE)
@@ -44,7 +44,7 @@ _COARSE = {
     "1.6": 0.35, "2": 0.4, "2.5": 0.45, "3": 0.5, "4": 0.7, "5": 0.8, "6": 1.0, "8": 1.25, "10": 1.5, "12": 1.75,
     "14": 2.0, "16": 2.0, "18": 2.5, "20": 2.5, "22": 2.5, "24": 3.0,
 }  # fmt: skip
-#: A smaller angle of a chamfer mill or countersink is probably the half angle, degrees.
+#: An angle of a chamfer mill or countersink below this, degrees, is probably the half angle.
 SMALLEST_CHAMFER = 60
 _ANGLE = re.compile(r"\b([1-9][0-9]{1,2})\s*(deg\b|degrees?\b|°)", re.IGNORECASE)
 FUSION_KINDS = {

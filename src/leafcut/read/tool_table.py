@@ -21,7 +21,7 @@ from leafcut.message import Message
 from leafcut.model.tool import CONES, MILLS, ToolKind
 from leafcut.read.tool_kinds import FUSION_KINDS, RawRow, kind_in
 
-#: Most rows of a table.
+#: Maximum number of rows of a table.
 _MOST_ROWS = 10_000
 
 #: Column name → key of a tool.

@@ -22,7 +22,7 @@ from leafcut.units import parse_quantity
 
 _TOOL_KEYS, _HOLE_KEYS = (tuple(key.name for key in keys) for keys in (TOOL_KEYS, HOLE_KEYS))
 
-_HIGHEST_NUMBER = 99_999_999  # eight digits: the widest T word, of Fanuc
+_HIGHEST_NUMBER = 99_999_999  # eight digits: the longest T word (Fanuc)
 _LARGEST = 1000.0
 
 #: Keys for mills only, keys not for mills, and keys for certain kinds.
@@ -33,7 +33,7 @@ _MOST_TEETH = 100
 #: Default of the full point angle: 118° is the common twist drill; other tools end flat.
 _POINT_ANGLE = {ToolKind.DRILL: math.radians(118), ToolKind.CENTRE_DRILL: math.radians(118)}
 
-#: Most segments of the body of a tool, each of which is checked for collisions.
+#: Maximum number of segments of the body of a tool, each of which is checked for collisions.
 _MOST_SEGMENTS = 40
 
 #: Relative tolerance between the feed of a tap and pitch × speed: rounding in catalogues.

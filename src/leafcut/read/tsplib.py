@@ -134,7 +134,7 @@ def node_count(path: str, keys: SpecificationKeys) -> int:
 
 
 def section_numbers(path: str, section: DataSection) -> NDArray[np.float64]:
-    """Return all numbers of a section, float64. Raise an error at the first line that contains anything else."""
+    """Return all numbers of a section, float64. Raise an error for the first line with other text."""
     first, lines = section
     try:
         values = np.array(list(map(float, " ".join(lines).split())), dtype=np.float64)
@@ -217,7 +217,7 @@ def distance_matrix(
         return full
     triangle = np.zeros((n, n))
     offset = 0 if "DIAG" in form else 1
-    # Both traverse the triangle row by row, like the file.
+    # Both functions list the triangle row by row, like the file.
     indices = np.triu_indices(n, offset) if form.startswith("UPPER") else np.tril_indices(n, -offset)
     triangle[indices] = values
     symmetric_matrix: NDArray[np.float64] = triangle + triangle.T - np.diag(np.diag(triangle))
@@ -244,7 +244,7 @@ def _optimum(source: Source, name: str, n: int) -> float | None:
 def tour_text(name: str, order: Sequence[int] | NDArray[np.integer], every: bool = True) -> str:
     """Return a tour (node numbers from 0 in visiting order) as the text of a TSPLIB ``.tour`` file.
 
-    `every`: whether the tour must visit every node, which a tour through sets of nodes does not.
+    `every` states whether the tour must visit all nodes. A tour through sets of nodes visits only some of them.
 
     Raises
     ------

@@ -30,9 +30,9 @@ from leafcut.read.format import (
     units_unknown,
 )
 
-#: Largest text, bytes: a million corners need less.
+#: Maximum size of a text, bytes. A million corners need less.
 MAX_BYTES = 64 * 1024 * 1024
-#: Deepest nesting of collections, which protects the parser's stack.
+#: Maximum nesting depth of collections, to protect the stack of the parser.
 MAX_DEPTH = 20
 #: Points of the smallest ring: three corners and the first again.
 _RING = 4
@@ -128,7 +128,7 @@ class _Ring(NamedTuple):
 
 
 class _RingCollector:
-    """The rings of all polygons in mm, and counts of other geometries."""
+    """Collects the rings of all polygons, in mm, and counts other geometries."""
 
     def __init__(self, path: str, factor: float) -> None:
         self.path = path

@@ -73,8 +73,9 @@ def material_list() -> list[tuple[str, str]]:
 
 
 def material_text(name_or_path: str) -> str:
-    """Return the file of a material for editing, with the source of every value. The errors are those of
-    `load_material`.
+    """Return the text of a material file, with the source of every value, for editing.
+
+    The errors are those of `load_material`.
     """
     material = load_material(name_or_path)
     if name_or_path.lower().endswith(".toml"):

@@ -178,7 +178,7 @@ def _level_line(axes: _Axes, name: str, level: float) -> str:
 
 
 def _level_labels(axes: _Axes, levels: dict[str, float], unit: str) -> list[str]:
-    """Return the labels of the level lines. A label is below its line, or above it at the bottom of the chart."""
+    """Return the labels of the level lines. A label is below its line, or above the line if there is no space below."""
     words = []
     for name, level in levels.items():
         y = axes.y(level)
@@ -189,7 +189,7 @@ def _level_labels(axes: _Axes, levels: dict[str, float], unit: str) -> list[str]
 
 
 def stacked_bar(times: dict[str, float], longest: float) -> str:
-    """Return a stacked bar of the seconds by kind of motion; the full width stands for `longest` seconds."""
+    """Return a stacked bar of the seconds by kind of motion. A bar of `longest` seconds has the full width."""
     x, parts = 0.0, []
     for kind in TIME_KINDS:
         width = 100.0 * max(times.get(kind, 0.0), 0.0) / longest if longest > 0 else 0.0

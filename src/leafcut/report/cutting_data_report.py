@@ -72,10 +72,7 @@ def _point_as_json(point: CuttingPoint) -> dict[str, float]:
 
 
 def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, console: Console) -> None:
-    """Print for each tool the speeds and feeds with the least time, the least cost and the longest life.
-
-    The speed and feed of the library are printed too.
-    """
+    """Print the fastest, the cheapest and the longest-lasting speed and feed of each tool, and those of the library."""
     from rich.table import Table
 
     def show(words: str, style: str = "") -> None:
@@ -116,7 +113,7 @@ def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, co
 
 
 def _points_to_show(front: ToolFront) -> dict[str, CuttingPoint]:
-    """Return by name the best speed and feed for each objective, and those of the library or the options."""
+    """Return the best speed and feed for each objective, and those of the library or the options, by name."""
     points = front.points
     shown = {
         "quickest": min(points, key=lambda p: (p.time, p.cost)),

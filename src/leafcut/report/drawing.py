@@ -1,6 +1,4 @@
-"""Drawing of a tool path over its holes. The drawings before and after the search share a scene and are easy to
-compare.
-"""
+"""Drawing of a tool path over its holes. The drawings before and after the search have the same scale and frame."""
 
 from __future__ import annotations
 
@@ -39,7 +37,7 @@ _UNSIZED_PART = 0.3
 _LARGEST_UNSIZED = 5.0
 _RING = 1.1
 _MAX_GROUPS = 64
-#: Stops of cuts get numbers if there are at most this many, or if they are at least this far apart, user units.
+#: The stops of cuts have numbers if there are at most this many, or if their spacing is at least this, user units.
 _FEW_NUMBERS = 24
 _SPACE_FOR_NUMBERS = 20.0
 #: Rapids are shown up to this distance beyond the work, as a share of its size; a distant park position is not shown.
@@ -181,7 +179,7 @@ def _group_holes(points: NDArray[np.float64], sizes: NDArray[np.float64], tools:
 
 
 def tool_class(scene: Scene, tool: int) -> str:
-    """Return the CSS class of a tool's colour: ``only`` if it is the single tool, ``idle`` if there is no tool."""
+    """Return the CSS class for the colour of a tool: ``only`` for the only tool, ``idle`` for holes without a tool."""
     if tool < 0:
         return "idle"
     if len(scene.tools) == 1:
@@ -193,8 +191,9 @@ def tool_class(scene: Scene, tool: int) -> str:
 def toolpath_drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bool = False) -> str:
     """Return the drawing of the path ``before`` or ``after`` as an SVG element with the title `words`.
 
-    If `holes` is ``"=name"``, the holes are drawn as a group with this id. If it is ``"#name"``, they are taken from
-    another SVG of the page, so that a hundred thousand holes are stored only once. `size` adds width and height.
+    With ``holes="=name"``, this SVG defines the holes as a group with an id. With ``holes="#name"``, it reuses the
+    group of another SVG on the page, so that a hundred thousand holes are stored only once. With `size`, the element
+    has a width and height.
     """
     frame, path = scene.frame, scene.before if which == "before" else scene.after
     drawn = element("use", href=holes) if holes.startswith("#") else _holes(scene, holes.removeprefix("="))
@@ -247,7 +246,7 @@ def _rapids(scene: Scene, path: PlanView) -> str:
 
 
 def cut_tools(scene: Scene) -> dict[int, int]:
-    """Return tool number → colour index of the tools that cut; empty if there is a single tool."""
+    """Return the colour index of each tool that cuts, by tool number; empty if there is only one tool."""
     if len(scene.tools) < 2:
         return {}
     cutting = set(np.unique(scene.after.cut_tool).tolist())
@@ -259,7 +258,7 @@ def _cuts(scene: Scene, path: PlanView) -> str:
         return ""
     segments, colours = scene.frame.place(path.cuts), cut_tools(scene)
     length = float(np.hypot(*(segments[:, 1] - segments[:, 0]).T).sum())
-    # Lines are so thin that cuts with a small step-over remain separate.
+    # Use lines that are thin enough to show cuts with a small step-over separately.
     width = float(np.clip(0.25 * scene.frame.width * scene.frame.height / max(length, 1.0), 0.9, 2.6)) * STEPS
     lines = []
     for number in [*colours, None]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from leafcut.report.svg import element, nice_step, svg_number, text, text_within, tick_words, ticks, title
 
-#: Width of a drawing, user units: about the width of one column, or of both columns, on a screen in pixels.
+#: Width of a drawing in one column and in both columns of the page, user units. A unit is about a pixel of a screen.
 WIDTH = 480.0
 WIDE = 960.0
 _WIDE_FROM = 2.4
@@ -84,7 +84,7 @@ class Frame:
         """Return the SVG element of a drawing with its axes.
 
         `inside` are elements in user units relative to the window, `window` is the id of the clip path, and `kind` is
-        the CSS class. With `size`, the SVG states its width and height, as a separate file needs them.
+        the CSS class. With `size`, the SVG states its width and height, which a separate file needs.
         """
         (width, height), (x, y) = self.size, self.upper_left
         edge = element("rect", x=0.0, y=0.0, width=self.width, height=self.height)
@@ -127,9 +127,7 @@ class Frame:
         return f"rotate(-90 {svg_number(x)} {svg_number(y)})"
 
     def _bar(self, step: float) -> str:
-        """Return a scale bar as long as a tick step; unlike a ratio, it stays correct when the page is scaled or
-        printed.
-        """
+        """Return a scale bar as long as a tick step. Unlike a ratio, a bar stays correct if the page is scaled."""
         length = step * self.scale
         x, y = self.left + self.width - length, _TOP + self.height + 33
         path = f"M{svg_number(x)} {svg_number(y - 3)}v6m0 -3h{svg_number(length)}m0 -3v6"

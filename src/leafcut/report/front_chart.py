@@ -25,7 +25,7 @@ _FOOT = 58.0
 #: Margin around the data, as a share of its range.
 _MARGIN = 0.07
 _MAX_POINTS = 600
-#: The given point is drawn only within this multiple of the front's range from the front.
+#: Maximum distance of the given point from the front, in ranges of the front; a farther point is not drawn.
 _MAX_DISTANCE = 2.0
 #: Positions of labels relative to their marks, the best first: (on the right or not, vertical shift), user units.
 _LABEL_POSITIONS = tuple((right, float(up)) for up in (0, -13, 13, -26, 26) for right in (True, False))
@@ -224,7 +224,7 @@ def _panel(
 
 
 def _given_point(front: ToolFront) -> CuttingPoint | None:
-    """Return the given speed and feed, or None if they are so far away that the front would be drawn too small."""
+    """Return the given speed and feed, or None if they are so far from the front that it would be drawn too small."""
     if front.given is None:
         return None
     for value_of in _AXIS_VALUES:

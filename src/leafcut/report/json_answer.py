@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 def as_json(report: PathReport[Any]) -> dict[str, Any]:
     """Return an outcome as plain values; unknown values are None.
 
-    Lengths are in mm, times in s, and feeds in mm/min. `lower_bound` is the lower bound of the travel, in the unit of
-    the objective, s or mm, summed over the operations. Each operation starts at the end of the previous one.
-    `gap_percent` states by how much the travel may exceed the optimum, based on this bound.
+    Lengths are in mm, times in s, and feeds in mm/min. `lower_bound` is the lower bound of the travel, summed over the
+    operations, in the unit of the objective, s or mm. Each operation starts at the end of the previous operation.
+    `gap_percent` is the maximum excess of the travel over the optimum, based on this bound.
     """
     outcome = report.outcome
     gap = plain_number(outcome.gap)

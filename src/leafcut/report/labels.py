@@ -1,4 +1,4 @@
-"""Placement of the numbers of holes: clear of other holes and numbers and, if possible, of paths."""
+"""Place the numbers of holes so that they cover no other holes and numbers and, if possible, no paths."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Surroundings:
 def place_labels(
     stops: NDArray[np.float64], words: list[str], font: float, around: Surroundings
 ) -> list[tuple[float, float] | None]:
-    """Return the centre of each number, user units; None if it would cover another number at every position.
+    """Return the centre of each number, user units, or None if the number would cover another number everywhere.
 
     `stops`, float64[n, 4], has x, y, the radius to keep clear, and the radius of the hole. A number may be inside a
     large hole.
@@ -63,8 +63,9 @@ def place_labels(
 def _candidates(
     centre: tuple[float, float], free: float, hole: float, half: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the candidate centres of a number, float64[k, 2]: inside the hole if it is large enough, then
-    around it.
+    """Return the possible centres of a number in order of preference, float64[k, 2].
+
+    The first is inside the hole, if the hole is large enough. The others are around the hole.
     """
     (x, y), reach = centre, free + _GAP
     around = []

@@ -15,7 +15,7 @@ _ARROW = 4.2
 #: Minimum distance between arrow heads, user units.
 _ARROWS_APART = 13.0
 _GOLDEN = 0.618034
-#: Space for a word next to a mark, user units; closer to the right edge, the word is on the left of the mark.
+#: Space for a word to the right of a mark, user units. With less space, the word is on the left of the mark.
 _WORD = 50.0
 
 
@@ -27,7 +27,7 @@ def arrow_heads(segments: NDArray[np.float64], reach: float = _ARROW) -> str:
     if not len(long):
         return ""
     if len(long) > _MAX_ARROWS:
-        # Take one rapid from each section of the path, at varying positions: heads in a grid should not be aligned.
+        # Take one rapid from each section of the path, at varying positions, so that heads in a grid are not aligned.
         spread = np.arange(_MAX_ARROWS) + np.arange(_MAX_ARROWS) * _GOLDEN % 1.0
         long = long[(spread * len(long) / _MAX_ARROWS).astype(np.int64)]
     heads: list[str] = []
@@ -42,7 +42,7 @@ def arrow_heads(segments: NDArray[np.float64], reach: float = _ARROW) -> str:
 
 
 def arrow_head(middle: tuple[float, float], along: tuple[float, float], reach: float) -> str:
-    """Return the path data of an arrow head with a centre, a unit direction, and half its length (`reach`)."""
+    """Return the path data of an arrow head, given its centre, its direction (unit vector) and half its length."""
     (mx, my), (dx, dy) = middle, along
     wings = [(mx + s * dy * reach * 0.62 - dx * reach, my - s * dx * reach * 0.62 - dy * reach) for s in (1, -1)]
     tip = (mx + dx * reach, my + dy * reach)
@@ -67,7 +67,7 @@ def end_marks(
 
 
 def word_side(x: float, width: float) -> float:
-    """Return the side on which a mark at x gets its word: 1 for right, -1 for left."""
+    """Return the side of the word next to a mark at x: 1 for right, -1 for left."""
     return -1.0 if x > width - _WORD else 1.0
 
 

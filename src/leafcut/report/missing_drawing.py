@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _HATCH, _CROSS = 6.0, 4.5
 #: Chord error of arcs, user units.
 _CHORDS = 0.06
-#: Maximum number of marked positions; the count in the issue includes all.
+#: Maximum number of marked positions. The issue states the number of all positions.
 _MAX_MARKS = 2_000
 #: Maximum number of hatch lines per area.
 _MAX_LINES = 300

@@ -43,7 +43,7 @@ _COLOURS = 160
 
 
 def write_page(report: PathReport[Any]) -> str:
-    """Return the report as a self-contained HTML page with styles and pictures, without scripts and requests.
+    """Return the report as a self-contained HTML page with styles and pictures, without scripts and external files.
 
     The template or `svg.element` escapes all text from files, and a content security policy blocks scripts.
     """
@@ -57,7 +57,7 @@ def write_page(report: PathReport[Any]) -> str:
 
 
 def _whole_flags(html: str) -> str:
-    """Mark options in escaped text as unbreakable, because browsers break lines after dashes."""
+    """Keep options in escaped text on one line, because browsers break lines after dashes."""
     return _FLAG.sub(r'<span class="flag">\g<0></span>', html)
 
 

@@ -94,7 +94,7 @@ class PathReport(Generic[D]):
 
     @cached_property
     def facts(self) -> list[Fact]:
-        """All facts: those of the title, of the work, of the set-up, and of the search."""
+        """All facts, in the order title, work, set-up, search."""
         bound, outcome = self.bound_words(), self.outcome
         return [
             *(self._counts or self.counts()),
@@ -139,9 +139,7 @@ class PathReport(Generic[D]):
     # -- tables ------------------------------------------------------------------------------------------------------
 
     def table(self) -> list[tuple[tuple[str, ...], bool]]:
-        """Return the rows of the summary's table, starting with the titles: cells, and whether the row is the written
-        order.
-        """
+        """Return the rows of the summary's table, titles first: the cells, and whether the row is the written order."""
         rows: list[tuple[tuple[str, ...], bool]] = [(("order", self.travel, "cutting", "time", "saved"), False)]
         for row in self.order_rows():
             cells = (row[key] for key in ("travel", "cut", "time", "saved"))
@@ -149,8 +147,9 @@ class PathReport(Generic[D]):
         return rows
 
     def order_rows(self) -> list[dict[str, Any]]:
-        """Return the measures of each order as text. Savings are relative to the original; `ours` marks the written
-        order.
+        """Return the measures of each order as text. Savings are relative to the original order.
+
+        `ours` marks the written order.
         """
         orders = self.orders()
         return [
@@ -166,7 +165,10 @@ class PathReport(Generic[D]):
         ]
 
     def tables(self) -> dict[str, Any]:
-        """Return by name the tables that the page and the studio share; ``times`` has the seconds by kind of motion."""
+        """Return the tables that the report page and the studio share, by name.
+
+        ``times`` contains the seconds by kind of motion.
+        """
         from leafcut.report import views
 
         return {"times": views.time_rows(self.outcome, self.orders())}

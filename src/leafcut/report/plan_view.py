@@ -76,14 +76,14 @@ def plan_view(path: Toolpath, beam: bool = False) -> PlanView:
 
 
 def spindle_speed(path: Toolpath) -> NDArray[np.float64]:
-    """Return the spindle speed or the power of a beam at every row; 1 in all rows if the path never sets it."""
+    """Return the spindle speed or the power of a beam in each row. If the path never sets it, return 1 in all rows."""
     if not (path.value[path.kind == Kind.SPINDLE] != 0.0).any():
         return np.ones(len(path))
     return path.latest(Kind.SPINDLE, path.value)
 
 
 def stop_rows(drills: NDArray[np.bool_], feeds: NDArray[np.bool_], travels: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the rows of drill cycles, and of the first cut after each travel move; all pecks of a hole are one stop.
+    """Return the rows of drill cycles, and the first cut after each travel move. All pecks of a hole are one stop.
 
     `travels`, int64[n], is the number of travel moves up to each row.
     """

@@ -182,7 +182,7 @@ def _flat_arcs(path: Toolpath) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
 
 
 def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -> Playback:
-    """Replace arcs outside the XY plane, and arcs with the beam off, by chords that share their time."""
+    """Replace arcs outside the XY plane, and arcs with the beam off, with chords that share the time of the arc."""
     unflat = (path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW)
     unflat[whole.arc_row] = False
     upright = np.flatnonzero(unflat)
@@ -220,8 +220,8 @@ def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -
 def written_lines(planned: Toolpath, written: Toolpath) -> NDArray[np.int32]:
     """Return the program line of every row of a planned toolpath without canned cycles, int32[n], from 1.
 
-    `written` is the program read back. Moves are matched in order, by kind and end position. Rows that the program does
-    not state, such as the descent of a torch, get the line of the next row. If no row matches, all lines are 0.
+    `written` is the program read back. Moves are matched in order, by kind and end position. A row that is not in the
+    program, such as the descent of a torch, gets the line of the next row. If no row matches, all lines are 0.
     """
     written = expand(written)
     plan_rows, written_rows = _moving_rows(planned), _moving_rows(written)
@@ -267,7 +267,7 @@ def _match_rows(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.in
 
 
 def _fill_gaps(line: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Replace missing lines by the next known line, or at the end by the last known line."""
+    """Replace missing lines with the next known line, or at the end with the last known line."""
     rows = np.flatnonzero(line)
     if not len(rows):
         return line

@@ -44,7 +44,7 @@ def range_facts(outcome: Outcome) -> list[Fact]:
 
 
 def time_facts(outcome: Outcome) -> list[Fact]:
-    """Return the time of the written program as text; the table of orders has it as a number."""
+    """Return the time of the written program as text. The table of orders contains the number."""
     return [Fact(sentence=time_words(outcome.after.time_s), name=Message("Time"))]
 
 

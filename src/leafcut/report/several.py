@@ -16,7 +16,7 @@ _SEVERITIES = ("danger", "missing", "warning")
 
 
 def several_as_json(rows: Sequence[dict[str, Any]], status: int) -> dict[str, Any]:
-    """Combine the answers for several inputs; ``runs`` has the answers, and ``status`` is the worst exit status."""
+    """Combine the answers for several inputs: ``runs`` lists the answers, and ``status`` is the worst exit status."""
     return {"runs": list(rows), "failed": sum("error" in row for row in rows), "status": status}
 
 
@@ -25,7 +25,7 @@ def print_programs(
 ) -> None:
     """Print the result for each of several inputs, and the location of the programs.
 
-    Each entry of `rows` has an input's row of the batch table and its ``--json`` answer.
+    Each entry of `rows` contains the row of an input in the batch table, and the ``--json`` answer for the input.
     """
     table = _table("input", "before", "leafcut", "saved", "verified")
     total = [0.0, 0.0]
@@ -81,7 +81,7 @@ def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:
 
 
 def _defaults(done: Sequence[dict[str, Any]]) -> list[str]:
-    """Return a line with all used defaults; they may differ between inputs of different kinds."""
+    """Return a line with the defaults that were used for any input. Inputs of different kinds use other defaults."""
     options = dict.fromkeys(words for row in done for words in row.get("defaults", ()))
     return [f"defaults  {', '.join(options)}"] if options else []
 

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from leafcut.material.height_field import HeightField
     from leafcut.report.styles import RGB
 
-#: Colours from the top of the stock to its deepest point. Lightness falls steadily, so the picture is readable with any
-#: colour vision; the darkest colour is still light enough for shadows.
+#: Colours from the top of the stock to its deepest point. Lightness falls steadily, so that the picture is readable
+#: with any colour vision. The darkest colour is still light enough for shadows.
 DEPTHS: tuple[RGB, ...] = (
     (240, 241, 237),
     (184, 219, 200),
@@ -35,7 +35,8 @@ PATH_COLOUR, FIXTURE_COLOUR = (190, 40, 66), (126, 118, 108)
 LONGER, _SHORTER = 1400, 8
 #: Maximum number of cells along the longer side; more would only take memory.
 _MAX_CELLS = 2 * LONGER
-#: Margins around the field, pixels: on the left for the numbers of Y, on the right for the scale, below for X.
+#: Margins around the field, pixels. The left margin contains the numbers of Y, the right margin the scale, and the
+#: bottom margin the numbers of X.
 LEFT, RIGHT, TOP, BOTTOM = 96, 190, 30, 76
 #: Maximum length of the scale, and the minimum length for which the page always has space, pixels.
 _SCALE, _MIN_SCALE = 460, 220
@@ -43,7 +44,8 @@ _SCALE, _MIN_SCALE = 460, 220
 #: reach full strength, as a share of the range of heights.
 _SHADE, _SHADOW, _NEAR, _FULL = 0.4, 0.45, 0.012, 0.35
 _SIZE, _TICK = 22, 8
-#: Cells larger than this, pixels, show stairs along slanted walls. Smoothing over this radius, cells, hides them.
+#: Cells larger than the first value, pixels, show stairs along slanted walls. Smoothing over the second value, cells,
+#: hides the stairs.
 _STAIRS, _SOFT = 1.5, 0.6
 #: Minimum distance of round numbers from the ends of the scale, and their usual spacing, pixels.
 _APART, _NUMBER = 30, 70

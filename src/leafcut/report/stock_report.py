@@ -35,7 +35,7 @@ _ROW = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", 
 
 
 def check_extension(output: str | None) -> None:
-    """Raise OptionError unless the extension of a file is that of a picture or a solid."""
+    """Raise OptionError unless the name of a file ends in ``.png`` (a picture) or ``.stl`` (a solid)."""
     if output is not None and Path(output).suffix.lower() not in _FILES:
         raise OptionError(f"--output: '{Path(output).name}' is neither a picture (.png) nor a solid (.stl)")
 
@@ -182,7 +182,7 @@ def stock_stl(field: HeightField) -> tuple[bytes, int]:
 
 
 def _corners(start: float, cell: float, step: int, cells: int, count: int) -> NDArray[np.float64]:
-    """Return the centre of every `step`-th cell, mm; each side of the stock is added twice, before and after them."""
+    """Return the centre of every `step`-th cell, mm, with the sides of the stock twice at both ends."""
     places = start + step * cell * np.arange(count, dtype=np.float64)
     low, high = start - 0.5 * cell, start + (cells - 0.5) * cell
     return np.concatenate([[low, low], places, [high, high]])

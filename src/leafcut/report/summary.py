@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from leafcut.model.outcome import Outcome
     from leafcut.report.path_report import PathReport
 
-#: Maximum number of different issues, apart from issues of motion and machine; the report page has all of them.
+#: Maximum number of different issues, apart from issues of motion and machine. The report page lists all issues.
 MAX_ISSUES = 12
 MAX_CHARACTERS = 219
 #: Tables with more columns have narrower spacing.
@@ -125,16 +125,14 @@ def _facts(report: PathReport[Any]) -> Table:
 
 
 def _sets_search(outcome: Outcome) -> bool:
-    """Return whether an option of the search is set. Otherwise the facts of the search appear only in the report and in
-    JSON.
-    """
+    """Return whether the user set an option of the search. Otherwise, the summary omits the facts of the search."""
     groups = (SolveOptions, AcoOptions, FireflyOptions)
     names = {flag_name(name).removeprefix("--") for group in groups for name in group.specs()}
     return any(flag.removeprefix("--").removeprefix("no-") in names for flag in outcome.options)
 
 
 def _row_of(group: IssueGroup) -> tuple[str, str]:
-    """Return the code of an issue and the beginning of its message. Issues for which both are equal share a row."""
+    """Return the code of an issue and the start of its message. Issues share a row if both are equal."""
     head, colon, _ = group.message.partition(": ")
     return group.code, head + colon if group.severity is Severity.NOTE and colon else group.message
 

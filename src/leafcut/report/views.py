@@ -78,16 +78,14 @@ def savings_headline(outcome: Outcome, came_in: str, bound: str) -> PageRow:
 
 
 def time_rows(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> PageRow:
-    """Return the seconds by kind of motion of each order, with stacked bars; kinds that no order has are left out."""
+    """Return stacked bars of the seconds by kind of motion, one for each order. Unused kinds are left out."""
     kinds = [k for k in chart.TIME_KINDS if any(m.by_kind.get(k, 0.0) > 0 for _, m in measures)]
     words = chart.time_kinds(outcome.process if outcome.process in BEAMS else None)
     return stacked_bars({k: words[k] for k in kinds}, [(name, m.by_kind, time_words(m.time_s)) for name, m in measures])
 
 
 def stacked_bars(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, float], str]]) -> PageRow:
-    """Return stacked bars of seconds by kind on a common scale; each row has a name, its seconds, and their total as
-    text.
-    """
+    """Return stacked bars of the seconds by kind, on a common scale. A row is a name, the seconds, and their total."""
     longest = max(sum(seconds.values()) for _, seconds, _ in rows)
     return {
         "kinds": [{"class": k.replace("_", "-"), "words": words} for k, words in kinds.items()],
@@ -164,7 +162,7 @@ def search_rows(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: f
 def worker_rows(outcome: Outcome) -> PageRow:
     """Return a row with bars of ants and seconds for each worker of each operation, and the number of omitted rows.
 
-    Workers without ants are left out, because the optimum was known before they started to search.
+    Workers without ants are left out: the optimum was known before they started to search.
     """
     every = [
         (o, w) for o in outcome.operations if o.solution.algorithm != "exact" for w in o.solution.workers if w.ants > 0
@@ -220,7 +218,7 @@ def program_view(outcome: Outcome) -> PageRow:
 
 def legend(outcome: Outcome, scene: Scene) -> PageRow:
     """Return the marks and colours that the drawings use, with the work of each tool."""
-    # A hole has the colour of its last tool. A tool that another tool always follows has no holes in its colour.
+    # A hole has the colour of its last tool, so a tool that is never the last has no holes in its colour.
     shown = {d.tool for d in scene.dots} | {tool for tool, _, _ in scene.slots}
     cutting = cut_tools(scene)
     shown |= set(cutting.values())

@@ -36,7 +36,7 @@ _UNPRINTABLE = frozenset({"Cc", "Cf", "Cs", "Co", "Zl", "Zp"})
 
 
 def replace_unprintable(text: str) -> str:
-    """Replace unprintable characters (line ends, escape sequences, direction marks) by ``�``."""
+    """Replace unprintable characters (line ends, escape sequences, direction marks) with ``�``."""
     return map_text(text, lambda plain: "".join("�" if unicodedata.category(c) in _UNPRINTABLE else c for c in plain))
 
 
@@ -97,7 +97,7 @@ def percent_words(percent: float | None, places: int = 1) -> str:
 
 
 def share_words(percent: float) -> str:
-    """Return a percentage; below one percent, it has two decimals, because small shares would be shown as 0."""
+    """Return a percentage with one decimal, or with two below 1 %, so that a small share is not shown as 0."""
     return percent_words(percent, 2 if abs(percent) < 1.0 else 1)
 
 
@@ -179,7 +179,7 @@ def gap_lines(length: float, optimum: float | None, bound: float | None) -> list
 
 
 def number_words(value: float) -> str:
-    """Return a feed or a speed with as many digits as a machine panel shows; a dash if it is 0 or unknown."""
+    """Return a feed or a speed with as many digits as a machine panel shows, or a dash if it is 0 or unknown."""
     if not math.isfinite(value) or value <= 0:
         return NO_VALUE
     return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
@@ -212,8 +212,9 @@ def search_seconds(outcome: Outcome) -> float:
 
 
 def search_words(outcome: Outcome) -> str:
-    """Return the times of the search and of the whole job, without the time to load and compile kernels:
-    ``search 2.10 s of 4.93 s``.
+    """Return the times of the search and of the whole job: ``search 2.10 s of 4.93 s``.
+
+    The time to load and compile kernels is not included.
     """
     return f"search {time_words(search_seconds(outcome))} of {time_words(outcome.seconds)}"
 

@@ -466,7 +466,7 @@ def test_names_of_one_material_have_the_same_cutting_data(name: str, same: str, 
 
 def test_thickness_and_mill_are_asked_for_together(tmp_path: Path) -> None:
     source = drawing(tmp_path, OUTLINE, WINDOW)
-    with pytest.raises(OptionError, match="needs the thickness of its plate and its end mill"):
+    with pytest.raises(OptionError, match="the plate thickness and the end mill are missing"):
         leafcut.part(source, machine="shapeoko-router")
     with pytest.raises(OptionError, match="give --thickness, such as") as refused:
         leafcut.optimize(source, machine="shapeoko-router", tool_diameter=3.0)

@@ -19,7 +19,7 @@ from leafcut.nesting.plan.pieces import CHORD, RECTANGLE, SAME_ANGLE, NestPiece
 
 #: Maximum number of parts in a block; larger blocks have few possible positions, and concentrate heat.
 MAX_MEMBERS = 12
-#: Maximum side of a block of more than two parts, relative to the side of the sheet, so that a sheet holds several.
+#: Maximum side of a block of more than two parts, relative to the side of the sheet: several blocks fit on a sheet.
 LARGEST = 0.5
 #: Minimum length of an edge for a common line, in mm and in kerf widths. Common-line cutting requires at least the
 #: minimum in `processes.sheet.plan.common_edges`.
@@ -93,7 +93,7 @@ def _grid_size(
         for rows in range(1, max_members // columns + 1):
             shared = (columns == 1 or height >= min_side) and (rows == 1 or width >= min_side)
             sides = sorted((columns * width, rows * height))
-            # A block of two may be as large as the sheet. Larger blocks must be so small that a sheet holds several.
+            # A block of two may be as large as the sheet. Larger blocks must leave space for others on the sheet.
             limits = sorted(side * (1.0 if columns * rows == 2 else LARGEST) for side in inner)
             if kind == "rows" and min(columns, rows) > 2:
                 continue

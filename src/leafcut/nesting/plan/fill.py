@@ -41,7 +41,7 @@ class Packer(Protocol):
         """Area of a sheet, mm²."""
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return the positions of those offered pieces that fit on one sheet.
+        """Fill one sheet with offered pieces, and return the positions of the pieces that fit.
 
         If `last` is true, this is the last sheet, and the pieces are packed as far to the left as possible.
         """
@@ -132,9 +132,7 @@ class Filling:
         return Nest(self.task.parts, self.task.stocks, tuple(self.layouts), unplaced, method, seed, repeatable)
 
     def _pieces_to_offer(self, packer: Packer, later: Sequence[int]) -> Counter[int]:
-        """Return slightly more pieces than a sheet can hold, starting with pieces that fit on no later kind of
-        sheet.
-        """
+        """Select slightly more pieces than a sheet can hold, first the pieces that fit on no later kind of sheet."""
         remaining, area = self.left, packer.offered * packer.sheet_area
         only_here: Counter[int] = Counter()
         if later:
@@ -148,7 +146,7 @@ class Filling:
         return offered + (select_by_area(remaining - only_here, packer.weight, area) if area > 0.0 else Counter())
 
     def _single_piece(self, stock: int) -> list[PlacedPiece]:
-        """Return the largest piece that fits, placed in the corner of the sheet; used if the packer placed no piece."""
+        """Place the largest piece that fits in the corner of the sheet, because the packer placed no piece."""
         if self.task.stocks[stock].edge:
             return []
         length, width = self.task.inner(stock)

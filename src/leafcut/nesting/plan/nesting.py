@@ -1,4 +1,4 @@
-"""Nest parts on sheets in several variants, with small parts also in the holes of large parts.
+"""Nest parts on sheets in several variants. Small parts may lie in the holes of large parts.
 
 Independent code checks each nest afterwards.
 """
@@ -209,9 +209,9 @@ def _shape_variants(
 ) -> Iterator[Nest | str]:
     """Yield a nest by shapes, or a message, for each seed `search.seed + number`. Several searches run in parallel.
 
-    With a time limit, the first variant gets all the time and at least two thirds of the threads, so that additional
-    variants do not make it less dense. The others share the remaining threads, if any. Without a limit, each variant
-    gets one thread, so that the number of threads does not change the nests.
+    With a time limit, the first variant gets all the time and at least two thirds of the threads. Thus additional
+    variants do not make it less dense. They share the remaining threads, if any. Without a limit, each variant gets one
+    thread, so that the number of threads does not change the nests.
     """
     n_threads = search.threads or os.cpu_count() or 1
     threads = min(n_threads, len(numbers))
@@ -295,7 +295,7 @@ def _shape_packers(
 
 
 class _Clock:
-    """Divides the time of a variant among its strips; without a time limit, it limits the steps of each strip."""
+    """Divides the time of a variant among its strips. Without a time limit, the steps of each strip are limited."""
 
     def __init__(self, search: SolveOptions, rounds: int, workers: int = 1) -> None:
         self.all = math.inf if search.time_limit is None else search.time_limit / rounds
@@ -383,8 +383,9 @@ def _fill_spaces(
 
 
 def _angles(piece: NestPiece, outer: Sequence[float] | None) -> list[float]:
-    """Return the rotations of a piece in a hole that remain allowed at every rotation (`outer`) of the surrounding
-    part.
+    """Return the rotations of a piece relative to the part around it, rad.
+
+    With each of them, the piece has an allowed rotation at all rotations `outer` of that part.
     """
     angles = piece.angles if piece.angles is not None else FREE_ANGLES
     return [angle for angle in angles if angles_within(piece.angles, outer, angle)]

@@ -47,9 +47,9 @@ class Box:
 class NestPiece:
     """A part with the parts in its holes, or a block of parts. All of them move together.
 
-    `path` is the outline in the coordinates of the drawing. `members` are the placements of the parts relative to it.
-    If the piece is a part with filled holes, the first member is the part itself at angle 0 and (0, 0). `angles` are
-    the allowed rotations, rad, or None for any.
+    `path` is the outline in the coordinates of the drawing. `members` are the placements of the parts in the same
+    coordinates. If the piece is a part with filled holes, the first member is the part itself at angle 0 and (0, 0).
+    `angles` are the allowed rotations, rad, or None for any.
     """
 
     path: Polyline
@@ -142,8 +142,9 @@ def _checked_piece(number: int, part: NestPart) -> NestPiece:
 
 
 def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Sequence[tuple[float, float]]) -> None:
-    """Raise PlanError for the first part that fits on no sheet; `inner` contains the sides of the sheets without
-    margins, mm.
+    """Raise PlanError for the first part that fits on no sheet.
+
+    `inner` contains the sides of the sheets without margins, mm.
     """
     for part, piece in zip(parts, pieces, strict=True):
         if not any(piece.fits(*size) for size in inner):
@@ -163,7 +164,7 @@ def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Seq
 
 
 def select_by_area(counts: Counter[int], weight: Callable[[int], float], area: float) -> Counter[int]:
-    """Return the quantities of a selection of pieces whose total weight is about `area`, mm²; at least one piece.
+    """Select at least one piece, up to a total weight of about `area`, mm². Return the quantity of each piece.
 
     `weight` returns the area that a piece requires, mm². First, each kind of piece contributes the same share of its
     quantity; then the largest pieces fill the remaining area.

@@ -34,7 +34,7 @@ PiecePosition = tuple[float, float, float, "Polygon"]
 
 
 def buffer_distance(spacing: float) -> float:
-    """Return the buffer distance around a polygon that ensures a spacing in spite of chord errors, mm."""
+    """Return the distance by which a polygon must be enlarged to ensure a spacing despite chord errors, mm."""
     return ROUND_CORNER * spacing + SLACK
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from leafcut.nesting.plan.pieces import Box, NestPiece
 from leafcut.nesting.plan.strip import require
 
-#: The packing algorithms of `rectpack`, and the sort orders with which sheets became fullest.
+#: Pairs of a packing algorithm and a sort order of `rectpack`: the pairs that filled sheets best.
 RULES = (
     ("MaxRectsBssf", "SORT_AREA"),
     ("MaxRectsBssf", "SORT_LSIDE"),
@@ -89,7 +89,7 @@ class RectanglePacker:
         return self.length * self.width / MICRON**2
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return the positions of those offered pieces that fit on one sheet.
+        """Fill one sheet with offered pieces, and return the positions of the pieces that fit.
 
         If `last` is true, this is the last sheet, and the pieces are packed as far to the left as possible.
         """

@@ -24,8 +24,8 @@ KeptRemnant = tuple[Stock, tuple[float, float]]
 def remnants_of_layout(nest: Nest, layout: Layout, spacing: float, least: float, name: str) -> list[KeptRemnant]:
     """Return the remnants of a sheet, largest first, each moved to (0, 0).
 
-    Remnants are at least `spacing` mm away from the parts. Strips narrower than `least` mm are cut off, and remnants
-    that contain no disc of that diameter are dropped.
+    Remnants are at least `spacing` mm away from the parts. Strips narrower than `least` mm are cut off. Remnants in
+    which no disc of this diameter fits are dropped.
     """
     outline, *holes = (polygon_of(path) for path in nest.stock_of(layout).paths)
     sheet = outline.difference(shapely.union_all(holes)) if holes else outline

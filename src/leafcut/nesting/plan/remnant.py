@@ -73,7 +73,7 @@ class RemnantPacker:
         return float(self.inner.area)
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return the positions of those offered pieces that fit on the sheet; results are cached."""
+        """Fill the sheet with offered pieces, and return the positions of the pieces that fit. Results are cached."""
         key = tuple(sorted((+offered).items()))
         if key not in self._filled:
             self._filled[key] = self._fill(offered)

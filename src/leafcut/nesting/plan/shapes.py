@@ -26,11 +26,11 @@ COARSE, FINEST, COARSEST = 0.001, 0.02, 0.5
 FEW_POINTS, KEPT = 16, 0.6
 #: Mitre limit at corners of enlarged outlines, relative to the distance.
 MITRE = 2.0
-#: Maximum number of pieces per search, so that it takes a reasonable time.
+#: Maximum number of pieces per search, so that a search ends in a reasonable time.
 MAX_PIECES = 250
 #: Shares of the expected capacity to try when a sheet must be packed again with fewer pieces.
 SHARES = (1.02, 1.0, 0.98)
-#: Factor on the lower bound within which a strip needs no further search.
+#: A strip needs no further search if it is at most this many times as long as the lower bound.
 PERFECT = 1.001
 
 
@@ -73,7 +73,7 @@ class ShapePacker:
         return self.pieces[piece].fits(*self.inner)
 
     def weight(self, piece: int) -> float:
-        """Return the area that a piece requires, mm²: that of its outline enlarged by at least half the spacing."""
+        """Return the area that a piece requires, mm²: its outline, enlarged by at least half the spacing."""
         return self.shape(piece)[2]
 
     @property
@@ -82,7 +82,7 @@ class ShapePacker:
         return self.length * self.width
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return the positions of those offered pieces that fit on one sheet.
+        """Fill one sheet with offered pieces, and return the positions of the pieces that fit.
 
         If `last` is true, this is the last sheet, and the pieces are packed as far to the left as possible. If there
         are too many pieces for one search, equal bands across the sheet are packed instead.
@@ -166,12 +166,10 @@ class ShapePacker:
         return placed
 
     def _shape(self, number: int) -> tuple[list[tuple[float, float]], tuple[float, float], float]:
-        """Return the points of an enlarged outline relative to the centre of its box, this centre, and the enlarged
-        area.
+        """Enlarge the outline of a piece by at least half the spacing, plus the tolerance if it is simplified.
 
-        The outline is enlarged by at least half the spacing, plus the tolerance if it is simplified. Outlines for which
-        simplification would save little remain exact, so that parts whose sides add up to the width of the sheet fit
-        next to each other.
+        If simplification would save little, the outline stays exact. Then parts whose sides add up to the width of the
+        sheet fit next to each other. Returns the points relative to the centre of the piece, this centre, and the area.
         """
         piece = self.pieces[number]
         x0, y0, x1, y1 = piece.path.extents

@@ -183,9 +183,7 @@ _Need = tuple[frozenset[int], float]
 
 
 def _needs(task: NestTask, packers: Sequence[Packer]) -> list[_Need]:
-    """Return sets of kinds of sheet; for each set, return the total area, mm², of the pieces that fit only on its
-    kinds.
-    """
+    """Return, for each set of kinds of sheet, the total area of the pieces that fit only on these kinds, mm²."""
     areas: dict[frozenset[int], float] = {frozenset(range(len(packers))): 0.0}
     for piece, count in enumerate(task.counts):
         kinds = frozenset(k for k, packer in enumerate(packers) if packer.holds(piece))

@@ -185,10 +185,10 @@ def _thickness(settings: Settings) -> float:
     if thickness is None:
         if asked.tool_diameter is None and asked.tools is None:
             raise OptionError(
-                "a part needs the thickness of its plate and its end mill; give --thickness and --tool-diameter, "
+                "the plate thickness and the end mill are missing; give --thickness and --tool-diameter, "
                 "such as --thickness 6mm --tool-diameter 3mm, or a tool library with --tools"
             )
-        raise OptionError("a part needs the thickness of its plate; give --thickness, such as --thickness 6mm")
+        raise OptionError("the plate thickness is missing; give --thickness, such as --thickness 6mm")
     if settings.sheet.open_paths in ("cut", "mark"):
         raise OptionError(
             "--open-paths {}: leafcut part mills closed outlines only; close the paths, or use --open-paths drop",

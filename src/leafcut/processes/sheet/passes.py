@@ -1,4 +1,4 @@
-"""Passes that adjust an order of cuts to effects between cuts, which the search treats as independent.
+"""Passes that adjust the order of cuts after the search, which ignores effects between cuts, such as heat.
 
 `PASSES` lists the passes in sequence. Each pass does a bounded amount of work, stops at the time limit of the job, and
 returns a valid order (`CutSequence`).
@@ -42,10 +42,10 @@ if TYPE_CHECKING:
     from leafcut.processes.sheet.plan.detached_parts import DetachableParts
     from leafcut.processes.sheet.plan.starts import CutStart
 
-#: Maximum number of further searches for an order in which no leads meet, and maximum number of cuts for such a search.
+#: For the search for an order in which no leads meet: maximum number of searches, and maximum number of cuts.
 MAX_SEARCHES, MAX_CUTS_OF_SEARCH = 2, 1000
 
-#: Share of the remaining time for a search; the remainder is for moving starts.
+#: Share of the remaining time that such a search may use; the rest is for moving starts.
 SEARCH_SHARE = 0.9
 
 #: Maximum number of orders whose motion is cached.
@@ -56,12 +56,26 @@ MAX_CACHED_MOTIONS = 4
 class SheetWork:
     """Data of a sheet that do not depend on the order of its cuts.
 
-    `drawn` is the sheet before holes and notches were divided, for verification. `cutting` includes chains, and
-    `nearest` does not. `given` is the order of the drawing or of the plan file; it contains only the chains of the plan
-    file. `planned` is the plan file, if all its choices fit. If `order_fixed`, neither the given order nor the
-    nearest-neighbour order may replace the order of the search, because of heat, or of bands with a plan file. `parts`
-    contains the parts that the head may hit if it stays down between cuts; it is None if the head retracts. `motions`
-    caches the motion of recent orders, and `detached` caches the result of `detached_nearest`.
+    Attributes
+    ----------
+    drawn
+        The sheet before holes and notches were divided, for verification.
+    cutting
+        All cuts, including chains.
+    given
+        The order of the drawing or of the plan file, with only the chains of the plan file.
+    nearest
+        The nearest-neighbour order, without chains.
+    planned
+        The plan file, if all its choices fit.
+    order_fixed
+        Whether no other order may replace the order of the search, because of heat, or bands with a plan file.
+    parts
+        The parts that the head may hit because it stays down between cuts; None if the head retracts.
+    motions
+        Cached motion of recent orders.
+    detached
+        Cached result of `detached_nearest`.
     """
 
     drawn: Sheet
@@ -91,8 +105,9 @@ def slide(plan: Plan, order: Order) -> Order:
 
 
 def avoid_hot_starts(plan: Plan, order: Order) -> Order:
-    """Change the start point or the position in the order of cuts that would start in hot metal, close to the previous
-    start.
+    """Keep starts away from the hot metal around the previous start.
+
+    A cut that would start there gets another start point or another position in the order.
     """
     cuts, options = cuts_in_order(plan, order), plan.job.settings.of(CutOptions)
     if options.heat_distance <= 0.0:
@@ -158,7 +173,7 @@ def detach_later(plan: Plan, order: Order) -> Order:
 
 
 def detached_nearest(plan: Plan) -> Order:
-    """Return the nearest-neighbour order after the pass `detach_later`. It is computed only once."""
+    """Return the nearest-neighbour order after the pass `detach_later`. The result is cached."""
     known: list[Order] = plan.work.detached
     if not known:
         known.append(detach_later(plan, Order((plan.work.nearest,))))
@@ -183,7 +198,7 @@ def _may_be_nearest(plan: Plan) -> bool:
 
 
 def keep_given(plan: Plan, order: Order) -> Order:
-    """Return the order, or a faster order in which the number of moves across or near detached parts is not higher.
+    """Return the order, or a faster alternative with no more moves across or near detached parts.
 
     The alternatives are the order of the drawing or of the plan file, and the nearest-neighbour order after
     `detach_later`.
@@ -262,10 +277,9 @@ def _with_cuts(order: Order, cuts: CutSequence) -> Order:
 
 
 def cached_motion(plan: Plan, order: Order) -> Candidate:
-    """Return the motion of an order, which is cached. The detail of the motion is a pair of the `CutPlan` and the
-    `HeadRoutes`.
+    """Return the motion of an order, from the cache if possible.
 
-    The routes are None for a head that retracts.
+    Its `detail` is a pair of `CutPlan` and `HeadRoutes`; the routes are None for a head that retracts.
     """
     cuts, known = cuts_in_order(plan, order), plan.work.motions
     made: Candidate = known.pop(cuts, None) or _generate_motion(plan, cuts)

@@ -124,7 +124,7 @@ class SheetCutting(Process):
         return self.generate(plan, Order((plan.work.given,)))
 
     def nearest(self, plan: Plan) -> Candidate:
-        """Return the motion in nearest-neighbour order. The head avoids detached parts in the same way."""
+        """Return the motion in nearest-neighbour order, which avoids detached parts like the order of the search."""
         from leafcut.processes.sheet.passes import detached_nearest
 
         return self.generate(plan, detached_nearest(plan))
@@ -146,7 +146,7 @@ class SheetCutting(Process):
         )
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
-        """Return the differences of the program from the planned motion, the limits of the machine, and the drawing."""
+        """Return where the program deviates from the planned motion, the limits of the machine or the drawing."""
         from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
         from leafcut.processes.sheet.proof.sheet import check_sheet
         from leafcut.processes.sheet.proof.sheet_shapes import check_divided

@@ -190,11 +190,16 @@ def _torch_setup(job: Job, post_dialect: Dialect, data: CutData, probe: Probe | 
 def _given_order(
     cutting: Cutting, file: PlanFile | None, options: CutOptions, head: HeadTravel
 ) -> tuple[list[CutStart], CutSequence, bool]:
-    """Return the given order of the cuts, the sequence for comparison, and whether that sequence follows the whole plan
-    file.
+    """Return the cuts in the order of the plan file or of the drawing.
 
-    The given order comes from the plan file or from the drawing. The sequence for comparison follows all choices of the
-    plan file if they fit; otherwise it is the given order.
+    Returns
+    -------
+    order
+        One start of each cut, in the given order.
+    sequence
+        The sequence for comparison: all choices of the plan file if they fit, otherwise the given order.
+    follows
+        Whether the sequence follows all choices of the plan file.
     """
     order = drawing_order(cutting)
     if file is not None:
@@ -268,9 +273,7 @@ def _obstacles(job: Job, moves_z: bool) -> Obstacles | None:
 
 
 def _bounding_move(sheet: Sheet) -> Toolpath:
-    """Return a move between opposite corners of the bounding box of all contours, which is used to check the travel of
-    the machine.
-    """
+    """Return a move between opposite corners of the bounding box of all contours, to check the machine's travel."""
     builder = ToolpathBuilder()
     x0, y0, x1, y1 = _bounding_box(sheet)
     builder.rapid(x0, y0)
@@ -394,9 +397,7 @@ def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
 
 
 def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
-    """Return a warning about a plan file that was made for other cutting data, because its leads and starts suit
-    another kerf.
-    """
+    """Return a warning if the plan file was made with other cutting data: its leads and starts suit another kerf."""
     differs = []
     if plan.thickness and abs(plan.thickness - data.thickness) > SAME_THICKNESS:
         differs.append(Message("{:g} mm, not {:g} mm", plan.thickness, data.thickness))

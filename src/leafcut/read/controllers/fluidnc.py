@@ -17,9 +17,9 @@ from leafcut.model.kinds import Head
 from leafcut.model.machine import XYZ
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, axis_texts, in_lines, number
 
-#: Largest file, bytes: a real one has a few kB; parsing takes about 1 ms per kB.
+#: Maximum size of a file, bytes. Real files have a few kB, and parsing takes about 1 ms per kB.
 MOST_BYTES = 262_144
-#: Deepest nesting of mappings; real files have six levels.
+#: Maximum nesting depth of mappings. Real files have six levels.
 _MAX_DEPTH = 40
 
 #: FluidNC's defaults: rate, mm/min; acceleration, mm/s²; travel, mm; junction deviation, mm.
@@ -93,10 +93,18 @@ def read(text: str, file: str) -> Values:
 class FluidConfiguration:
     """The settings of a board with FluidNC.
 
-    `low` and `high` are travel limits in machine coordinates, mm; they are infinite for an axis without
-    ``max_travel_mm``. Rates, accelerations and steps are in mm/s, mm/s² and steps/mm, the deviation of corners and the
-    tolerance of arcs in mm. `fastest` is the maximum spindle speed or laser power; it is infinite without a
-    ``speed_map``. Homing and soft limits count only if all three axes have them.
+    Attributes
+    ----------
+    low, high
+        Travel limits in machine coordinates, mm; infinite for an axis without ``max_travel_mm``.
+    rates, accelerations, steps
+        Maximum rate, mm/s, acceleration, mm/s², and steps per mm of each axis.
+    deviation, arc_tolerance
+        Junction deviation and tolerance of arcs, mm.
+    homing, soft_limits
+        Whether all three axes have homing, and whether all three have soft limits.
+    fastest
+        Maximum spindle speed or laser power; infinite without a ``speed_map``.
     """
 
     low: XYZ

@@ -27,7 +27,7 @@ _KEPT = re.compile(
 
 _TRAVELS, _ACCELERATIONS, _RATES = (130, 131, 132), (120, 121, 122), (110, 111, 112)
 _STEPS, _LOCK, _ARC_TOLERANCE = (100, 101, 102), 1, 12
-#: ``$1`` if the motors stay enabled.
+#: Value of ``$1`` that keeps the motors enabled.
 _ALWAYS_ON = 255
 _DEVIATION, _HOMING, _HOME_TO_MIN, _FASTEST_RPM, _SLOWEST_RPM, _LASER, _SPINDLE_ON = 11, 22, 23, 30, 31, 32, 394
 #: grblHAL: bit of ``$22`` that sets machine zero at the switch when homing.
@@ -142,7 +142,7 @@ def _store_travel(values: Values, settings: dict[int, _Setting], hal: bool) -> N
         for length, axis in zip(lengths.numbers, "xyz", strict=True):
             if not length > 0:
                 raise values.refusal(f"the travel of {axis} is {length:g} mm, but must be above 0 ({lengths.source})")
-        # grblHAL may count from the switch: up from 0 if it is at the lower end.
+        # grblHAL may count from the homing switch: up from 0 if the switch is at the lower end of the axis.
         counts_up = [bool(hal and homing & _ZERO_AT_SWITCH and to_min >> axis & 1) for axis in range(3)]
         source = f"{lengths.source}; " + (
             "counted from the switches ($22, $23)" if any(counts_up) else "GRBL counts down from 0"

@@ -22,7 +22,7 @@ from leafcut.read.controllers.values import Value, ValueOrigin, Values
 from leafcut.read.machine import machine_of_profile, profile_of
 from leafcut.read.machine_keys import PROFILE_KEYS, toml_value
 
-#: Largest settings file, bytes: ten times the largest one seen.
+#: Maximum size of a settings file, bytes: ten times the largest known file.
 MOST_BYTES = 4 * 1024 * 1024
 
 

@@ -10,7 +10,7 @@ from leafcut.message import Message
 
 #: Limits of included files: depth of nesting, and total size, bytes (a real one has a few kB).
 DEEPEST, MOST_INCLUDED = 8, 4 * 1024 * 1024
-#: Most included files, because files that include each other multiply quickly.
+#: Maximum number of included files, because files that include each other multiply quickly.
 MOST_FILES = 200
 
 

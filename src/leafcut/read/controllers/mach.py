@@ -29,7 +29,7 @@ _NO_XML = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 _MACH3_UNSET = (-100.0, 100.0)
 #: Tags that Mach3 writes only after the motor tuning of an axis is saved.
 _MACH3_MOTORS = tuple(f"{stem}{axis}" for axis in range(3) for stem in ("Vel", "Acc"))
-#: Corner rounding, which neither file contains: an estimate, and its reason.
+#: Estimate of the corner rounding, which neither file contains, and its reason.
 _DEVIATION = "0.05 mm", "constant velocity rounds corners; the file does not state by how much"
 
 
@@ -186,9 +186,7 @@ def _motor(ini: Ini, values: Values, axis: int) -> str:
 def _motor_values(
     ini: Ini, values: Values, motors: list[str], key: str, unit: str
 ) -> tuple[tuple[float, ...], str, str]:
-    """Return the value of each motor, converted from counts to `unit`; also return the unit, and the positions of the
-    values as text.
-    """
+    """Return the value of each motor, converted from counts to `unit`, this unit, and the source of the values."""
     numbers, sources = [], []
     for motor in motors:
         entry, counts = ini.get(key, motor), ini.get("CountsPerUnit", motor)

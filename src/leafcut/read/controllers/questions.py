@@ -34,9 +34,9 @@ _SIMILAR_MACHINES = {
 _DEFAULT_MACHINE = "linuxcnc-mill"
 #: Asks the user a question with a suggestion ("" for none); returns the typed answer.
 Ask = Callable[[str, str], str]
-#: A travel limit above this means travel counts up from machine zero, mm; a few centimetres are overtravel.
+#: If a travel limit is above this, mm, travel counts up from machine zero. A few centimetres are only overtravel.
 _UPWARDS = 50.0
-#: Wrong answers to one question after which the dialogue ends.
+#: Number of wrong answers to a question after which the dialogue ends.
 _MOST_TRIES = 5
 
 
@@ -161,9 +161,7 @@ class _Answers:
         self.similar_machine = ""
 
     def is_answered(self, question: Question) -> bool:
-        """Return whether a question has an answer, either a given answer or a value of the base profile, which may be
-        an estimate.
-        """
+        """Return whether a question has a given answer, or a value in the base profile, even an estimate."""
         return question.name in self.given or self._has_value(question)
 
     def _is_stated(self, question: Question) -> bool:

@@ -18,7 +18,7 @@ from leafcut.errors import printable
 from leafcut.model.kinds import Head
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, axis_texts, in_lines, number
 
-#: Longest line, characters; the rest is ignored.
+#: Maximum length of a line, characters. The rest of a longer line is ignored.
 LONGEST_LINE = 1000
 #: A settings line, optionally after a prefix written by the terminal or the firmware.
 LINE = re.compile(
@@ -29,7 +29,8 @@ _WORD = re.compile(r"([A-Za-z])\s*(\"[^\"]*\"|\{[^}]*\}|[-+.0-9:eE]+)?")
 _ENDSTOPS = re.compile(
     r"Min:\s*X([-\d.]+)\s*Y([-\d.]+)\s*Z([-\d.]+).{0,200}?Max:\s*X([-\d.]+)\s*Y([-\d.]+)\s*Z([-\d.]+)", re.DOTALL
 )
-#: δ = 0.41 jerk² / a takes a corner of 90° at the same speed: exactly (1 - s) / s with s = sin 45°.
+#: Factor f = (1 - s) / s ≈ 0.41 with s = sin 45°: the junction deviation f jerk² / a allows the same speed at a 90°
+#: corner as the jerk.
 _JERK_FACTOR = (1.0 - math.sqrt(0.5)) / math.sqrt(0.5)
 
 
@@ -325,8 +326,9 @@ def _settings(lines: list[_Line]) -> _Settings:
 
 @dataclass
 class _MacroRunner:
-    """The lines of a config.g in the order of execution, including those of files that M98 runs. Conditions are not
-    evaluated.
+    """Collects the lines of a config.g and of the files that M98 runs, in the order of execution.
+
+    Conditions are not evaluated.
     """
 
     root: Path

@@ -1,13 +1,13 @@
 """Chains: several closed cuts with one pierce. Between the cuts, the torch stays on along straight bridges in the
 scrap.
 
-A bridge can connect two contours that border on the same scrap: two outlines directly on the sheet or in the same hole,
-or an outline and the hole around it, which comes last and detaches the scrap. A bridge touches no part, no clamp, and
-no kerf of a third contour.
+A bridge connects two contours at the edge of the same scrap. These are two outlines directly on the sheet or in the
+same hole, or an outline and the hole around it. The hole comes last, because it detaches the scrap. A bridge touches no
+part, no clamp, and no kerf of a third contour.
 
-The search for chains is a routing problem. Clusters are contours, nodes are positions on them, and a move costs either
-a bridge, or the time to retract, travel and pierce again. The positions are then chosen again for the best order. If
-two bridges cross, the bridge that saves more time is kept.
+The search for chains is a routing problem. Each contour is a cluster, and the positions on it are nodes. A move is
+either a bridge, or a retract, a rapid and a new pierce, and costs the time for that. For the best order, the positions
+are then optimised again. If two bridges cross, the bridge that saves more time is kept.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ SAMPLES, NEIGHBOURS = 160, 8
 PLACES, MOST_PLACES, SAME_PLACE = 16, 3000, 1.0
 #: Distance from the contour within which a bridge must leave the kerf, in kerf widths.
 LEAVES_WITHIN = 3.0
-#: Minimum angle between two bridges at the same point of a contour, rad; at smaller angles, the sliver between them
-#: melts.
+#: Minimum angle between two bridges at the same point of a contour, rad. At smaller angles, the sliver between the
+#: bridges melts.
 LEAST_ANGLE = math.radians(40.0)
 #: Maximum number of contours in a chain, and in a block that is searched at once.
 MOST_CONTOURS, BLOCK = 12, 400
@@ -64,12 +64,22 @@ Bridge = tuple[Point, Point]
 
 @dataclass(frozen=True, eq=False)
 class Bridges:
-    """Positions on contours, and the bridges between them, as columns.
+    """Columns of n positions on contours, and of m bridges between the positions.
 
-    For each position, `contour`, int64[n], is the index of its contour, and `at`, float64[n], is its distance along the
-    contour, mm. `arrive` and `leave`, float64[n, 2], mm, are the end of the arriving bridge and the start of the next
-    bridge. For each bridge, `begin` and `end`, int64[m], are its positions, and `length` is in mm. `saving` contains,
-    by pair of positions, the time that a bridge saves, s; it contains only bridges that save time.
+    Attributes
+    ----------
+    contour
+        Index of the contour of each position, int64[n].
+    at
+        Distance of each position along its contour, mm, float64[n].
+    arrive, leave
+        Points at which a bridge to a position ends, and a bridge from it starts, mm, float64[n, 2].
+    begin, end
+        First and last position of each bridge, int64[m].
+    length
+        Length of each bridge, mm, float64[m].
+    saving
+        Time that a bridge saves, s, by its pair of positions. Bridges that save no time are missing.
     """
 
     contour: Indices
@@ -92,8 +102,8 @@ class Bridges:
 def chain_blocks(cutting: Cutting, bands: Sequence[Sequence[int]], taken: Sequence[Chain] = ()) -> list[list[int]]:
     """Return the contours that may form chains, in blocks of neighbours small enough for one search.
 
-    All closed contours may, except small holes, contours in the existing chains `taken`, and contours that a plan file
-    fixes. Each block is inside one of the `bands` (`cutting.bands`).
+    All closed contours may form chains, except small holes, contours in the existing chains `taken`, and contours that
+    a plan file fixes. Each block is inside one of the `bands` (`cutting.bands`).
     """
     held = {k for pair in cutting.order for k in pair} | set(cutting.fixed)
     held |= {step.contour for chain in taken for step in chain}
@@ -206,7 +216,7 @@ def _bridges_spread(bridges: Bridges, before: int, place: int, after: int) -> bo
 
 
 def _stay_apart(one: Bridge, other: Bridge, kerf: float) -> bool:
-    """Return whether the kerfs of two bridges do not touch, or meet only at their ends on a contour."""
+    """Return whether the kerfs of two bridges stay apart. Bridges with a common end need an angle of `LEAST_ANGLE`."""
     if one[0] == other[1] or one[1] == other[0]:
         meet, p, q = (one[0], one[1], other[0]) if one[0] == other[1] else (one[1], one[0], other[1])
         return _angle(_unit_vector(meet, p), _unit_vector(meet, q)) >= LEAST_ANGLE
@@ -247,8 +257,8 @@ def _split_long_run(run: list[int]) -> Iterable[list[int]]:
 def scrap_of(contour: CutContour) -> int:
     """Return a number that identifies the scrap next to a contour.
 
-    The number is the index of the hole that contains the scrap, -1 for the sheet, or -2 minus the index of the outline
-    for the scrap in a closed notch.
+    For scrap in a hole, the number is the index of the hole. For scrap in a closed notch, it is -2 minus the index of
+    the outline. For all other scrap, it is -1.
     """
     if contour.hole:
         return contour.index
@@ -338,9 +348,7 @@ def _neighbours(contours: list[CutContour], members: Sequence[int], reach: float
 
 
 def _candidate_positions(contours: list[CutContour], pairs: Sequence[tuple[int, int]], reach: float) -> Bridges:
-    """Return positions for bridges: positions close to one or two neighbouring contours, and the points opposite to
-    them.
-    """
+    """Return the positions to try for bridges: points near one or two other contours, and the points opposite."""
     near: dict[int, list[int]] = {}
     for one, other in pairs:
         near.setdefault(one, []).append(other)
@@ -473,10 +481,9 @@ def _planned_step(cutting: Cutting, position: dict[int, int], choice: CutChoice)
 
 
 def with_chains(cutting: Cutting, chains: Sequence[Chain]) -> Cutting:
-    """Return the cutting with chains added as starts of their first contours. The leads of other cuts avoid the
-    bridges.
+    """Return the cutting with each chain added as a start of its first contour.
 
-    A bridge that leaves no space for the lead of another cut is removed.
+    The leads of other cuts avoid the bridges. A bridge that leaves no space for the lead of another cut is removed.
     """
     chains = list(chains)
     while chains:
@@ -581,9 +588,7 @@ def _first_starts(contour: CutContour, step: CutStart, scrap: Scrap) -> list[Cut
 
 
 def _last_step(contour: CutContour, step: CutStart, scrap: Scrap, bridge: Any) -> CutStart:
-    """Return the last step of a chain with the longest lead-out that avoids the bridge to this step, or without a
-    lead-out.
-    """
+    """Add a lead-out to the last step of a chain: the longest that avoids the bridge to this step, or none."""
     end, wanted = contour.end_of(step.at, step.clockwise), contour.lead_out
     for share in (1.0, 0.5, 0.25) if wanted.style != "none" else ():
         lead = replace(wanted, length=share * wanted.length)

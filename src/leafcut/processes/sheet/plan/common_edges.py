@@ -1,4 +1,4 @@
-"""Find edges that two parts can share in a single cut. They are one kerf apart, or coincide if the kerf is not
+"""Find edges that two parts can share in a single cut. Such edges are one kerf apart, or coincide if the kerf is not
 compensated.
 """
 
@@ -27,23 +27,32 @@ from leafcut.processes.sheet.plan.starts import CutStart
 GAP = 0.02
 #: Minimum overlap of facing edges for a common line, in kerf widths and in mm.
 LEAST_KERFS, LEAST = 4.0, 2.0
-#: Maximum distance between coincident edges, mm; different chords of the same arc are closer than this.
+#: Maximum distance between coincident edges, mm. Different chords of the same arc are closer than this.
 SAME_EDGE = 0.01
 #: Distance from the ends of a curved edge within which other points count as rounding errors, mm.
 LEAST_STEP = 0.02
 #: Minimum length over which edges coincide, mm; below it, they only cross or touch.
 CROSSING = 0.2
-#: Share of the length of a contour above which it counts as cut twice if another cut follows it.
+#: A contour counts as cut twice if another cut follows more than this share of its length.
 MOST = 0.5
 
 
 @dataclass(frozen=True)
 class EdgeGap:
-    """The gap between the edges of two contours (`parts`, indices in ascending order).
+    """The gap between facing edges of two contours.
 
-    `begin` and `end` are the ends of the centreline of the gap, mm; between them, the edges face each other. `width` is
-    in mm, and `normal` is the unit vector across the gap. Coincident curved edges have `width` 0 and no `normal`;
-    `between` contains the other points of their centreline.
+    Attributes
+    ----------
+    parts
+        Indices of the contours, in ascending order.
+    begin, end
+        Ends of the centreline of the gap, mm.
+    width
+        Width of the gap, mm; 0 for coincident curved edges.
+    normal
+        Unit vector across the gap; (0, 0) for coincident curved edges.
+    between
+        Points of the centreline between its ends, mm, for coincident curved edges.
     """
 
     parts: tuple[int, int]
@@ -97,7 +106,7 @@ def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[EdgeGa
 
 
 def _with_curved_edges(straight: list[EdgeGap], contours: Sequence[CutContour]) -> list[EdgeGap]:
-    """Return the given gaps between straight edges, and a gap for each coincident edge that they do not cover."""
+    """Add a gap for each coincident curved edge, and remove the gaps between straight edges that it contains."""
     own = [k for k, c in enumerate(contours) if c.has_leads and not c.hole]
     lines: Any = np.array([contours[k].line for k in own], dtype=object)
     found = list(straight)

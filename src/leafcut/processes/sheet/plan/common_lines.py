@@ -63,10 +63,10 @@ ANGLES = tuple(math.radians(a) for a in (0.0, 45.0, -45.0, 30.0, -30.0, 60.0, -6
 def with_common_lines(
     contours: list[CutContour], scrap: Scrap
 ) -> tuple[list[CutContour], list[tuple[int, int]], list[Issue]]:
-    """Return the contours with common lines, precedence pairs (before, after) of contours, and issues.
+    """Replace the outlines of each group of parts with common lines and a single contour around the group.
 
-    One contour around each group, and its common lines, replace the outlines of the group. Edges are still cut twice if
-    their common line cannot start in the scrap, as in a grid of three or more rows that is cut by plasma.
+    Edges are still cut twice if their common line cannot start in the scrap. In plasma cutting, this is the case for
+    grids of three or more rows. Returns the contours, their additional precedence pairs (before, after), and issues.
     """
     rules = scrap.rules
     slots = facing_edges(contours, rules)
@@ -335,7 +335,7 @@ class Grouper:
         if whole.geom_type != "Polygon":
             return None
         for hole in whole.interiors:
-            # Where four corners meet, a square as wide as the kerf remains; the lines cut it away.
+            # Where four corners meet, a square as wide as the kerf remains. The lines cut it away.
             if not shapely.Polygon(hole).buffer(-(self.rules.half + ROUNDING)).is_empty:
                 return None
         ring: Any = shapely.Polygon(whole.exterior).simplify(0.1 * MEET)
@@ -462,9 +462,9 @@ class Grouper:
         return None
 
     def _with_joined_lines(self, lines: list[CommonLine], members: frozenset[int], around: Any) -> list[CommonLine]:
-        """Append each line that has no lead-in to a line with a common end.
+        """Join each line that has no lead-in with a line that ends at the same point.
 
-        No third line may end at this point, because the joined line would cross its kerf.
+        No third line may end there, because the joined line would cross the kerf of that line.
         """
         left = list(lines)
         while True:
@@ -550,7 +550,7 @@ def _is_corner_arc(piece: Any, contour: CutContour, half: float) -> bool:
 
 
 def _straightened(path: Polyline) -> Polyline:
-    """Replace arcs that are nearly straight by lines, because no controller accepts their large radius."""
+    """Replace nearly straight arcs with lines, because no controller accepts their large radius."""
     rows = path.vertices.copy()
     chords = np.hypot(*(np.roll(rows, -1, axis=0) - rows)[:, :2].T)
     bulge = np.abs(rows[:, 2])
@@ -587,8 +587,8 @@ def _split_at_crossings(lines: Sequence[tuple[Point, ...]], half: float) -> list
 def _line_precedence(lines: Sequence[CommonLine], half: float) -> tuple[tuple[int, int], ...] | None:
     """Return precedence pairs (before, after) of lines, or None if they contradict each other.
 
-    A line that ends at another line comes after that line. A line comes before other lines if its only possible pierce
-    is in their kerf, for example if it has no lead-in and two lines meet in a corner.
+    If a line ends at another line, it comes after the other line. If the only possible pierce of a line is in the kerf
+    of other lines, it comes before them. An example is a line without a lead-in that meets another line in a corner.
     """
     needed = set[tuple[int, int]]()
     drawn = [shapely.LineString(x.points) for x in lines]
@@ -622,7 +622,7 @@ def _pierce_point(line: CommonLine, at: int) -> Any:
 
 
 def _end_precedence(lines: Sequence[CommonLine]) -> Iterator[tuple[int, int]]:
-    """Yield precedence pairs (before, after) of a line and another line that ends at it."""
+    """Yield a pair (before, after) for each line that ends at an earlier line of the list."""
     drawn = [shapely.LineString(x.points) for x in lines]
     for a, b in itertools.combinations(range(len(lines)), 2):
         if any(shapely.dwithin(drawn[a], shapely.Point(p), 2.0 * MEET) for p in lines[b].ends):

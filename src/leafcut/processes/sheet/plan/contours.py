@@ -33,7 +33,7 @@ SMALL = 0.01
 CORNER = math.radians(30.0)
 #: Minimum distance between a start and a corner loop, mm.
 BESIDE_LOOP = 1.0
-#: Distance before and after a point over which directions are averaged, mm; at a corner, the result is the bisector.
+#: Distance before and after a point over which directions are averaged, mm. At a corner, the average is the bisector.
 AROUND = 0.01
 
 
@@ -185,12 +185,12 @@ class CutContour:
         return sign * x / length, sign * y / length
 
     def end_of(self, at: float, clockwise: bool) -> float:
-        """Return the position at which a cut that starts at the position `at` ends, mm along the path."""
+        """Return the position at which a cut ends, mm along the path, if it starts at the position `at`."""
         past = self.overcut - self.closing_joint
         return at - past if clockwise else at + past
 
     def is_smooth(self, at: float) -> bool:
-        """Return whether a position is away from corners, as required to start with compensation by the controller."""
+        """Return whether a position is far enough from corners to start compensation by the controller."""
         return all(distance_along(at, corner, self.path.length) > 2.0 * self.rules.kerf for corner in self.corners)
 
     def in_loop(self, at: float) -> bool:
@@ -244,7 +244,7 @@ def names_of(contours: Sequence[CutContour]) -> str:
 def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], list[Issue]]:
     """Return the contours that can be cut, in the order of the sheet, and issues about areas that remain uncut.
 
-    Holes that are too small for the kerf or the pierce are not cut, and neither are notches whose mouth is narrower
+    Holes stay uncut if they are too small for the kerf or the pierce. Notches stay uncut if their mouth is narrower
     than the kerf.
     """
     kept: list[CutContour] = []
@@ -338,8 +338,9 @@ def corner_turns(path: Polyline) -> Points:
 
 
 def _tangents(path: Polyline, index: int) -> tuple[Point, Point]:
-    """Return the unit vectors of travel at both ends of a segment. They are its chord rotated by half the angle of the
-    arc.
+    """Return the directions at both ends of a segment, as unit vectors.
+
+    Each is the direction of the chord, rotated by half the angle of the arc.
     """
     s = path.segment(index)
     angle = math.atan2(s.end[1] - s.start[1], s.end[0] - s.start[0])
@@ -353,14 +354,12 @@ def _tangents(path: Polyline, index: int) -> tuple[Point, Point]:
 def _contour_issue(
     code: str, one: Message, several: Message, place: Message, missing: MissingWork | None = None
 ) -> tuple[Message, Issue]:
-    """Return a remark: a message for several contours, with "" in place of their number, and an issue for a single
-    contour.
-    """
+    """Return a remark: the message for several contours, with "" for their number, and the issue for one contour."""
     return several, Issue(code, one, place, missing=missing)
 
 
 def _group_remarks(remarks: list[tuple[Message, Issue]]) -> list[Issue]:
-    """Return the issues of all remarks. Identical remarks about several contours become a single issue."""
+    """Return the issues of all remarks, with identical remarks about several contours merged into one issue."""
     groups: dict[tuple[str, Message], list[Issue]] = {}
     for several, issue in remarks:
         groups.setdefault((issue.code, several), []).append(issue)
@@ -410,9 +409,7 @@ def _contour_place(index: int, source: Contour, x: float, y: float) -> Message:
 
 
 def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[Message, Issue]]:
-    """Return the remarks about uncut notches of an outline, except about the areas `chambers`, which are cut as
-    holes.
-    """
+    """Return the remarks about uncut notches of an outline. The areas `chambers` need none: they are cut as holes."""
     source, rules = contour.source, contour.rules
     drawn = shapely.Polygon(source.path.flattened(FLATNESS))
     closed = shapely.Polygon(contour.line.coords).buffer(-rules.half)

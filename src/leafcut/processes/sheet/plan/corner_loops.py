@@ -53,9 +53,7 @@ def with_loops(contours: list[CutContour], scrap: Scrap) -> list[CutContour]:
 
 
 def _possible_loops(contour: CutContour) -> Iterator[tuple[int, _Loop]]:
-    """Yield the possible loops of an outline, each with its segment. A loop is at a corner, or at an arc around a
-    corner of the drawing.
-    """
+    """Yield pairs (segment, loop) for the corners of an outline, and for the arcs around corners of the drawing."""
     path, half, length = contour.path, contour.rules.half, contour.rules.loop_length
     for at, turn in enumerate(corner_turns(path).tolist()):
         if half == 0.0 and math.pi - LOOP_ANGLE < turn < math.pi - 0.01:

@@ -29,10 +29,18 @@ def measure_cuts(
 ) -> CutMeasures:
     """Return times, lengths, costs and consumption of the cuts of a plan.
 
-    `seconds` contains the times of each cut, s: cutting, piercing, and rapids including the retract. `whole` is the
-    time of the program, s. Moves before the first cut and after the last cut count as rapids of the sheet. `corners`
-    contains the corners of the travel move before each cut, by the index of the cut. `shop_rate` is the cost of machine
-    and operator per hour.
+    Moves before the first cut and after the last cut count as rapids of the sheet.
+
+    Parameters
+    ----------
+    seconds
+        Times of each cut, s: cutting, piercing, and rapids including the retract.
+    whole
+        Time of the program, s.
+    corners
+        Corners of the travel move before each cut, by the index of the cut.
+    shop_rate
+        Cost of machine and operator per hour.
     """
     sheet, cuts, data = plan.sheet, plan.cuts, plan.data
     each = [_times_of_cut(sheet, cuts, k, parts, corners.get(k, ())) for k, parts in enumerate(seconds)]
@@ -83,7 +91,7 @@ def _times_of_cut(
 
 
 def _perimeter(sheet: Sheet, cut: Cut, part: int | None = None) -> float:
-    """Return the length of the contours of a cut in the drawing, mm, or only of those that belong to `part`.
+    """Return the drawn length of the contours of a cut, mm. With `part`, only the contours of this part count.
 
     Chambers of notches are not included, because they belong to an outline.
     """
@@ -92,10 +100,9 @@ def _perimeter(sheet: Sheet, cut: Cut, part: int | None = None) -> float:
 
 
 def _share_of_part(sheet: Sheet, cut: Cut, times: CutTimes, part: int) -> list[CutTimes]:
-    """Return the share of a part in the times of a cut, by the length of its contours. Return nothing if the cut
-    contains no contour of the part.
+    """Return the share of a part in the times of a cut, or an empty list if the cut contains no contour of the part.
 
-    The pierce of a chain counts for its first part.
+    The times are shared by the length of the contours. The pierce of a chain counts for its first part.
     """
     if len(cut.contours) == 1:
         return [times] if cut.part == part else []
@@ -135,7 +142,7 @@ def consumption_of(times: CutTimes, data: CutData, sheet: CutTimes) -> Consumpti
 
     Gas, power and abrasive are consumed while the torch is on, for cutting and piercing. If the chart does not state
     the power, the power of the arc is used: current times voltage. Nozzles and electrodes wear by cutting time or by
-    pierces, whichever limits their life on the whole `sheet`, so that the shares of all parts add up.
+    pierces. The criterion that limits their life on the whole `sheet` is used for each part, so that the shares add up.
     """
     rates, burning = data.rates, times.cut_s + times.pierce_s
 

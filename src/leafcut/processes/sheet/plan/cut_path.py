@@ -1,8 +1,8 @@
-"""Build the path of a cut from its chosen start (lead-in, contours, bridges, overcut, lead-out), and its speeds.
+"""Build the path of a cut with a given start: lead-in, contours, bridges, overcut, lead-out, and their speeds.
 
 For a controller with kerf compensation (G41, G42), the program contains the contour as drawn, and lead arcs whose
-radius is larger by half a kerf. Compensation starts on the straight run-in: LinuxCNC moves along the tangent to the
-circle of radius half a kerf around the end of the run-in, so the torch must start on that tangent.
+radius is larger by half a kerf. Compensation starts on the straight run-in. LinuxCNC moves along a tangent to the
+circle with a radius of half a kerf around the end of the run-in. The torch must start on this tangent.
 """
 
 from __future__ import annotations
@@ -149,8 +149,9 @@ def chain_length(contours: Sequence[CutContour], start: CutStart) -> float:
 
 
 def path_from_start(contour: CutContour, start: CutStart, *, overcut: bool = True) -> tuple[Polyline, float]:
-    """Return the path of a contour from its start, and the overlap of the path beyond the start, mm, which is negative
-    for a micro-joint.
+    """Return the path of a contour from its start, and its overlap past the start, mm.
+
+    The overlap is negative if a micro-joint remains.
     """
     path = contour.path
     if not path.closed:
@@ -203,8 +204,8 @@ def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, 
 def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
     """Return the micro-joints of a laser cut as sections of its path, evenly spaced.
 
-    The beam is off for the length of a joint plus a kerf. Joints are placed away from corners, where they are hard to
-    break and grind off, and away from the start and end of the cut, where the kerf would sever them.
+    The beam is off for the length of a joint plus a kerf. Joints keep away from corners, because they are hard to break
+    and grind off there. They also keep away from the start and end of the cut, because the kerf would sever them.
     """
     rules = contour.rules
     wanted = contour.joints if rules.kind == CutMethod.LASER else 0
@@ -235,8 +236,8 @@ def compensate_where_needed(contours: list[CutContour], scrap: Scrap) -> tuple[l
     """Return the contours, with compensation by the program where the controller cannot compensate the kerf, and a note
     about these contours.
 
-    The controller cannot compensate where run-in and arc do not fit, as in small holes, and where the radius of a
-    concave arc is too small, or a notch is narrower than the kerf.
+    The controller cannot compensate if run-in and arc do not fit, as in small holes, if the radius of a concave arc is
+    too small, or if a notch is narrower than the kerf.
     """
     made = [
         replace(c, rules=c.rules.compensated_by_program())
@@ -309,9 +310,7 @@ def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, flo
 
 
 def _widened_lead(lead: Polyline, center: Point, radius: float, on: Point) -> Polyline:
-    """Return a lead with the same centre and first point but with another radius, for a controller with
-    compensation.
-    """
+    """Return a lead with the same first point and the same centre of its arc, but with another radius."""
     x, y = lead.vertices[1, :2].tolist()
     scale = radius / math.hypot(x - center[0], y - center[1])
     corner = (center[0] + scale * (x - center[0]), center[1] + scale * (y - center[1]))

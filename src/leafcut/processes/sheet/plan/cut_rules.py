@@ -36,7 +36,7 @@ LOOP_ANGLE = math.radians(100.0)
 #: Marking speed, mm/s (2500 mm/min): an estimate for scribes, and for lasers at a fifth of their power. The cutting
 #: speeds in the chart are too high for a scribe on thin sheets, and too low for a beam on thick sheets.
 MARK_FEED = 2500.0 / 60.0
-#: Minimum ratio of diameter to thickness of a plasma hole; below it, the hole becomes conical (plasma primer in the
+#: Minimum ratio of diameter to thickness of a plasma hole. Smaller holes become conical (plasma primer in the
 #: documentation of QtPlasmaC).
 NARROWEST_HOLE = 1.5
 
@@ -45,10 +45,21 @@ NARROWEST_HOLE = 1.5
 class CutRules:
     """Rules for cutting a sheet, in mm, s, mm/s and rad.
 
-    `kind` is a `CutMethod`, and `data` is a row of the chart. `half` is the distance between path and part: half a
-    kerf, or 0 without compensation. `outline_direction` is ``clockwise``, ``counter-clockwise`` or ``free``; holes are
-    cut in the opposite direction. The leads may be shortened for a contour. If `once`, the kerf is not compensated, and
-    coincident edges are cut only once even without the option for common lines.
+    The leads may be shortened for a contour.
+
+    Attributes
+    ----------
+    kind
+        Cutting method, a `CutMethod`.
+    data
+        Row of the chart.
+    half
+        Distance between path and part: half a kerf, or 0 without compensation.
+    outline_direction
+        ``clockwise``, ``counter-clockwise`` or ``free``. Holes are cut in the opposite direction.
+    once
+        Whether coincident edges are cut only once even without the option for common lines, because the kerf is not
+        compensated.
     """
 
     kind: str
@@ -74,7 +85,7 @@ class CutRules:
     once: bool = False
 
     def feed_of(self, kind: str, *, small: bool) -> float:
-        """Return the speed for a contour of the kind ``cut`` or ``mark``, mm/s; it is lower for a small hole."""
+        """Return the speed for a contour of the kind ``cut`` or ``mark``, mm/s. A small hole has a lower speed."""
         if kind == "mark":
             return self.mark_feed
         return self.small_hole_feed if small else self.data.feed

@@ -53,9 +53,7 @@ class HeadTravel:
         return order[k - 1].exit if k else self.start, order[k + 1].entry if k + 1 < len(order) else self.end
 
     def detour(self, around: tuple[Point | None, Point | None], start: CutStart) -> float:
-        """Return the cost of the travel moves to and from a cut. `around` contains the positions of the head before and
-        after the cut.
-        """
+        """Return the cost of the travel to and from a cut, between the head positions `around` before and after it."""
         before, after = around
         come = 0.0 if before is None else self.cost(before, start.entry)
         return come + (0.0 if after is None else self.cost(start.exit, after))
@@ -109,7 +107,7 @@ class Cutting:
         return [self.starts[number] for k in members for number in self.by_contour[k]]
 
     def cut(self, start: CutStart) -> Cut:
-        """Return the cut that a start leads to; cuts are cached."""
+        """Return the cut with the given start, from the cache if possible."""
         if start not in self._cut_cache:
             make = make_chain if start.then else make_cut
             self._cut_cache[start] = make(self.contours, start, self.fixed)
@@ -148,7 +146,7 @@ class CutSequence:
     starts: tuple[CutStart, ...]
 
     def with_starts(self, starts: Sequence[CutStart]) -> CutSequence:
-        """Return a sequence for the same cutting with other starts, in order."""
+        """Return a sequence with the given starts, in their order."""
         return CutSequence(self.cutting, tuple(starts))
 
     def __post_init__(self) -> None:
@@ -294,11 +292,10 @@ def precedence_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[t
 
 
 def _enclosing_contour(sheet: Sheet, position: Mapping[int, int], contour: CutContour) -> int | None:
-    """Return the innermost contour around another contour, or None. `position` contains the number of a contour by its
-    index in the sheet.
+    """Return the innermost contour around another contour, or None.
 
-    Holes that are too narrow to cut are skipped. An outline also encloses the parts in its notches that the kerf
-    closes.
+    `position` maps indices of contours in the sheet to indices in `Cutting.contours`. Holes that are too narrow to cut
+    are skipped. An outline also encloses the parts in its notches that the kerf closes.
     """
     parent = contour.notch_of if contour.notch_of >= 0 else contour.source.parent
     while parent >= 0 and parent not in position:
@@ -342,7 +339,7 @@ def check_order(cutting: Cutting) -> None:
 
 
 def _drawing_order(cutting: Cutting) -> list[int]:
-    """Return the first contour of each cut in drawing order, except that predecessors come first."""
+    """Return the first contour of each cut, in drawing order as far as the precedence allows."""
     after: dict[int, list[int]] = {}
     missing = [0] * len(cutting.contours)
     for a, b in cutting.head_pairs:
@@ -377,8 +374,7 @@ def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = m
 
 
 def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[list[int]]:
-    """Return the first contours of all cuts by band, in the direction of the sweep. Without a sweep, there is a single
-    band.
+    """Group the first contours of all cuts into bands, in the direction of the sweep. Without a sweep, use one band.
 
     All contours of a part are in the band that contains the centre of its outline. `width` is the width of a band, mm;
     0 means a fifth of the width of the sheet, or the width of its largest part if that is larger.

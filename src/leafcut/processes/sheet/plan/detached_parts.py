@@ -37,10 +37,19 @@ HeadRoute = tuple[tuple[Point, ...], float]
 class HeadRoutes:
     """Routes of the cutting head between the cuts.
 
-    `corners` contains the corners of each detour, by the index of the following cut; the key of the detour to the end
-    point is the number of cuts. `crossing` contains the indices of the cuts whose travel move still crosses a detached
-    part. `close` contains the indices of cuts whose travel move passes a part within the `radius` of the head, mm.
-    `moves` is the number of travel moves.
+    Attributes
+    ----------
+    corners
+        Corners of each detour, by the index of the following cut. The detour to the end point has the number of cuts as
+        its key.
+    crossing
+        Indices of the cuts whose travel move still crosses a detached part.
+    close
+        Indices of the cuts whose travel move passes within the radius of the head of a detached part.
+    moves
+        Number of travel moves.
+    radius
+        Radius of the head, mm.
     """
 
     corners: dict[int, list[Point]] = field(default_factory=dict)
@@ -155,11 +164,11 @@ def cut_outlines_later(
     cost: Callable[[Point, Point], float],
     late: Callable[[], bool] = lambda: False,
 ) -> list[int]:
-    """Return an order of `cuts`, as indices, in which outlines come after the moves across their parts, if that costs
-    less.
+    """Postpone outlines until after the moves across their parts, where that costs less.
 
-    `pairs` are precedence pairs (before, after), as indices of `cuts`; `cost` returns the cost of a straight move, in
-    seconds or mm. The search ends when `late` returns True between two attempts.
+    Returns the new order, as indices of `cuts`. `pairs` are precedence pairs (before, after), as indices of `cuts`;
+    `cost` returns the cost of a straight move, in seconds or mm. The search ends when `late` returns True between two
+    attempts.
     """
     detaches = [frozenset(parts.detached_by(cut)) for cut in cuts]
     before: dict[int, set[int]] = {}

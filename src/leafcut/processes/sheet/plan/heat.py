@@ -14,7 +14,7 @@ from leafcut.processes.sheet.plan.starts import CutStart
 REACH = 40
 #: Maximum number of passes over the starts that are too close.
 PASSES = 4
-#: Penalty for a start that is too close, in seconds or mm; higher than the cost of any travel.
+#: Penalty for a start that is too close, in seconds or mm. It exceeds the cost of any travel.
 PENALTY = 1e6
 
 

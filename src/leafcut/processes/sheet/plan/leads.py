@@ -1,8 +1,8 @@
 """Shapes of lead-ins and lead-outs.
 
-The origin is the point where the lead meets its contour; +u is the direction of travel, and +v points into the scrap. A
-straight lead of length L and angle a starts at (−L·cos a, L·sin a). An arc of length L and angle a has the radius L/a
-and is tangent to the contour.
+The origin is the point where the lead meets its contour. The u axis is the direction of travel, and the v axis points
+into the scrap. A straight lead of length L and angle a starts at (−L·cos a, L·sin a). An arc of length L and angle a
+has the radius L/a and is tangent to the contour.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from leafcut.model.cutting import Lead
 
 #: Chord error for arcs, mm.
 FLATNESS = 0.005
-#: Minimum length of a lead, in kerf widths and in mm; the pierce hole of a shorter lead would reach the part.
+#: Minimum length of a lead, in kerf widths and in mm. The pierce hole of a shorter lead would reach the part.
 LEAST_KERFS, LEAST_LEAD = 1.0, 0.2
 NO_LEAD = Lead()
 
@@ -76,9 +76,7 @@ def lead_path(lead: Lead, at: Point, travel: Point, left: bool, out: bool = Fals
 
 
 def lead_variants(lead: Lead, kerf: float) -> list[Lead]:
-    """Return a lead and its alternatives for narrow scrap, best first: shorter leads, other angles, and other
-    styles.
-    """
+    """Return a lead, then its alternatives for narrow scrap: shorter leads, other angles and other styles."""
     if lead.style == "none":
         return [lead]
     least = max(LEAST_KERFS * kerf, LEAST_LEAD)

@@ -1,7 +1,7 @@
-"""Move the starts of cuts whose order is fixed, for shorter travel, for pierces in solid metal, and for leads that do
-not meet.
+"""Move starts along their contours without a change of the order of cuts.
 
-When the search for the order chooses the start of a cut, it ignores the kerfs and leads of other cuts.
+Moved starts shorten travel, put pierces into solid metal, and keep leads apart. The search for the order ignores the
+kerfs and leads of other cuts.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ FINEST, FIRST_SHARE = 0.25, 1.0 / 16.0
 ROUNDS, LEAST_GAIN = 12, 1e-5
 #: Minimum gain that is not a rounding error, s or mm.
 NO_GAIN = 1e-9
-#: Maximum number of passes over conflicting leads, and over pierces; several are needed, because a moved start may
-#: cause a new conflict.
+#: Maximum number of passes over conflicting leads, and over pierces. Several passes are needed, because a moved start
+#: may cause a new conflict.
 LEAD_PASSES, PIERCE_PASSES = 4, 8
-#: Maximum number of conflicting pierces that are compared with the current starts. If there are more, they are compared
-#: with the starts before the pass, which is faster.
+#: Maximum number of conflicting pierces for which the index of kerfs is rebuilt after each moved start. If there are
+#: more, it is rebuilt only once per pass, which is faster.
 MOST_IN_TURN = 30
 #: Minimum distance between a pierce and the edge of another kerf, mm.
 ROOM = 0.05
@@ -98,8 +98,8 @@ def _slide_start(
 def clear_pierces_of_kerfs(cuts: CutSequence, head: HeadTravel) -> CutSequence:
     """Choose new starts where a pierce would be in or next to the kerf of an earlier cut.
 
-    If possible, a pierce is a full kerf away from the centreline of each earlier cut, otherwise half a kerf. Of these
-    starts, the cheapest is used. Starts fixed by a plan file do not change.
+    If possible, a pierce is a full kerf away from the centreline of each earlier cut, otherwise half a kerf. Among
+    equally good starts, the cheapest is used. Starts fixed by a plan file do not change.
     """
     burnt = _CutPaths(cuts)
     for _ in range(PIERCE_PASSES):
@@ -149,9 +149,7 @@ class _CutPaths:
 
     @property
     def _reaches(self) -> tuple[float, float]:
-        """Maximum distances between a pierce and a centreline, mm, at which the pierce counts as in the kerf, and as
-        within a full kerf of it.
-        """
+        """Distances from a centreline, mm, within which a pierce counts as in the kerf, and as too close to it."""
         kerf = self.cutting.rules.kerf
         return 0.5 * kerf + ROOM, kerf
 
@@ -162,11 +160,10 @@ class _CutPaths:
         return wrong
 
     def conflicts(self, k: int, start: CutStart, line: Any = None) -> tuple[int, int]:
-        """Return the number of conflicts of a start of cut `k` with other cuts, for two distances.
+        """Return the numbers of pierces in a kerf, and of pierces too close to a kerf, for a start of cut `k`.
 
-        The first number counts pierces in a kerf, and the second counts pierces within a full kerf of a centreline. The
-        pierce of the start conflicts with the kerfs of earlier cuts. If the path of the start is given as `line`, the
-        pierces of later cuts in its kerf are also counted.
+        The pierce of the start is checked against the kerfs of earlier cuts. If the path of the start is given as
+        `line`, the pierces of later cuts are checked against the kerf of this path.
         """
         if not start.pierce or not self._burns(start):
             return 0, 0
@@ -200,10 +197,7 @@ def _clear_start(burnt: _CutPaths, k: int, head: HeadTravel) -> CutStart | None:
 
 
 def with_leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
-    """Choose new starts where leads would run into other leads or bridges.
-
-    The cheapest start without such a conflict is used.
-    """
+    """Replace each start whose leads run into other leads or bridges with the cheapest start without a conflict."""
     cutting, order = cuts.cutting, list(cuts.starts)
     for _ in range(LEAD_PASSES):
         extras = [_leads_and_bridges(cutting, s) for s in order]
@@ -219,9 +213,7 @@ def with_leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
 
 
 def without_meeting_starts(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
-    """Return the cutting with the starts of an order, and with those other starts whose leads avoid the leads of the
-    order.
-    """
+    """Remove the starts whose leads meet leads or bridges of the order. The starts of the order itself remain."""
     extras = [_leads_and_bridges(cutting, s) for s in order]
     lines = [line for own in extras for line in own]
     owner = np.array([k for k, own in enumerate(extras) for _ in own], dtype=np.int64)

@@ -35,11 +35,16 @@ FITTED = 0.002
 
 
 def with_narrow_shapes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, list[Issue]]:
-    """Return two sheets with changes for narrow shapes, and the issues.
+    """Replace narrow shapes with shapes that the kerf can cut. Without compensation, the sheet is unchanged.
 
-    In both sheets, narrow slots are centreline cuts. In the second sheet, holes that the kerf divides are also replaced
-    by several holes, and the chambers of closed notches are cut as holes. Without compensation, both sheets are
-    unchanged.
+    Returns
+    -------
+    Sheet
+        The sheet with narrow slots as centreline cuts.
+    Sheet
+        The same sheet, with divided holes as several holes, and with the chambers of closed notches as holes.
+    list of Issue
+        Issues about slot widths and uncut areas.
     """
     if rules.half <= 0.0:
         return sheet, sheet, []
@@ -52,8 +57,7 @@ def with_narrow_shapes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, lis
 
 
 def with_slot_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
-    """Replace narrow slots by open centreline cuts. Return the sheet and a warning about the widths of the slots
-    (L627).
+    """Replace narrow slots with open centreline cuts. Return the sheet and a warning about their widths (L627).
 
     A cut ends half a kerf before the end of the slot, so that the slot has the length in the drawing. A slot is a
     rectangle with square or round ends and contains no other contours.
@@ -165,10 +169,9 @@ def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
 
 
 def _closed_notches(outline: Any, rules: CutRules) -> tuple[Any, list[Any]]:
-    """Return the area of the notches that the kerf closes, and the rings of the centreline of the kerf in these
-    notches.
+    """Return the area of the notches that the kerf closes, and torch paths (rings) for cutting these notches.
 
-    Each ring has space for a pierce, and its kerf does not enter another kerf, where the arc would go out.
+    A ring has space for a pierce, and its kerf does not enter another kerf, where the arc would go out.
     """
     grown = outline.buffer(rules.half, quad_segs=16)
     paths = [grown.exterior, *grown.interiors]
@@ -192,7 +195,10 @@ def _enclosing_piece(held: Contour, pieces: list[Polyline]) -> int | None:
 
 
 def _pieces_around(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Polyline]:
-    """Return, as outlines, the parts of a hole or notch around the given kerf centrelines in which a pierce fits."""
+    """Return the outlines of the pieces of a hole or notch that can be cut along the torch paths `rings`.
+
+    A ring without space for a pierce is left out.
+    """
     found = []
     for ring in sorted(rings, key=lambda ring: ring.bounds):
         piece = ring.buffer(rules.half + ROUNDING, join_style="mitre", mitre_limit=MITRE).intersection(hole)
@@ -207,7 +213,7 @@ def _pieces_around(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Pol
 
 
 def _uncut_issue(one: Contour, hole: Any, pieces: list[Polyline], rules: CutRules) -> Issue:
-    """Return the issue about the uncut areas of a hole: necks, and parts without space for a pierce.
+    """Return the issue about the uncut areas of a hole: necks, and areas without space for a pierce.
 
     Corners are not reported.
     """

@@ -1,4 +1,4 @@
-"""Apply a plan file: fixed choices replace all alternatives, and the search makes the other choices."""
+"""Apply the fixed choices of a plan file. The search makes all other choices."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ from leafcut.processes.sheet.plan.starts import (
     starts_without_lead,
 )
 
-#: Maximum change of the length and start of a contour that counts as unchanged, mm. Multiplied by its length, this is
-#: the maximum change of its area.
+#: Tolerance for an unchanged contour: change of its length and of its start, mm. Its area may change by this times its
+#: length.
 SAME = 0.01
 #: Maximum distance between a fixed start and its contour, mm, in addition to the kerf, because users round coordinates.
 NEAR = 2.0
 
 
 def check_fit(sheet: Sheet, plan: PlanFile) -> None:
-    """Raise PlanError, which states the first difference, if a plan file does not fit the drawing."""
+    """Raise PlanError with the first difference if a plan file does not fit the drawing."""
 
     def refuse(reason: str) -> PlanError:
         return PlanError("{}: the plan no longer fits the drawing: {}; make a new plan", plan.source, reason)
@@ -147,7 +147,7 @@ def _contour_position(
 
 
 def plan_order(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
-    """Return the first start of each cut, in the order of the plan file as far as the precedence allows."""
+    """Sort the cuts as in the plan file, as far as the precedence allows. Return one start of each cut."""
     rank = {c.contours[0]: number for number, c in enumerate(plan.cuts)}
     last = len(plan.cuts)
     by_rank = sorted(cutting.heads, key=lambda k: (rank.get(cutting.contours[k].index, last), k))
@@ -251,9 +251,7 @@ def _distance_from_choice(start: CutStart, choice: CutChoice) -> float:
 def _starts_at(
     k: int, contour: CutContour, scrap: Scrap, places: list[tuple[float, bool]], lead: Lead | None
 ) -> list[CutStart]:
-    """Return the starts of a closed contour at `places`, with the fixed lead-in `lead`, or else with lead-ins that
-    fit.
-    """
+    """Return the starts of a closed contour at `places`. If `lead` is None, all lead-ins that fit are used."""
     if not contour.has_leads or contour.rules.lead_in.style == "none":
         return starts_without_lead(k, contour, places)
     leads: Sequence[Lead | None] = [lead] if lead is not None else leads_to_try(contour)
@@ -264,7 +262,7 @@ def _starts_at(
 
 
 def _with_lead_out(contour: CutContour, scrap: Scrap, starts: list[CutStart], choice: CutChoice) -> list[CutStart]:
-    """Return the given starts at which the lead-out of the plan file fits, with this lead-out."""
+    """Add the lead-out of the plan file to the starts, and drop the starts at which it does not fit."""
     if choice.lead_out is None:
         return starts
     kept = []

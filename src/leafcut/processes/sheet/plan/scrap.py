@@ -17,7 +17,7 @@ from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads import FLATNESS
 
-#: Distance by which parts are shrunk, mm: more than the tolerance of an offset path in chords, and less than the
+#: Distance by which parts are shrunk, mm. It exceeds the error of an offset path in chords, and is less than the
 #: tolerance of verification.
 PART_SHRINKAGE = 0.02
 
@@ -58,9 +58,7 @@ class Scrap:
 
     @property
     def _half(self) -> float:
-        """Half a kerf, mm: the distance by which the kerf of a lead extends to each side, with or without
-        compensation.
-        """
+        """Half the width of the kerf of a lead, mm, with or without compensation."""
         return 0.5 * self.rules.kerf
 
     def allows(self, lines: Any, *owners: CutContour, leaves_sheet: bool = False) -> Mask:
@@ -101,10 +99,9 @@ class Scrap:
         return ok
 
     def leave_own_kerf(self, leads: NDArray[np.float64], owner: CutContour) -> Mask:
-        """Return a mask of the lead-ins that leave the kerf of their contour and stay outside it.
+        """Return a mask of the lead-ins that leave the kerf of their contour only once, seen from the contour.
 
-        `leads` are float64[n, k, 2], with the last point on the contour. Followed outwards from the contour, a lead
-        must not enter the kerf of the contour again once it has left that kerf.
+        `leads` are float64[n, k, 2], with the last point on the contour.
         """
         fine = _with_extra_points(leads, 0.25 * self.rules.kerf)
         away = shapely.distance(owner.line, shapely.points(fine))

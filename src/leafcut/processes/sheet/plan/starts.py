@@ -38,10 +38,10 @@ Place = tuple[float, bool]
 class CutStart:
     """A choice for a cutting task: the position and direction at which the cut starts, and its leads.
 
-    `at` is the start position along the contour, mm; on open contours, it is 0, or the length for the reverse direction
-    (`clockwise`). The torch is switched on at `entry`, and the next rapid starts at `exit`. `pierce` is False for a
-    start in the air, beyond the edge of the sheet. `then` contains the other contours of a chain: each bridge ends at
-    an `entry`, and the next bridge starts at its `exit`.
+    `at` is the start position along the contour, mm. An open contour starts at 0 or, in the reverse direction
+    (`clockwise`), at its length. The torch is switched on at `entry`, and the next rapid starts at `exit`. `pierce` is
+    False for a start in the air, beyond the edge of the sheet. `then` contains the other contours of a chain: each
+    bridge ends at an `entry`, and the next bridge starts at its `exit`.
     """
 
     contour: int
@@ -64,7 +64,7 @@ class CutStart:
 
 
 def find_starts(contours: list[CutContour], scrap: Scrap) -> list[CutStart]:
-    """Return all starts, contour by contour. Raises PlanError if no lead fits at some of the contours."""
+    """Return all starts, contour by contour. Raises PlanError if there is a contour at which no lead fits."""
     most = max(FEWEST_PLACES, min(MOST_PLACES, MOST_NODES // max(len(contours), 1)))
     found: list[CutStart] = []
     stuck: list[CutContour] = []
@@ -83,7 +83,7 @@ def _refusal(stuck: list[CutContour], contours: list[CutContour], rules: CutRule
     names = Message("{} and {} more", names, len(stuck) - 3) if len(stuck) > 3 else names
     if rules.edge_start:
         return Message(
-            "the sheet is above the pierce capacity: cuts start at its edge, and no cut from there reaches "
+            "the sheet is too thick to pierce: cuts start at its edge, and no cut from there reaches "
             "{}; drill a hole there first and give --pierce-delay, or nest it nearer to the edge",
             names,
         )
@@ -143,7 +143,7 @@ def _plain_starts(number: int, contour: CutContour, most: int) -> list[CutStart]
 
 
 def _open_starts(number: int, contour: CutContour) -> Iterator[CutStart]:
-    """Yield a start position for each end of an open cut that allows one."""
+    """Yield a start for each end at which an open cut can start."""
     path = contour.path
     ends = ((0.0, False, path.end), (path.length, True, path.start))
     for (at, backward, there), lead in zip(ends, contour.inlets, strict=True):
@@ -242,9 +242,7 @@ def leads_from_centre(contour: CutContour, places: Sequence[Place]) -> list[Lead
 
 
 def _angle_from(contour: CutContour, place: Place, dx: float, dy: float) -> float:
-    """Return the angle of a straight lead that comes from the direction (dx, dy), rad. On the scrap side, it is between
-    0 and π.
-    """
+    """Return the angle of a straight lead from the direction (dx, dy), rad: between 0 and π on the scrap side."""
     tx, ty = contour.travel_at(*place)
     sign = 1.0 if contour.is_scrap_left(place[1]) else -1.0
     return math.atan2(sign * (tx * dy - ty * dx), -(tx * dx + ty * dy))
@@ -302,7 +300,7 @@ def fitting_lead_out(contour: CutContour, scrap: Scrap, place: Place, wanted: Le
 
 
 def edge_starts(number: int, contour: CutContour, scrap: Scrap, places: Sequence[float]) -> list[CutStart]:
-    """Return starts with leads from beyond the edge of the sheet, which need no pierce.
+    """Return starts beyond the edge of the sheet, which need no pierce.
 
     Raises PlanError if the size of the sheet is unknown.
     """

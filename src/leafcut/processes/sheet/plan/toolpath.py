@@ -22,7 +22,7 @@ from leafcut.model.toolpath import UNKNOWN, Arc, Kind, Toolpath, ToolpathBuilder
 if TYPE_CHECKING:
     from leafcut.model.obstacles import Obstacles
 
-#: Minimum length of a segment that is no rounding error, mm.
+#: Minimum length of a segment that is not a rounding error, mm.
 SHORTEST = 1e-6
 #: Minimum chord of an arc, mm: slightly more than two steps of an inch program with four decimals. Shorter arcs become
 #: lines.
@@ -35,13 +35,24 @@ TORCH_ON = 1.0
 class TorchSetup:
     """Cutting data, and the capabilities of a torch or beam and its controller.
 
-    `clearance` is the height for travel between cuts, mm above the sheet (Z0). `safe_z` is the height at the start and
-    the end, mm in machine coordinates, if it is known. If `switches`, the controller can switch the torch off and hold
-    its height while it moves; otherwise the head stops. If `moves_z`, programs move Z; otherwise the head keeps its
-    height during travel. `power` and `mark_power` are the S words for cutting and marking; a marking tool is spindle 1.
-    `tolerance` is the tolerance for rounded corners, mm (G64 P); 0 means exact corners. Without `probe`, the top of the
-    sheet is at Z0. `mark_tool` is the number of the marking tool (the torch is tool 0); if it is None, marks need no
-    tool change.
+    Attributes
+    ----------
+    clearance
+        Height for travel between cuts, mm above the sheet (Z0).
+    safe_z
+        Height at the start and the end of the program, mm in machine coordinates; None if unknown.
+    switches
+        Whether the controller can switch the torch off and hold its height in motion; otherwise the head stops.
+    moves_z
+        Whether programs move Z; otherwise the head keeps its height during travel.
+    power, mark_power
+        S words for cutting and marking. A marking tool is spindle 1.
+    tolerance
+        Tolerance for rounded corners, mm (G64 P); 0 means exact corners.
+    probe
+        The probe for touching off; None if the top of the sheet is at Z0.
+    mark_tool
+        Number of the marking tool (the torch is tool 0); None if marks need no tool change.
     """
 
     data: CutData
@@ -64,12 +75,11 @@ def generate_cuts(
     corners: Mapping[int, Sequence[Point]] = MappingProxyType({}),
     obstacles: Obstacles | None = None,
 ) -> tuple[Toolpath, list[slice]]:
-    """Return the motion of the whole program, and the rows of each cut, which include the rapid to its start and its
-    retract.
+    """Return the motion of the program, and the rows of each cut with its rapid and its retract.
 
-    `corners` contains the corners of the travel move before each cut, by the index of the cut; the key of the final
-    move is the number of cuts. A head that keeps its height moves around `obstacles`; a head that retracts crosses them
-    at the clearance height. Raises PlanError if the clearance height is not above the pierce height, or no path leads
+    `corners` contains the corners of the travel move before each cut, by the index of the cut. The key of the final
+    move is the number of cuts. A head that keeps its height moves around `obstacles`. A retracted head crosses them at
+    the clearance height. Raises PlanError if the clearance height is not above the pierce height, or no path leads
     around an obstacle.
     """
     data, clearance = torch.data, torch.clearance
@@ -125,7 +135,7 @@ def _travel(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) ->
 
 
 def _change_tool(builder: ToolpathBuilder, tool: int, wanted: int) -> int:
-    """If necessary, change to the wanted tool and activate its offset. Return the number of the wanted tool."""
+    """Change from `tool` to the wanted tool, unless they are equal. Return the wanted tool."""
     if tool != wanted:
         builder.tool(wanted)
         builder.offset(0)

@@ -64,9 +64,7 @@ def check_chains(matched: MatchedRuns) -> list[Difference]:
 
 
 def _order_faults(run: TorchRun, steps: Sequence[RunMatch], planned: Sequence[int]) -> list[Difference]:
-    """Return a fault if a run cuts other contours than planned, or starts a contour before the previous contour is
-    finished.
-    """
+    """Return a fault if a run does not cut the planned contours in their order, each after the previous one."""
     got = tuple(f.target.index for f in steps)
     if got != tuple(planned):
         words = [" and ".join(str(k + 1) for k in numbers) or "none" for numbers in (got, planned)]

@@ -18,7 +18,7 @@ from leafcut.proof.difference import position_text
 
 #: Methods whose arc or flame goes out when it crosses a kerf.
 NEED_METAL = (CutMethod.PLASMA, CutMethod.OXYFUEL)
-#: Minimum length over which kerfs coincide, in kerf widths and in mm; below it, they only cross.
+#: Minimum length over which kerfs coincide, in kerf widths and in mm. Over a shorter length, they only cross.
 CROSSING_KERFS, CROSSING = 1.0, 0.2
 #: Distance from the end of a line within which it may meet an earlier line, mm.
 AT_END = 0.1

@@ -1,6 +1,6 @@
 """Compare a cutting program that was read back with the plan: the moves, and the state of the torch in each move.
 
-For actions that the controller performs itself, this module has its own rules, which are independent of the
+The controller performs some actions itself. This module has its own rules for these actions, independent of the
 post-processor.
 """
 
@@ -206,12 +206,11 @@ class _TorchTracker:
 
 
 def read_back(text: str, plan: CutPlan, dialect: Dialect, material_number: int | None = None) -> Toolpath:
-    """Return the motion of a cutting program as its controller would execute it, whatever modal state an earlier
-    program left.
+    """Return the motion of a cutting program as its controller would execute it.
 
-    Feeds from the material table of the controller depend on the selected material. Only the feed of the material
-    `material_number` is known; it is the feed of the plan. Raises ReadError if the controller does not accept the text,
-    or the text selects another material.
+    The result does not depend on the modal state that an earlier program left. Feeds from the material table of the
+    controller depend on the selected material. Only the feed of the material `material_number` is known; it is the feed
+    of the plan. Raises ReadError if the controller does not accept the text, or the text selects another material.
     """
     feeds = {} if material_number is None else {material_number: plan.data.feed}
     return as_written(text, dialect, material_feeds=feeds)

@@ -1,6 +1,4 @@
-"""For a head that stays down between cuts, count the travel moves over detached parts in a program that was read
-back.
-"""
+"""Count the travel moves over detached parts in a program, for a head that stays down between cuts."""
 
 from __future__ import annotations
 
@@ -18,8 +16,7 @@ from leafcut.processes.sheet.proof.matched_runs import MatchedRuns
 from leafcut.processes.sheet.proof.sheet_shapes import Target
 from leafcut.proof.difference import position_text
 
-#: Spacing of the points that are checked along moves, mm, and minimum depth inside a part that counts as a crossing,
-#: mm.
+#: Spacing of the points that are checked along moves, mm, and minimum depth of a crossing inside a part, mm.
 _STEP, _DEPTH = 0.5, 0.3
 #: Tolerance for the distance between head and part, mm, because edges are chords that differ from those of the planner.
 _LEEWAY = 0.2
@@ -61,10 +58,10 @@ def check_detached_parts(
 
 
 def crossings(matched: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
-    """Return the program line and end point of the first crossing move of each route that crosses a detached part.
+    """Find the routes that cross a detached part. A route consists of the travel moves between two runs.
 
-    A route consists of the travel moves between two runs. With a head `radius`, mm, routes that pass within this radius
-    of a part are included, except near the ends of the routes.
+    Returns the program line and the end point of the first crossing move of each route. With a head `radius`, mm, a
+    route also counts as crossing if it passes a part within this radius, except near the ends of the route.
     """
     ends = np.array([run.row_line[-1] for run in matched.runs], dtype=np.int64)
     freed = _detaching_runs(matched)

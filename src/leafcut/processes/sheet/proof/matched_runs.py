@@ -1,6 +1,4 @@
-"""Match the torch runs of a cutting program with the contours of a sheet: find which run follows which contour, and how
-far.
-"""
+"""Match the torch runs of a cutting program with the contours of a sheet that they follow."""
 
 from __future__ import annotations
 
@@ -23,7 +21,7 @@ from leafcut.processes.sheet.proof.torch_runs import FLATNESS, TorchRun, burning
 
 #: Maximum length of the sections into which chords are divided, mm.
 PIECE = 1.0
-#: Share of a contour's path above which a run that follows it counts as a cut of the contour.
+#: A run counts as a cut of a contour if it follows more than this share of the contour's path.
 MOST = 0.5
 
 
@@ -31,10 +29,20 @@ MOST = 0.5
 class CutRequest:
     """Requests of the user that the plan does not contain.
 
-    `half` is half of the compensated kerf, mm. `joints` and `joint_width` (mm) are the maximum number and width of the
-    micro-joints of an outline. `safe_height` is the minimum height of rapids, mm. `power` is the power for cutting, and
-    any lower power is for marking; if it is None, the maximum power in the program is for cutting. `material_number` is
-    the number in the material table of the controller; if it is None, the program specifies the material.
+    Attributes
+    ----------
+    half
+        Half of the compensated kerf, mm.
+    joints, joint_width
+        Maximum number and width (mm) of the micro-joints of an outline.
+    safe_height
+        Minimum height of rapids, mm.
+    probe
+        The probe for touching off; None if the program must not probe.
+    power
+        Power for cutting; any lower power is for marking. None for the maximum power in the program.
+    material_number
+        Number in the material table of the controller; None if the program specifies the material.
     """
 
     half: float
@@ -48,8 +56,10 @@ class CutRequest:
 
 @dataclass(frozen=True)
 class RunMatch:
-    """A run that follows the path of a target: the length over which it follows it, and its first and last position
-    along the run, mm.
+    """A run that follows the path of a target.
+
+    `followed` is the length of the target's path that the run follows, mm. `first` and `last` are the first and the
+    last position on this path, mm along the run.
     """
 
     run: int
@@ -63,10 +73,18 @@ class RunMatch:
 class MatchedRuns:
     """The runs of a program matched with the shapes of a sheet.
 
-    `targets` are the contours to cut or mark, in the order of the sheet. `parts` contains the areas of the finished
-    parts, shrunk by `TOLERANCE`, and `numbers` their numbers. `sheet` is the area of the sheet, or None if it is
-    unknown. `lines` are the shapely lines along which each run burns. `of_target` contains the matches by index of the
-    contour.
+    Attributes
+    ----------
+    targets
+        The contours to cut or mark, in the order of the sheet.
+    parts, numbers
+        Areas of the finished parts, shrunk by `TOLERANCE`, and the numbers of the parts.
+    sheet
+        Area of the sheet; None if unknown.
+    lines
+        The path of each run with the torch on, as shapely lines.
+    of_target
+        The matches, by index of the contour.
     """
 
     def __init__(self, runs: list[TorchRun], plan: CutPlan, sheet: Sheet, dialect: Dialect, asked: CutRequest) -> None:
@@ -140,9 +158,7 @@ class MatchedRuns:
 
 
 def _marking_runs(runs: list[TorchRun], dialect: Dialect, power: float | None) -> list[bool]:
-    """Return, for each run, whether it marks, either with the spindle of the marking tool or with less than cutting
-    power.
-    """
+    """Return whether each run marks, with the spindle of the marking tool or with less than the cutting power."""
     most = power if power is not None else max((light.power for run in runs for light in run.lightings), default=0.0)
     by_power = dialect.torch is not None and dialect.torch.power
     return [

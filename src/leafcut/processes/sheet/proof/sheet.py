@@ -172,7 +172,7 @@ def find_gouges(matched: MatchedRuns) -> list[Difference]:
 
 
 def find_strays(matched: MatchedRuns) -> list[Difference]:
-    """Return a fault for each kerf that runs into a clamp or off the sheet; starts beyond the edge are allowed."""
+    """Return a fault for each kerf that runs into a clamp or off the sheet. Starts beyond the edge are allowed."""
     found = []
     half = 0.5 * matched.plan.data.kerf  # with or without compensation
     for zone in matched.zones:

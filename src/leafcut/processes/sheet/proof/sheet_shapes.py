@@ -36,10 +36,21 @@ SAME_PLACE = 1e-6
 class Target:
     """A contour that must be cut or marked.
 
-    `index` is the index in `Sheet.contours`. `shape` is the polygon of a closed contour to be cut, otherwise None;
-    `edge` is the line in the drawing. `centreline` is the centreline of the kerf: a ring, or the line itself for a mark
-    or an open cut. At the `corners` of the line, float64[k, 2], the kerf may turn or loop. If `may_stay`, the hole may
-    remain uncut, because it is two kerfs wide within the tolerance, so that rounding decides whether a pierce fits.
+    Attributes
+    ----------
+    index
+        Index of the contour in `Sheet.contours`.
+    shape
+        Polygon of a closed contour to be cut; otherwise None.
+    edge
+        Line of the contour in the drawing.
+    centreline
+        Centreline of the kerf: a ring, or the line in the drawing for a mark or an open cut.
+    corners
+        Corners of the line, float64[k, 2], mm, at which the kerf may turn or loop.
+    may_stay
+        Whether a hole may remain uncut: it is two kerfs wide within the tolerance, and rounding decides whether a
+        pierce fits.
     """
 
     index: int
@@ -72,8 +83,9 @@ class Target:
 
 
 def targets_of(sheet: Sheet, half: float) -> list[Target]:
-    """Return the contours that must be cut or marked, in the order of the sheet, for a kerf whose centreline is `half`
-    mm from the parts.
+    """Return the contours that must be cut or marked, in the order of the sheet.
+
+    `half` is the distance from the centreline of the kerf to a part, mm.
     """
     found = (_target(k, source, half) for k, source in enumerate(sheet.contours) if source.kind != "sheet")
     return [target for target in found if target is not None]
@@ -106,8 +118,7 @@ def _target(index: int, source: Contour, half: float) -> Target | None:
 def _corners(path: Polyline) -> NDArray[np.float64]:
     """Return the vertices of a closed path at which it turns sharply, float64[k, 2], mm.
 
-    At each end of an arc, the angle between the arc and its chord is half of the angle of the arc, which is 2
-    atan(bulge).
+    At each end of an arc, the angle between arc and chord is 2 atan(bulge), half the angle of the arc.
     """
     steps = np.roll(path.vertices[:, :2], -1, axis=0) - path.vertices[:, :2]
     real = np.hypot(*steps.T) > SAME_PLACE
@@ -171,10 +182,10 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
 
 
 def _check_chambers(drawn: Sheet, chambers: list[Any], half: float) -> list[Difference]:
-    """Return a fault for each chamber that extends beyond its notch, and for each chamber that is uncut although other
-    chambers of its outline are cut.
+    """Return a fault for each chamber that extends beyond its notch, and for each chamber that was left out.
 
-    A chamber may remain uncut if no pierce fits, or if its kerf would enter another kerf.
+    A chamber is left out if another chamber of its outline is cut, and this chamber is not. It may remain uncut if no
+    pierce fits, or if its kerf would enter another kerf.
     """
     if not chambers:
         return []

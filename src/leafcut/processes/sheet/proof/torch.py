@@ -1,6 +1,4 @@
-"""Check the torch: it is off during rapids and at the end, it is switched on as the chart requires, and feeds are as
-planned.
-"""
+"""Check the torch: off during rapids and at the end, switched on as the chart requires, and with the planned feeds."""
 
 from __future__ import annotations
 
@@ -59,8 +57,7 @@ def check_torch(
 
 
 def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
-    """Return a fault for each row in which the torch or the scribe is switched on with the wrong tool, or before the
-    offset of its tool is active.
+    """Return a fault for each row that switches the torch or the scribe on with a wrong tool or an inactive offset.
 
     An offset becomes active with the next move in X and Y.
     """
@@ -236,9 +233,7 @@ def _feed_faults(run: TorchRun, cut: Cut) -> list[Difference]:
 def _material_faults(
     path: Toolpath, text: str, plan: CutPlan, dialect: Dialect, material_number: int | None
 ) -> list[Difference]:
-    """Return the faults of the material that the program selects or specifies, and faults of other controller
-    settings.
-    """
+    """Return the faults of the material and of other controller settings in a program."""
     torch = dialect.torch
     lines = text.splitlines()
     obeyed = controller_settings(lines, dialect)

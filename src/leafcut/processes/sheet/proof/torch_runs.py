@@ -37,9 +37,20 @@ class Lighting:
 class TorchRun:
     """A run of the torch, as chords.
 
-    `points` are float64[n + 1, 2], mm. For each chord, `burning` states whether the torch is on, `feed` is in mm/s,
-    `height` is the height at its end, mm above the sheet, and `row_line` is its line in the program. `line` is the line
-    in the program at which the run starts.
+    Attributes
+    ----------
+    line
+        Line in the program at which the run starts.
+    points
+        Ends of the chords, float64[n + 1, 2], mm.
+    burning
+        Whether the torch is on, for each chord, bool[n].
+    feed
+        Feed of each chord, mm/s, float64[n].
+    height
+        Height at the end of each chord, mm above the sheet, float64[n].
+    row_line
+        Line of each chord in the program, int64[n].
     """
 
     line: int
@@ -134,7 +145,7 @@ def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
     """Return the runs of the torch in program order; moves in Z alone have no chords.
 
     If the controller compensates (G41, G42), a run is the actual path of the torch. `kerf` is twice the value in the
-    offset register of the controller, mm; if it is None, the D word states the kerf.
+    offset register of the controller, mm. If `kerf` is None, the D word states the kerf.
     """
     found, before = _RunCollector(), path.before
     for number, row in enumerate(path):
@@ -185,12 +196,25 @@ def burning_pieces(
 def compensated_path(
     points: NDArray[np.float64], side: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the torch path under cutter compensation by the controller, and the index of the original chord for each
-    chord of this path.
+    """Compute the torch path under cutter compensation by the controller.
 
-    `side` is the offset of n chords to the left, float64[n], mm; negative to the right. Outer corners are rounded by an
-    arc. At inner corners, the torch moves to the intersection of the offset lines. The first compensated chord leads to
-    the offset point at its end. Source: LinuxCNC, G-code reference, cutter compensation.
+    Outer corners are rounded by an arc. At inner corners, the torch moves to the intersection of the offset lines. The
+    first compensated chord leads to the offset point at its end. Source: LinuxCNC, G-code reference, cutter
+    compensation.
+
+    Parameters
+    ----------
+    points
+        Programmed path, float64[n + 1, 2], mm.
+    side
+        Offset of each chord to the left, float64[n], mm; negative to the right.
+
+    Returns
+    -------
+    points
+        Torch path, float64[m + 1, 2], mm.
+    chord
+        Index of the programmed chord for each chord of the torch path, int64[m].
     """
     chord = np.arange(len(side))
     if not side.any():
@@ -204,7 +228,7 @@ def compensated_path(
 
 
 def _offset_points(points: NDArray[np.float64], side: NDArray[np.float64], k: int) -> list[NDArray[np.float64]]:
-    """Return the points of the torch path at the end of chord `k`. There are several points around an outer corner."""
+    """Return the points of the torch path at the end of chord `k`: several around an outer corner, otherwise one."""
     corner, aside = points[k + 1], side[k]
     one = _left_normal(points[k], corner)
     if not aside:

@@ -1,4 +1,4 @@
-"""Cycle time, cost and data of a cutting plan in the form for JSON, and titles of its cuts and parts."""
+"""Texts and JSON data about a cutting plan: cycle time, cost, cutting data, and the titles of cuts and parts."""
 
 from __future__ import annotations
 
@@ -36,9 +36,7 @@ def cut_counts(plan: CutPlan) -> dict[str, int]:
 
 
 def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
-    """Return the data, the cycle time and the cost of a cutting plan in the form for JSON, and the times of the other
-    orders.
-    """
+    """Return the data, cycle time and cost of a cutting plan, and the times of the other orders, as JSON data."""
     plan = detail.plan
     data, norm = plan.data, plan.measures
     contours = [plan.sheet.contours[i] for c in plan.cuts if not c.common for i in c.contours]
@@ -184,9 +182,7 @@ def part_title(plan: CutPlan, part: int) -> str:
 
 
 def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]:
-    """Return the name and the amount of each consumed medium and wear part. The amount is a dash if the chart has no
-    data.
-    """
+    """Return the name and amount of each medium and wear part. Without data in the chart, the amount is a dash."""
     # Names in the chart are the same in each language.
     gas: str = name_words(rates.gas) if rates.gas else Message("gas")
     second: str = name_words(rates.second_gas) if rates.second_gas else Message("second gas")

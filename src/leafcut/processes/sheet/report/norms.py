@@ -105,7 +105,7 @@ def rates_as_json(rates: ConsumptionRates) -> dict[str, Any]:
 
 
 def cycle_times_as_json(norm: CutMeasures) -> list[dict[str, Any]]:
-    """Return the rows of the table of cycle times in the form for JSON."""
+    """Return the rows of the table of cycle times as JSON data."""
     return [
         {
             "of": row.of,
@@ -139,9 +139,7 @@ def cycle_times_csv(plan: CutPlan) -> str:
 
 
 def _cell(value: Any) -> Any:
-    """Return the text of a CSV cell. Names in drawings are untrusted, so the text is protected against interpretation
-    as a formula.
-    """
+    """Return the text of a CSV cell. Names come from drawings, so no text may be interpreted as a formula."""
     if value is None:
         return ""
     if isinstance(value, bool):

@@ -183,8 +183,7 @@ def _clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
 
 
 def path_sections(cut: Cut) -> list[tuple[str, float, float]]:
-    """Return the sections of the path of a cut in order: the kind of each section, and the distances of its ends along
-    the path, mm.
+    """Divide the path of a cut into sections: kind, start and end of each section, mm along the path.
 
     The kinds are ``kerf``, ``lead``, ``bridge``, ``dark`` and ``mark``. Micro-joints, and overcuts with the torch off,
     are ``dark``. Corner loops in the scrap count as leads.

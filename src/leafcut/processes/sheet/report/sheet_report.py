@@ -65,9 +65,7 @@ class SheetReport(PathReport[SheetDetail]):
             self.came_in = "plan"
 
     def stated(self) -> tuple[Measure, Measure | None, Measure]:
-        """Return the measures of three orders (the original order, the nearest-neighbour order and the order of the
-        program), with the lengths of cuts and of travel.
-        """
+        """Return the measures of the original, the nearest-neighbour and the final order, with lengths of the sheet."""
         outcome, (before, nearest, after) = self.outcome, self.outcome.detail.norms
         near = (
             outcome.nearest
@@ -130,9 +128,7 @@ class SheetReport(PathReport[SheetDetail]):
         return [*facts, *([Fact(sentence=", ".join(uses), name="uses")] if uses else [])]
 
     def bound_words(self) -> str:
-        """Return the proved gap between the order and the optimum as text. The optimum applies to the starts that were
-        tried.
-        """
+        """Return a text with the proved gap to the optimum. The optimum is limited to the starts that were tried."""
         outcome = self.outcome
         if outcome.gap is None:
             return ""
@@ -150,9 +146,7 @@ class SheetReport(PathReport[SheetDetail]):
         return cuts if len(operations) == 1 else f"band {number + 1}, {cuts}"
 
     def nearest_cost(self) -> float | None:
-        """Return None. The cost is not comparable, because starts still move along their contours once the order is
-        known.
-        """
+        """Return None: the costs are not comparable, because starts still move after the order is known."""
         return None
 
     def tables(self) -> dict[str, Any]:
