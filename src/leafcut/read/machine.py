@@ -1,6 +1,6 @@
 """Read machine profiles: convert TOML to a `Machine`.
 
-Shipped profiles, and those of installed packages (`leafcut.machines`), are loaded by name, other profiles by path.
+Profiles of leafcut and of installed packages (`leafcut.machines`) are loaded by name, other profiles by path.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def load_machine(name_or_path: str, work_offset: Sequence[float] | None = None) 
 def machine_template(name_or_path: str) -> str:
     """Return the profile of a machine as TOML for editing, with comments that explain every key.
 
-    The errors are those of `load_machine`.
+    Raises the same errors as `load_machine`.
     """
     data, place = _profile(name_or_path)
     machine = _machine_of(data, place)
@@ -114,7 +114,10 @@ def machine_of_profile(text: str, place: str) -> Machine:
 
 
 def profile_of(name_or_path: str) -> dict[str, Any]:
-    """Return the keys and values of a machine profile, unchanged. The errors are those of `load_machine`."""
+    """Return the keys and values of a machine profile, unchanged.
+
+    Raises the same errors as `load_machine`.
+    """
     data, place = _profile(name_or_path)
     _machine_of(data, place)
     return data
