@@ -110,7 +110,7 @@ def stock(
         File | None,
         Parameter(
             name=["--output", "-o"],
-            help="file to write with the remaining stock: a picture (.png) or a solid for other programs (.stl)",
+            help="file to write with the remaining stock: a picture (.png), or a solid for other programs (.stl)",
         ),
     ] = None,
     same_as: Annotated[

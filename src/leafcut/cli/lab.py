@@ -52,7 +52,8 @@ _Executor = Annotated[
     Parameter(name="--executor", help="where to run: here (one run after the other), processes, or dask://host:port"),
 ]
 _Workers = Annotated[
-    int | None, Parameter(name="--workers", help="number of parallel runs (default: one per core, all of a cluster)")
+    int | None,
+    Parameter(name="--workers", help="number of parallel runs (default: one per core, or per worker of a cluster)"),
 ]
 
 
@@ -205,7 +206,7 @@ def _report_published(output: str, reduced: bool, results: str, as_json: bool) -
 def tune_parameters(
     sources: Annotated[
         list[str],
-        Parameter(name="SOURCE", help="files, folders, lists of files, examples or random maps of the same kind"),
+        Parameter(name="SOURCE", help="inputs of the same kind: files, folders, file lists, examples or random maps"),
     ],
     /,
     *,
@@ -229,7 +230,7 @@ def tune_parameters(
         ),
     ] = None,
     hold_out: Annotated[
-        Percent, Parameter(name="--hold-out", help="share of the inputs that is held out from the search")
+        Percent, Parameter(name="--hold-out", help="share of the inputs that is reserved for the evaluation")
     ] = Percent("30%"),
     seed: Annotated[int, Parameter(name="--seed", help="random seed of the search")] = 1,
     results: _Results = File(RESULTS),

@@ -51,7 +51,7 @@ def import_machine(
     baud: Annotated[int | None, Parameter(name="--baud", help="baud rate of the port (default: 115200)")] = None,
     output: _Output = None,
     kind: Annotated[
-        Name | None, Parameter(name="--kind", help="kind of the settings (default: by their content)")
+        Name | None, Parameter(name="--kind", help="kind of settings (default: recognised from the content)")
     ] = None,
     units: _Units = None,
     as_json: Json = False,

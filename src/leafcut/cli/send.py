@@ -91,7 +91,7 @@ def send(
         Parameter(name="--accept", help="codes of the dangers that you accept, such as L801,L806"),
     ] = None,
     log: Annotated[
-        File | None, Parameter(name="--log", help="file to which all traffic on the serial line is appended")
+        File | None, Parameter(name="--log", help="log file, to which all serial traffic is appended")
     ] = None,
     yes: Annotated[bool, switch("--yes", "-y", help="start without asking for confirmation")] = False,
     as_json: Json = False,

@@ -14,7 +14,7 @@ def open_studio(
     port: Annotated[
         NUMBER | None, Parameter(name="--port", help="port to listen on (default: 8173, or the next free one)")
     ] = None,
-    no_open: Annotated[bool, switch("--no-open", help="print the address, do not open a browser")] = False,
+    no_open: Annotated[bool, switch("--no-open", help="print the address instead of opening a browser")] = False,
 ) -> int:
     """Open the studio in your browser: open, see, run, compare, download. For use on this computer only."""
     from leafcut.studio.server import app as studio

@@ -30,7 +30,7 @@ def solve(
     *,
     tour: Annotated[File | None, Parameter(name="--tour", help="tour file to write, in TSPLIB format")] = None,
     save_map: Annotated[
-        File | None, Parameter(name="--save-map", help="table to write with the points of the map (.csv), mm")
+        File | None, Parameter(name="--save-map", help="table of the map's points to write (.csv), in mm")
     ] = None,
     as_json: Annotated[
         bool,

@@ -28,7 +28,7 @@ def tool_speeds(
     drawing: Annotated[
         str | None,
         Parameter(
-            name="DRAWING", help="a drawing with the holes; without a drawing, the results are for one hole of --depth"
+            name="DRAWING", help="a drawing with the holes; without a drawing, a single hole of --depth is assumed"
         ),
     ] = None,
     /,

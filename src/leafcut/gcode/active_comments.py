@@ -19,8 +19,8 @@ from leafcut.gcode.words import split_line
 
 #: A comment that aborts the program with an error. Source: LinuxCNC 2.9, `convert_comment`; confirmed with rs274.
 _STOP = re.compile(r"abort[ \t]*,", re.IGNORECASE)
-#: Comments that run a command, write a record, or show a text, on any controller: a program may be read in the wrong
-#: dialect. docs/programs.md lists the controllers and sources.
+#: Comments that run a command, write a record, or show a text on any controller, because a program may be read in the
+#: wrong dialect. docs/programs.md lists the controllers and sources.
 _ACTION = re.compile(
     r"(?:debug|print|log|logopen|logappend|py|pyrun|axis|preview)[ \t]*,"
     r"|(?:msg|logclose|probeopen|probeclose|pyreload)(?![a-z0-9_])|\{",
@@ -49,16 +49,18 @@ def may_stop(comments: Iterable[str]) -> bool:
 
 
 def active_comments(comments: Sequence[str]) -> list[str]:
-    """Return the first active comment of a block and all comments after it. LinuxCNC acts only on the last comment of a
-    block.
+    """Return the first active comment of a block and all comments after it.
+
+    Later comments matter because LinuxCNC acts only on the last comment of a block.
     """
     first = next((at for at, comment in enumerate(comments) if is_active_comment(comment)), len(comments))
     return list(comments[first:])
 
 
 def shown_comments(line: str, dialect: Dialect) -> list[str]:
-    """Return the active comments of a line, or all its comments if the line displays them to the operator (alarm, stop,
-    question).
+    """Return the active comments of a line.
+
+    If the line displays its comments to the operator (alarm, stop, question), all of them are active.
     """
     if "(" not in line and ";" not in line:
         return []
@@ -67,9 +69,7 @@ def shown_comments(line: str, dialect: Dialect) -> list[str]:
 
 
 class ControllerSetting(NamedTuple):
-    """A setting of the controller on a line of a program (numbered from 1). Equivalent settings have the same
-    `value`.
-    """
+    """A setting of the controller on a line of a program, from 1. Equivalent settings have the same `value`."""
 
     line: int
     value: tuple[object, ...]
@@ -115,9 +115,10 @@ def _number(text: str) -> float | str:
 
 
 def _comment_parameters(line: str, bare: str) -> Sequence[object]:
-    """Return the parameters of a comment such as ``(o=0, kw=1.5, na=steel)``, sorted by name. If a name occurs twice,
-    its last value counts. A name with a space before the equals sign is not recognised. If the line is not such a
-    comment, return its text.
+    """Return the parameters of a comment such as ``(o=0, kw=1.5, na=steel)``, sorted by name.
+
+    If a name occurs twice, its last value counts. A name with a space before the equals sign is not recognised. If the
+    line is not such a comment, return its text.
     """
     if not bare.startswith("("):
         return [bare]

@@ -32,7 +32,7 @@ class BlockDescription(NamedTuple):
     Attributes
     ----------
     text
-        The words with their values, and the active comments; the text of a block with block delete starts with a slash.
+        The words with their values, and the active comments; with a leading slash if the block has block delete.
     parameters
         Digest of the parameters that a macro or a message of the block may read; None if they read none.
     calls, again
@@ -68,8 +68,8 @@ def describe_block(
 ) -> BlockDescription:
     """Return the description of a block.
 
-    `parameters` is a digest of the parameters that the block may read, `called` a digest of the subprograms. With
-    Fanuc, numbers with and without a decimal point differ, since their units may differ.
+    `parameters` is a digest of the parameters that the block may read, `called` a digest of the subprograms. On Fanuc,
+    a number with a decimal point differs from a number without one, because their units may differ.
     """
     points = dialect.groups == "fanuc"
     words = [
@@ -82,7 +82,7 @@ def describe_block(
 
 
 def may_read_parameters(unknown: Iterable[Word], comments: Sequence[str], dialect: Dialect) -> bool:
-    """Return whether a macro or a message in a block may read parameters that the words of the block do not contain."""
+    """Return whether a macro or a message of a block may read parameters that are not in the words of the block."""
     plain_m = _PLAIN_M if dialect.groups == "rs274" else ()
     macro = any(w.letter != "M" or w.value not in plain_m for w in unknown)
     return macro or any("#" in text or "%" in text or text[:2].lower() == "py" for text in comments)
@@ -94,10 +94,9 @@ def _number_text(value: float) -> str:
 
 
 def subprogram_digest(lines: Sequence[str], dialect: Dialect) -> str:
-    """Return a digest of the text after the end of a program and of its subroutines (o… sub), or "" if the program ends
-    there.
+    """Return a digest of the text after the end of a program and of its subroutines (o… sub); "" without such text.
 
-    An unsupported block can call only this text, regardless of whether its number is stated, computed or implied.
+    An unsupported block can call only this text, whether the called number is stated, computed or implied.
     """
     kept, ended, started, sub = [], False, False, ""
     for line in lines:
@@ -135,9 +134,7 @@ class RangeDigests:
 
 
 def significant_text(line: str, dialect: Dialect) -> str:
-    """Return the part of a line that affects the program. On a Fagor, this includes comments, which may be
-    statements.
-    """
+    """Return the part of a line that affects the program. On Fagor, comments are included: they may be statements."""
     return "".join(line.split()).upper() if dialect.cycle_words == "fagor" else normalized(line)
 
 

@@ -63,7 +63,7 @@ def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def _hole_coordinate(state: InterpreterState, letters: dict[str, Word], letter: str, here: float) -> float:
-    """Return the coordinate of a hole on one axis; with G91, return the step to the hole."""
+    """Return the coordinate of a hole on an axis; with G91, return the step to the hole."""
     word = letters.pop(letter, None)
     if word is None:
         return 0.0 if state.incremental else here
@@ -118,8 +118,9 @@ def _note_spare(state: InterpreterState, words: CycleValues, word: Word, used: b
 
 
 def _peck_word(state: InterpreterState, word: Word) -> float:
-    """Return the peck depth Q of a cycle, mm. A value without a decimal point means thousandths on many Fanuc controls,
-    although it does not for X.
+    """Return the peck depth Q of a cycle, mm.
+
+    On many Fanuc controls, Q without a decimal point means thousandths, even if X does not.
     """
     if state.dialect.point_required and "." not in word.text:
         raise UnclearBlock("{} has no decimal point: its unit differs between controls", word)
@@ -129,9 +130,7 @@ def _peck_word(state: InterpreterState, word: Word) -> float:
 def _take_plane_words(
     state: InterpreterState, letters: dict[str, Word], words: CycleValues, names: tuple[str, str]
 ) -> None:
-    """Store the words of the R plane and the bottom in the cycle. Refuse older words whose meaning has changed
-    since.
-    """
+    """Store the words of the R plane and the bottom in the cycle. Refuse earlier words if their meaning has changed."""
     given = [name in letters for name in names]
     known = words.r is not None or words.z is not None
     changed = words.incremental != state.incremental or words.unit != state.unit
@@ -148,8 +147,9 @@ def _take_plane_words(
 
 
 def _plane_heights(state: InterpreterState, words: CycleValues, fagor: bool) -> tuple[float, float]:
-    """Return the heights of the R plane and the bottom of the hole, mm. With G91, R is relative to the initial plane
-    and Z to R.
+    """Return the heights of the R plane and the bottom of the hole, mm.
+
+    With G91, R is relative to the initial plane, and Z is relative to R.
     """
     initial = state.path.position[2] if state.path.initial_plane is None else state.path.initial_plane
     r, z = words.r, words.z

@@ -19,8 +19,9 @@ from leafcut.gcode.words import BlockError, split_line
 
 #: Maximum depth of nested subroutines: LinuxCNC has ten levels, including the program itself.
 MAX_CALLS = 9
-#: Maximum number of characters executed in loops and subprograms: in total, or per character of the program if that is
-#: more. A block counts at least `LEAST`. The limit takes a few seconds; a longer loop is considered endless.
+#: Maximum number of characters executed in loops and subprograms: in total, or per character of the program, whichever
+#: is more. A block counts as at least `LEAST` characters. Reaching the limit takes a few seconds; a longer loop is
+#: considered endless.
 MAX_REPEATED, REPEATED_PER_LETTER, LEAST = 6_000_000, 24, 24
 
 _OPENING = r"(?:[ \t]|\([^()]*\))*+/?[ \t]*+(?:[nN][ \t]*+[0-9]++[ \t]*+)?[oO][ \t]*+"
@@ -52,9 +53,7 @@ class Control:
 
 
 def o_word_of(line: str) -> Control | None:
-    """Return the O-word of a line, or None. Raises BlockError if its keyword is unknown, or if its label is
-    computed.
-    """
+    """Return the O-word of a line, or None. Raises BlockError for an unknown keyword or a computed label."""
     found = _CONTROL.match(line)
     if found is None:
         if _COMPUTED.match(line):
@@ -70,9 +69,7 @@ def o_word_of(line: str) -> Control | None:
 
 @dataclass(slots=True)
 class Construct:
-    """A control structure (sub, if, while, do or repeat): its kind, and its lines with keywords, in order. Lines are
-    counted from 0.
-    """
+    """A control structure (sub, if, while, do or repeat): its kind, and its lines with keywords, in order, from 0."""
 
     kind: str
     parts: list[tuple[int, str]]
@@ -164,8 +161,9 @@ class Flow:
         self._looped[goal : line + 1] = b"\1" * (line + 1 - goal)
 
     def call_line(self, number: int, times: int, line: int) -> int | None:
-        """Start the subprogram at line N`number` (M97), which runs `times` times. Return its first line, or None if it
-        does not exist.
+        """Start the subprogram at line N`number` (M97), which runs `times` times.
+
+        Return its first line, or None if it does not exist.
         """
         start = self.jumps.label(number, line)
         if start is None:
@@ -173,8 +171,9 @@ class Flow:
         return self._start_subprogram(start, times, line)
 
     def call_program(self, number: int, times: int, line: int) -> int | None:
-        """Start the subprogram O`number` (M98), which runs `times` times. Return its first line, or None if it does not
-        exist. P30012 calls O12 three times.
+        """Start the subprogram O`number` (M98), which runs `times` times. P30012 calls O12 three times.
+
+        Return its first line, or None if it does not exist.
         """
         if self._labels is None:
             self._labels = {}
@@ -334,8 +333,9 @@ class Flow:
         return (construct.first if construct.kind == "do" else line) + 1
 
     def start_iteration(self, line: int) -> None:
-        """Start the next iteration of a loop. Raises BlockError for an endless loop, in which no parameter or call has
-        changed since the last iteration.
+        """Start the next iteration of a loop.
+
+        Raises BlockError for an endless loop: no parameter or call has changed since the last iteration.
         """
         own = self.parameters
         calls = [(c.back, c.again, dict(c.numbered), dict(c.local), dict(c.counters)) for c in self.calls]

@@ -22,8 +22,8 @@ from leafcut.message import Message
 from leafcut.model.kinds import CutMethod
 
 _CYCLES = ("G81", "G82", "G83", "G73", "G84", "G85")
-#: Key → limits of its value, as arguments of the methods of `TomlTable`. With fewer decimals the verification of a
-#: program fails.
+#: Key → limits of its value, as arguments of the methods of `TomlTable`. With fewer decimals, the verification of a
+#: program would fail.
 _LIMITS: dict[str, dict[str, Any]] = {
     "max_line": {"lowest": 40, "highest": 10_000},
     "decimals_mm": {"lowest": 2, "highest": 6},
@@ -64,7 +64,7 @@ _PATTERNS = {
     "description": (r".+", Message("a string")),
 }
 
-#: Values of keys that a language requires, because its writer and its reader know no others.
+#: Values of keys that a language requires, because its writer and reader support no others.
 _REQUIRED = {"klartext": {"end_word": "M30", "stop_word": "M0"}, "sinumerik": {"length_offset": "edge"}}
 
 #: Placeholders for the beam power and the material number in the words of a torch.
@@ -327,7 +327,7 @@ def dialects(torch: bool | None = None) -> list[str]:
 
 
 def dialect_list() -> list[tuple[str, str]]:
-    """Return the name and description of every dialect. A broken plug-in has its error message as its description."""
+    """Return the name and description of every dialect. The description of a broken plug-in is its error message."""
     known = [(name, dialect(name).description) for name in dialects()]
     return known + [(one.name, one.refusal) for one in DIALECTS.plugins() if one.adds is None]
 
@@ -383,8 +383,9 @@ def _shipped(name: str) -> Dialect:
 
 
 def parse_dialect(text: str, name: str, place: str = "") -> Dialect:
-    """Parse a dialect from TOML; `place` is its file, for messages. Raises DataError if the text is not TOML, a key is
-    unknown or missing, or a value is invalid.
+    """Parse a dialect from TOML; `place` is its file, for messages.
+
+    Raises DataError if the text is not TOML, a key is unknown or missing, or a value is invalid.
     """
     place = place or Message("dialect {}", name)
     given = parse_toml(text, place, DIALECT)
@@ -444,8 +445,9 @@ def _values(table: TomlTable, kind: type[Dialect | Torch], base: Dialect | Torch
 
 
 def _faults_of_words(dialect: Dialect) -> Iterator[tuple[str, Message]]:
-    """Yield each key of a dialect whose words are inconsistent, and the error. Both the controller and leafcut must
-    support every word that leafcut writes.
+    """Yield each key of a dialect with inconsistent words, and the error.
+
+    Both the controller and leafcut must support every word that leafcut writes.
     """
     yield from _faults_of_texts(dialect)
     g_words, m_words = dialect.g_words.split(), dialect.m_words.split()

@@ -62,8 +62,10 @@ _LEVELS = {
 
 @dataclass
 class ProgramParameters:
-    """The parameters of a program. The program sets most of them; `known` returns the few that follow from its modal
-    state. Any other parameter is `UNKNOWN`, but a local name that the program has not set is an error.
+    """The parameters of a program.
+
+    The program sets most of them; `known` returns the few that follow from its modal state. All other parameters are
+    `UNKNOWN`, except that a local name which the program has not set is an error.
     """
 
     known: Callable[[str], float | None] = lambda _: None
@@ -100,9 +102,7 @@ class ProgramParameters:
         return UNKNOWN if value is None else value
 
     def exists(self, name: str) -> float:
-        """Return 1 if parameter #<name> has a value, 0 if it has none, and `UNKNOWN` if another program may have set
-        it.
-        """
+        """Return 1 if parameter #<name> has a value, 0 if not, and `UNKNOWN` if another program may have set it."""
         if self._find(name) is not None:
             return 1.0
         return UNKNOWN if name.startswith("_") else 0.0
@@ -131,9 +131,7 @@ class ProgramParameters:
             (self.shared if key.startswith("_") else self.local)[key] = value
 
     def forget(self, names: bool = True) -> None:
-        """Mark the values of all parameters as unknown, because they may have changed without a trace; with `names`,
-        this includes named parameters.
-        """
+        """Mark the values of all numbered parameters as unknown; with `names`, those of named parameters as well."""
         self.numbered = dict.fromkeys(range(1, ARGUMENTS + 1), UNKNOWN)
         if names:
             self.shared.clear()
@@ -172,8 +170,9 @@ class BlockReading(NamedTuple):
 
 
 def read_block(line: str, number: int, parameters: ProgramParameters) -> BlockReading:
-    """Return the block and the parameter settings of a line; the value of a word may be `UNKNOWN`. Raises BlockError as
-    `words.tokenise` does, and for an expression without a value.
+    """Return the block and the parameter settings of a line; the value of a word may be `UNKNOWN`.
+
+    Raises BlockError as `words.tokenise` does, and for an expression without a value.
     """
     if _SPECIAL.search(line) is None and line.count("(") < 2:
         return BlockReading(tokenise(line, number), [])

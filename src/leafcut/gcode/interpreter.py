@@ -79,8 +79,10 @@ def _is_probe(words: SortedBlock) -> bool:
 
 
 class Interpreter:
-    """Executes blocks one at a time. The caller sets `begins` before `run` if the block starts a subprogram, so that it
-    may have a program number. The other attributes describe the last block.
+    """Executes blocks one at a time.
+
+    The caller sets `begins` before `run` if the block starts a subprogram and may therefore have a program number. All
+    other attributes describe the last block.
 
     Attributes
     ----------
@@ -330,7 +332,7 @@ class Interpreter:
         self.unclear.append((reason, lost))
 
     def _execute_or_keep(self, words: SortedBlock) -> None:
-        """Execute offsets and motion. If any part of them is unclear, replace them by a single FOREIGN row."""
+        """Execute offsets and motion. If any part of them is unclear, replace them with a single FOREIGN row."""
         state, path = self.state, self.state.path
         named = named_axes(words.letters)
         rows, arcs, place = len(path), len(path.arcs), tuple(path.position)
@@ -478,9 +480,7 @@ class Interpreter:
         state.next_tool = None if state.dialect.changes_by_hand else number
 
     def _run_switches(self, words: SortedBlock, off: bool | None) -> None:
-        """Execute the words that switch something. `off` selects only words that switch off (True) or on (False); None
-        selects all.
-        """
+        """Execute the words that switch devices on or off: only off (`off` True), only on (False), or all (None)."""
         state = self.state
         other = words.letters.get("$")
         if "spindle" in words.m and "speed" in state.unknown_modes and 5 not in words.m["spindle"]:
@@ -528,8 +528,10 @@ class Interpreter:
             self._run_path_control(path, letters)
 
     def _run_path_control(self, code: int, letters: dict[str, Word]) -> None:
-        """Execute G61, G61.1 or G64. P of G64 is the corner tolerance, and Q the tolerance for short moves, which
-        defaults to P. Source: LinuxCNC, G64; confirmed with rs274.
+        """Execute G61, G61.1 or G64.
+
+        P of G64 is the corner tolerance. Q is the tolerance for short moves; its default is P. Source: LinuxCNC, G64;
+        confirmed with rs274.
         """
         state = self.state
         given = [letters.pop(letter, None) if code == 640 else None for letter in "PQ"]
@@ -557,8 +559,10 @@ class Interpreter:
         return self.state.dwell(letters.pop(letter))
 
     def _states_dwell(self, letters: dict[str, Word]) -> bool:
-        """Return whether a dwell states its time in the form of its controller; otherwise remove its words. Fanuc, Haas
-        and Mach also accept a time in seconds in X or U. A number without a decimal point may be in thousandths.
+        """Return whether a dwell states its time in the form of its controller; if not, remove its words.
+
+        Fanuc, Haas and Mach also accept a time in seconds in X or U. A number without a decimal point may be in
+        thousandths.
         """
         dialect = self.state.dialect
         given = [letter for letter in "PXUFSK" if letter in letters]
@@ -739,7 +743,7 @@ class Interpreter:
                 raise UnclearBlock("it is unknown whether {} is active", words)
 
     def _drill_or_keep(self, words: SortedBlock) -> None:
-        """Drill a hole of a canned cycle. If the hole is unclear, the following holes of the cycle are unclear too."""
+        """Drill a hole of a canned cycle. If it is unclear, all following holes of the cycle are unclear as well."""
         state, letters, fagor = self.state, words.letters, self.state.dialect.cycle_words == "fagor"
         repeat = state.dialect.repeat_letter
         for letter in "ZIKB" if fagor else "RZPQ":
@@ -781,8 +785,9 @@ def _split_tool(letters: dict[str, Word]) -> None:
 
 
 def _is_one_command(block: Block, tool_alone: bool) -> bool:
-    """Return whether a block has a single command; some firmware executes only the first command of a block. With
-    `tool_alone`, T is a command too.
+    """Return whether a block has a single command. With `tool_alone`, T counts as a command.
+
+    Some firmware executes only the first command of a block.
     """
     if tool_alone and [word.letter for word in block.words] == ["T"]:
         return True

@@ -2,7 +2,7 @@
 
     IF [#1 GT 3] GOTO 20    IF [#1 EQ 0] THEN #2=5    WHILE [#1 LT 5] DO 1 … END 1    GOTO 20
 
-A jump goes to line N20 of the same program, which is searched forward from the jump first, then from the top. Source:
+A jump goes to line N20 of the same program. The line is searched forward from the jump, then from the top. Source:
 Fanuc 30i user's manual (B-63944EN), custom macro: repetition and branching; Haas mill operator's manual, macros.
 """
 
@@ -35,9 +35,14 @@ _AFTER_WHILE = re.compile(r"[ \t]*DO[ \t]*([0-9]{1,9})[ \t]*$", re.IGNORECASE)
 
 
 class UndecidedJump(Exception):
-    """The next line depends on a value that only the machine knows. It is unknown whether the lines up to `last` are
-    executed. Lines are counted from 0; None means the last line of the program. `again` is the first line that may be
-    repeated, or None.
+    """The next line depends on a value that only the machine knows.
+
+    Attributes
+    ----------
+    last
+        The last line that may or may not be executed, from 0; None for the last line of the program.
+    again
+        The first line that may be repeated, or None.
     """
 
     def __init__(self, last: int | None, again: int | None = None) -> None:
@@ -77,7 +82,7 @@ def has_statements(lines: Sequence[str]) -> bool:
 
 
 def code_without_spaces(line: str) -> str:
-    """Return a line without comments and spaces; comments that cannot be parsed are kept."""
+    """Return a line without comments and spaces. Invalid comments are kept."""
     try:
         return "".join(split_line(line, nested=True)[0].split())
     except BlockError:
@@ -124,8 +129,9 @@ class Jumps:
         return mine[behind] if behind < len(mine) else mine[0] if mine else None
 
     def obey(self, statement: JumpStatement, line: int) -> tuple[int, str]:
-        """Execute the statement on `line`. Return the next line, and a block to be executed first. Raises UndecidedJump
-        if the next line is unknown, and BlockError if the statement is invalid.
+        """Execute the statement on `line`. Return the next line, and a block to execute before that.
+
+        Raises UndecidedJump if the next line is unknown, and BlockError if the statement is invalid.
         """
         keyword, rest = statement
         if keyword == "GOTO":
@@ -146,8 +152,9 @@ class Jumps:
         return (line + 1 if condition else end + 1), ""
 
     def undecided(self, line: int, last: int, again: int | None = None) -> UndecidedJump:
-        """Return the exception for lines up to `last` that may or may not be executed. If these lines may jump
-        elsewhere, the exception covers all following text.
+        """Return the exception for the lines up to `last`, which may or may not be executed.
+
+        If these lines may jump elsewhere, the exception covers all following text.
         """
         inside = [code_without_spaces(self._lines[at]) for at in range(line, last + 1)]
         goals = [self._target_line(found, line) for text in inside for found in _GOAL.finditer(text)]
@@ -157,8 +164,9 @@ class Jumps:
         return UndecidedJump(last, again)
 
     def undecided_to_end(self, line: int) -> UndecidedJump:
-        """Return the exception for all text from a line on that may or may not be executed. It names the first line to
-        which this text may jump back.
+        """Return the exception for all text from a line on, which may or may not be executed.
+
+        The exception contains the first line to which this text may jump back.
         """
         goals = [
             self._target_line(found, at)
@@ -215,7 +223,7 @@ class Jumps:
         return found[1]
 
     def _all_loops(self) -> dict[int, tuple[int, int]]:
-        """Return, by the first and the last line of each loop, the number of the loop and the line of its other end."""
+        """Return first or last line of a loop → number of the loop, and line of its other end."""
         if self._loops is None:
             self._loops = {}
             opened: dict[int, list[int]] = {}

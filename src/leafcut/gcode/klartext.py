@@ -69,9 +69,7 @@ def interpret_klartext(text: str, file: str = "program") -> Toolpath:
 
 
 def _blocks(program: str) -> Iterator[tuple[int, str]]:
-    """Yield each block and its line. Continuation lines (~) are joined to their block. Block numbers must be
-    consecutive.
-    """
+    """Yield each block, with its continuation lines (~), and its line. Block numbers must be consecutive."""
     begin, parts, expected = 0, list[str](), 0
     for number, line in numbered_lines(program):
         if len(line) > MAX_LINE:

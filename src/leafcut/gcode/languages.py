@@ -1,5 +1,6 @@
-"""Recognise unsupported programs by words that never occur outside comments in a program for a mill, a laser or a
-torch. These are programs for lathes and 3D printers, and programs in the languages of Heidenhain and Siemens.
+"""Recognise unsupported programs: for lathes and 3D printers, and in the languages of Heidenhain and Siemens.
+
+Outside comments, they contain words that never occur in a program for a mill, a laser or a torch.
 """
 
 from __future__ import annotations
@@ -57,9 +58,7 @@ _CHANGES = re.compile(r"M0*6(?![0-9.])", re.IGNORECASE)
 
 
 def other_language(text: str) -> str:
-    """Return a message that names the unsupported language of a text, or "" for G-code for a mill, a laser or a
-    torch.
-    """
+    """Return a message that names the unsupported language of a text; "" for G-code for a mill, laser or torch."""
     lines = text[:_LOOKED_AT].splitlines()
     if len(text) > _LOOKED_AT:
         lines = lines[:-1]

@@ -52,8 +52,9 @@ def is_refused(state: InterpreterState, words: SortedBlock) -> bool:
 
 
 def _breaks_compensation(state: InterpreterState, words: SortedBlock, *, starts: bool) -> bool:
-    """Return whether a block under cutter compensation contains words that LinuxCNC does not accept there. `starts`:
-    the block itself starts the compensation. Compensation works in the XY and XZ planes.
+    """Return whether LinuxCNC rejects the words of a block because cutter compensation is active.
+
+    `starts`: the block itself starts the compensation. Compensation works in the XY and XZ planes.
     """
     g, letters = words.g, words.letters
     on, plane = state.radius in (41, 42), g.get("plane", 10 * state.plane)
@@ -72,7 +73,7 @@ def _breaks_compensation(state: InterpreterState, words: SortedBlock, *, starts:
 
 
 def _lacks_words(state: InterpreterState, words: SortedBlock) -> bool:
-    """Return whether one of the codes of a block lacks a required word or state, or has a word that is out of range."""
+    """Return whether a code in a block lacks a required word or state, or a word is out of range."""
     g, letters = words.g, words.letters
     radius, cycle = g.get("radius"), g.get("cycle")
     number = letters.get("D")

@@ -1,5 +1,6 @@
-"""Materials of the controller that a program defines in comments, and the moves that the controller adds at every cut.
-`gcode.torch.for_controller` leaves these moves out of the program.
+"""Materials that a program defines in comments for its controller, and the moves that the controller adds at every cut.
+
+`gcode.torch.convert_for_controller` omits these moves from the program.
 
 Source: QtPlasmaC manual, material handling. ``(o=0, …)`` applies to the current program; ``o=1`` and ``o=2`` are stored
 in the table under the number ``nu``, and selected by M190.
@@ -100,8 +101,7 @@ def _material(figures: dict[str, float], unit: float) -> Material:
 
 
 def with_controller_moves(path: Toolpath, lines: Sequence[str], clearance: float) -> tuple[Toolpath, int]:
-    """Return a path with the moves that its controller adds at every cut, and the number of cuts whose material is
-    unknown.
+    """Return a path with the moves that its controller adds at every cut, and the number of cuts of unknown material.
 
     The torch descends to the pierce height, waits, descends to the cut height, and retracts after the cut; marking has
     no delay. The second descent uses the feed of the first cutting move, as in leafcut's plans; the real feed is a

@@ -1,6 +1,7 @@
 """Modal dependencies of a range of blocks: the modes that it inherits from earlier blocks, and the modes that it sets.
-`G1 Z-1` inherits the feed; `X5` inherits the motion and the Y position. Inherited modes must be restated when the range
-moves.
+
+`G1 Z-1` inherits the feed; `X5` inherits the motion and the Y position. If the range is moved to another position in
+the program, its inherited modes must be restated.
 """
 
 from __future__ import annotations
@@ -42,8 +43,7 @@ _MOVES = _CUTS | {int(Kind.RAPID)}
 
 @dataclass(frozen=True, slots=True)
 class BlockWords:
-    """The words of a block: the fields of `Modal` that they set, their numbers as text by letter, and whether M3 or M4
-    is among them.
+    """The words of a block: the fields of `Modal` that they set, letter → numbers as text, and whether M3 or M4 occurs.
     """
 
     states: frozenset[str]
@@ -57,7 +57,7 @@ class BlockWords:
 
 @dataclass(frozen=True, slots=True)
 class ModalUse:
-    """The fields of `Modal` that a range of blocks uses before it sets them, and those that it sets or uses."""
+    """The fields of `Modal` that a range of blocks uses before setting them, and all fields that it sets or uses."""
 
     inherited: frozenset[str]
     sets: frozenset[str]
@@ -72,9 +72,7 @@ def replace_fields(modal: Modal, fields: Iterable[str], source: Modal) -> Modal:
 
 
 class BlockReader:
-    """Parses and caches the words of a program's blocks. With `beam`, S is the power of a beam, which may also act in
-    rapids.
-    """
+    """Parses and caches the words of a program's blocks. With `beam`, S is a beam power, which may act in rapids."""
 
     def __init__(self, program: Program, *, beam: bool = False) -> None:
         self.program = program
@@ -86,9 +84,7 @@ class BlockReader:
 
     @cached_property
     def blocks_by_letter(self) -> dict[str, tuple[list[int], list[str]]]:
-        """For each letter, the blocks that contain it, in order, and the text of its numbers. Cycle words count in
-        cycles only.
-        """
+        """Letter → the blocks that contain it, in order, and its numbers as text. Cycle words count only in cycles."""
         found: dict[str, tuple[list[int], list[str]]] = {}
         for block in range(self.program.n_blocks):
             words = self.words(block)
@@ -141,7 +137,7 @@ class BlockReader:
         return BlockWords(frozenset(states - {""}), letters, spindle, not words, outputs)
 
     def modal_use(self, begin: int, end: int) -> ModalUse:
-        """Return the modes that blocks begin … end - 1 inherit from earlier blocks, and those that they set."""
+        """Return the modes that blocks begin … end - 1 inherit from earlier blocks, and the modes that they set."""
         relies: set[str] = set()
         sets: set[str] = set()
         for block in range(begin, end):
@@ -165,7 +161,7 @@ class BlockReader:
         return words is not None and words.outputs and set(self.kinds(block)) == {int(Kind.FOREIGN)}
 
     def _used_and_stated(self, block: int, words: BlockWords) -> tuple[set[str], set[str]]:
-        """Return the modes that a block uses without setting them, and those that it sets."""
+        """Return the modes that a block uses without setting them, and the modes that it sets."""
         kinds, stated = set(self.kinds(block)), set(words.states)
         after = self.program.modal(block + 1)
         used: set[str] = set()
@@ -193,13 +189,15 @@ HERE = "here"
 
 
 def next_position(reader: BlockReader, blocks: Iterable[int], clearance: float) -> tuple[float, float] | str | None:
-    """Return the first position in X and Y in `blocks`, or None if they do not move in X or Y. Return `HERE` if the
-    blocks depend on the position before them. `clearance` is the height above which the tool may descend anywhere, mm.
+    """Return the first position in X and Y in `blocks`, or None if they do not move in X or Y.
+
+    Return `HERE` if the blocks depend on the position before them. `clearance` is the height, mm, above which the tool
+    may descend anywhere.
     """
     program = reader.program
     path, first = program.path, program.first
     stated: set[str] = set()
-    # A dwell amid cuts belongs to its position; one next to a stop belongs to the stop.
+    # A dwell between cuts belongs to its position; a dwell next to a stop belongs to the stop.
     waits = stopped = False
     for block in blocks:
         words = reader.words(block)

@@ -61,8 +61,9 @@ def run_machine_move(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def run_home(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Execute G28 or G30: a rapid through the programmed point, then a rapid to machine zero (by convention) on the
-    same axes.
+    """Execute G28 or G30: a rapid to the programmed point, then, on the same axes, a rapid to machine zero.
+
+    The stored position is machine zero by convention.
     """
     given = [axis in letters for axis in AXES]
     before = list(state.path.position)
@@ -118,7 +119,7 @@ def _in_plane(point: list[float] | Point3, axes: tuple[int, int, int]) -> tuple[
 def _centre_from_offsets(
     state: InterpreterState, letters: dict[str, Word], begin: Point3, axes: tuple[int, int, int]
 ) -> list[float]:
-    """Return the centre of an arc that is given by two of I, J and K. The third coordinate is that of the start."""
+    """Return the centre of an arc from two of I, J and K. Its third coordinate is that of the start."""
     names = ["IJK"[axis] for axis in axes[:2]]
     if not any(name in letters for name in names):
         raise BlockError("an arc needs {} and {}, or R", names[0], names[1])
@@ -133,9 +134,7 @@ def _centre_from_offsets(
 
 
 def check_radii(u0: float, v0: float, u1: float, v1: float, uc: float, vc: float) -> None:
-    """Raise an error if the start (u0, v0) and the end (u1, v1) of an arc are not equally far from its centre (uc,
-    vc).
-    """
+    """Raise an error if start (u0, v0) and end (u1, v1) of an arc have different distances from its centre (uc, vc)."""
     inner, outer = math.hypot(u0 - uc, v0 - vc), math.hypot(u1 - uc, v1 - vc)
     if inner == 0.0:
         raise BlockError("an arc of radius 0")
@@ -183,8 +182,9 @@ def changes_origin(code: int) -> bool:
 
 
 def run_origin_change(state: InterpreterState, code: int, letters: dict[str, Word]) -> None:
-    """Execute a code that moves the origin, and add a SHIFT row. Raises BlockError if a word is missing, and
-    UnclearBlock if the program does not contain the stored value.
+    """Execute a code that moves the origin, and add a SHIFT row.
+
+    Raises BlockError if a word is missing, and UnclearBlock if the program does not contain the stored value.
     """
     if code in _G92_OFF:
         if state.policy.cancels_shift(state):

@@ -1,5 +1,7 @@
-"""Policies of the interpreter. A program from another CAM system may contain any word, and a block that is not
-understood is kept. leafcut's own programs contain only supported words.
+"""Policies of the interpreter.
+
+A program from another CAM system may contain any word; a block that is not understood is kept. leafcut's own programs
+contain only supported words.
 """
 
 from __future__ import annotations
@@ -17,8 +19,9 @@ _MOTIONS = frozenset({0, 10, 20, 30, 730, 810, 820, 830, 840, 850, 860, 890})
 
 
 class Policy:
-    """Policy for programs from other CAM systems. A block that is not understood is kept, and any state that it may
-    change is unknown afterwards.
+    """Policy for programs from other CAM systems.
+
+    A block that is not understood is kept. Any state that it may change is unknown afterwards.
     """
 
     def unknown(self, message: str) -> None:
@@ -120,9 +123,7 @@ class OwnPolicy(Policy):
         return True
 
     def changes_blending(self, state: InterpreterState, blending: tuple[int, float, float]) -> bool:
-        """Return whether G64 is or was active. A toolpath without a row for path control stops at the end of every move
-        (G61).
-        """
+        """Return whether G64 is or was active. Without a path control row, a toolpath stops after every move (G61)."""
         return 640 in (blending[0], state.blending)
 
     def register(self, state: InterpreterState, code: int, word: Word | None) -> float:
@@ -138,9 +139,7 @@ class OwnPolicy(Policy):
         """Keep the height, which is known."""
 
     def forget_xy_position(self, state: InterpreterState) -> None:
-        """Mark X and Y as unknown if the marking tool has offsets in X and Y, which only the controller's table
-        contains.
-        """
+        """Mark X and Y as unknown if the marking tool has X and Y offsets, which are only in the controller's table."""
         if state.dialect.torch is not None and state.dialect.torch.mark_tool is not None:
             state.path.position[:2] = [UNKNOWN, UNKNOWN]
 

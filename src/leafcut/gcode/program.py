@@ -1,6 +1,4 @@
-"""`Program`: a program from any CAM system, as a sequence of blocks with their motions and the modal state before each
-block.
-"""
+"""`Program`: a program from any CAM system, as blocks with their motions and the modal state before each block."""
 
 from __future__ import annotations
 
@@ -22,8 +20,9 @@ if TYPE_CHECKING:
 
 
 class Lines(Sequence[str]):
-    """The lines of a program with their line ends, stored as a single string: separate strings would need five times
-    the memory. A slice is a tuple.
+    """The lines of a program with their line ends. A slice is a tuple.
+
+    They are stored as a single string, because separate strings would need five times the memory.
     """
 
     __slots__ = ("_starts", "_text")
@@ -195,8 +194,9 @@ class Program:
 
     @classmethod
     def of_toolpath(cls, path: Toolpath, lines: Sequence[str]) -> Program:
-        """Return the program of a toolpath. Each line that has rows in the toolpath becomes a block, and the rows set
-        the modal state.
+        """Return the program of a toolpath.
+
+        Each line that has rows in the toolpath becomes a block. The rows determine the modal state.
         """
         line, first = np.unique(path.line, return_index=True)
         modal = Modal(unit=1.0)
@@ -250,9 +250,7 @@ class Program:
 
     @cached_property
     def text_line(self) -> NDArray[np.int32]:
-        """int32[m]: the line of each block. For a block of a subprogram, this is the line of the call in the main
-        program.
-        """
+        """int32[m]: the line of each block; for a block of a subprogram, the line of the call in the main program."""
         line = self.line.copy()
         for begin, end in self.calls:
             line[begin:end] = line[begin]
@@ -274,8 +272,9 @@ class Program:
         return () if plain is None else plain.words
 
     def is_plain(self, row: int) -> bool:
-        """Return whether a row is the only effect of a plain block, which is absolute, without cutter compensation, and
-        runs exactly once.
+        """Return whether a row is the only effect of a plain block.
+
+        A plain block is absolute, has no cutter compensation, and runs exactly once.
         """
         block = int(self.row_block[row])
         if block in self.fixed or block in self.descriptions or self.text_line[block] != self.line[block]:

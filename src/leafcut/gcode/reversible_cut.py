@@ -33,8 +33,10 @@ _TOLERANCE = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class ReversibleCut:
-    """The blocks of a lead, a cut and a retract. The cut starts at block `body`, the retract at block `tail`. `places`
-    contains X and Y, as text, of all points along the cut, including the start; a coordinate without a word is None.
+    """The blocks of a lead, a cut and a retract.
+
+    The cut starts at block `body`, the retract at block `tail`. `places` contains X and Y, as text, of all points along
+    the cut, including the start. A coordinate without a word is None.
     """
 
     begin: int

@@ -59,9 +59,7 @@ class SinumerikInterpreter(Interpreter):
 
 
 def sinumerik_block(line: str, number: int) -> Block:
-    """Parse a line without MCALL. Raises BlockError for words outside the subset, such as expressions, parameters and
-    names.
-    """
+    """Parse a line without MCALL. Raises BlockError for unsupported words, such as expressions and parameters."""
     body, _, comment = line.partition(";")
     body = body.strip()
     comments = (comment.strip(),) if comment.strip() else ()
@@ -80,8 +78,9 @@ def _shown(text: str) -> str:
 
 
 def _call_cycle(state: InterpreterState, name: str, arguments: Sequence[str]) -> None:
-    """Execute MCALL with a cycle, which then runs in every following block with a position. Raises BlockError if an
-    argument is missing, or has a value that leafcut does not write.
+    """Execute MCALL with a cycle. The cycle then runs in every following block with a position.
+
+    Raises BlockError if an argument is missing, or has a value that leafcut does not write.
     """
     if state.call is not None:
         raise BlockError("MCALL within MCALL; an MCALL without a cycle is missing before it")

@@ -160,8 +160,9 @@ class InterpreterState(Modal):
         return values if self.cycle is None else (None, *values[1:])
 
     def forget(self, cause: str) -> None:
-        """Mark the position and the modes as unknown after `cause`, except units and feed mode, without which the
-        following numbers would be meaningless.
+        """Mark the position and the modes as unknown after `cause`.
+
+        Units and feed mode are kept, because the following numbers would be meaningless without them.
         """
         self.path.position = [UNKNOWN, UNKNOWN, UNKNOWN]
         self.path.initial_plane = None
@@ -211,9 +212,7 @@ class InterpreterState(Modal):
         return word.value * self.unit
 
     def target(self, letters: dict[str, Word], axis: int) -> float | None:
-        """Remove the word of an axis from `letters`. Return the target coordinate of the axis, mm, or None without the
-        word.
-        """
+        """Remove the word of an axis from `letters`, and return the target coordinate, mm, or None without the word."""
         word = letters.pop(AXES[axis], None)
         if word is None:
             return None
@@ -273,8 +272,9 @@ class InterpreterState(Modal):
         return length * word.value / SECONDS_PER_MINUTE
 
     def move_origin(self, unknown: tuple[bool, bool, bool], known: dict[int, float] | None = None) -> None:
-        """Add a SHIFT row, because the origin moved. `known` contains the new coordinates by axis; `unknown` marks the
-        axes whose coordinate is unknown.
+        """Add a SHIFT row for a move of the origin.
+
+        `known` contains the new coordinates by axis; `unknown` marks the axes with unknown coordinates.
         """
         self.shift += 1
         place = [UNKNOWN if lost else p for p, lost in zip(self.path.position, unknown, strict=True)]

@@ -83,8 +83,9 @@ _AFTER_OTHER = re.compile(r"[^a-z0-9]{0,3}(?:deep|depth|stock|left|long|steps?|p
 
 
 def sizes_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
-    """Return the line number and the text of the first size that a comment gives in the unit other than `unit` (``mm``
-    or ``in``). Return line 0 if there is none, or if comments also give sizes in `unit`.
+    """Return line and text of the first size in a comment that is not in `unit` (``mm`` or ``in``).
+
+    Return line 0 if there is none, or if comments also give sizes in `unit`.
     """
     first = (0, "")
     for number, text in enumerate(lines, 1):
@@ -104,8 +105,9 @@ def tool_width(program: Program, block: int) -> float:
 
 
 def tool_in_comments(program: Program, block: int, since: int = 0) -> Tool | None:
-    """Return the tool of a block, as the comments describe it. Return None if they do not state its diameter, or the
-    angle of a V-bit. Mills are assumed to be flat. A comment up to line `since` counts only if it names the tool.
+    """Return the tool of a block as described in comments, or None without a diameter or the angle of a V-bit.
+
+    Mills are assumed to be flat. A comment up to line `since` counts only if it names the tool.
     """
     width, comment = _described_diameter(program, block, since)
     if not width:
@@ -167,8 +169,9 @@ def comment_start(text: str) -> int:
 
 
 def size_in_mm(number: str, named: str | None, unit: float) -> float:
-    """Return a size such as 6.35 or 1/4 in mm. `named` is the unit of the size as written; without it, `unit` applies,
-    the unit of the program in mm.
+    """Return a size such as 6.35 or 1/4 in mm.
+
+    `named` is the unit written after the size. Without it, the size is in program units; `unit` is their length in mm.
     """
     whole, _, part = number.partition("/")
     value = float(whole) / (float(part) or 1.0) if part else float(whole)

@@ -46,8 +46,9 @@ def run_outputs(state: InterpreterState, words: SortedBlock) -> None:
 
 
 def material_block(state: InterpreterState, line: str, number: int) -> Block:
-    """Parse the block of a line, in which F may use the feed of the controller's selected material. Raises BlockError
-    as `words.tokenise` does, and if no material is selected or its feed is unknown.
+    """Parse the block of a line. F may be the feed of the material that is selected in the controller.
+
+    Raises BlockError as `words.tokenise` does, and if no material is selected or its feed is unknown.
     """
     word = "" if state.dialect.torch is None else state.dialect.torch.material_feed
     rest = without_word(line, word)
@@ -78,9 +79,7 @@ def _required_word(letters: dict[str, Word], letter: str, code: int) -> Word:
 
 
 def set_outputs_after_abort(state: InterpreterState) -> None:
-    """Set the outputs as an aborted program may leave them: the feed is reduced, the arc is off, and the height is
-    held.
-    """
+    """Set the outputs as an aborted program may leave them: feed reduced, arc off, height held."""
     torch = state.dialect.torch
     if torch is None:
         return

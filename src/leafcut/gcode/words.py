@@ -1,6 +1,4 @@
-"""Split a line of G-code into words: `N10 g0x1.5 Y-.5 (over the hole) ; go`. Spaces between words and case do not
-matter.
-"""
+"""Split a line of G-code into words, such as `N10 g0x1.5 Y-.5 (over the hole) ; go`. Spaces and case are ignored."""
 
 from __future__ import annotations
 
@@ -45,8 +43,10 @@ class Word(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """One line of G-code: its words, comments and marks. `percent` is the text after a leading percent sign, or None.
-    `deleted`: the line starts with a slash, so the block-delete switch of the machine may skip it.
+    """A line of G-code: its words, comments and marks.
+
+    `percent` is the text after a leading percent sign, or None. `deleted`: the line starts with a slash, so the machine
+    skips it if its block-delete switch is on.
     """
 
     line: int
@@ -57,13 +57,15 @@ class Block:
 
 
 def numbered_lines(text: str) -> Iterator[tuple[int, str]]:
-    """Yield the number (from 1) and the text of each line; line ends of any kind are accepted."""
+    """Yield the number (from 1) and the text of each line. Any kind of line end is accepted."""
     return enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), start=1)
 
 
 def tokenise(line: str, number: int = 0) -> Block:
-    """Parse a line of G-code. Raises BlockError for an unclosed or nested comment, a letter without a number, a number
-    out of range, or an invalid character.
+    """Parse a line of G-code.
+
+    Raises BlockError for an unclosed or nested comment, a letter without a number, a number out of range, or an invalid
+    character.
     """
     body, comments = split_line(line)
     if body.startswith("%"):
@@ -83,8 +85,10 @@ def plain_block(line: str) -> Block | None:
 
 
 def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
-    """Return a line without comments and outer spaces, and its comments. `nested` allows nested comments. Raises
-    BlockError if the line is too long, or if a comment is unclosed or wrongly nested.
+    """Split a line into code, without leading and trailing spaces, and comments.
+
+    `nested` allows nested comments. Raises BlockError if the line is too long, or if a comment is unclosed or wrongly
+    nested.
     """
     if len(line) > MAX_LINE:
         raise BlockError("the line has {} characters; this is not G-code", len(line))
@@ -95,7 +99,7 @@ def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
 
 
 def without_word(line: str, word: str) -> str | None:
-    """Return a line without a word of its controller. Return None if `word` is empty, or occurs in comments only."""
+    """Remove a word from a line. Return None if `word` is empty, or occurs only in comments."""
     at = line.find(word) if word else -1
     while at >= 0:
         before = _IN_PARENTHESES.sub("", _flatten_comments(line[:at]))
@@ -111,7 +115,7 @@ def has_nested_comment(line: str) -> bool:
 
 
 def _flatten_comments(line: str) -> str:
-    """Replace the parentheses inside comments by spaces, up to the first semicolon outside comments."""
+    """Replace the parentheses inside comments with spaces, up to the first semicolon outside comments."""
     if line.count("(") < 2:
         return line
     depth, letters = 0, list(line)

@@ -24,13 +24,13 @@ import numpy as np
 Function = TypeVar("Function", bound=Callable[..., object])
 ConstantT = TypeVar("ConstantT", bool, int)
 
-#: Events of Numba: it loads or compiles a function, alone of all threads; it compiles a function.
+#: Events of Numba: it loads or compiles a function, while other threads wait; it compiles a function.
 PREPARE, COMPILE = "numba:compiler_lock", "numba:compile"
 
-#: Functions that are called with the kind of an event, and True at its start or False at its end.
+#: Functions to call at each event. The arguments are the kind of the event, and True at its start or False at its end.
 listeners: list[Callable[[str, bool], None]] = []
 
-#: Gain below which it counts as a rounding error (costs are in mm, in s, or TSPLIB integers).
+#: Smaller gains count as rounding errors (costs are in mm, in s, or TSPLIB integers).
 EPSILON = 1e-9
 
 
@@ -64,7 +64,7 @@ def _compiled(function: Function, **flags: Any) -> Function:
     # Numba reads the cache folder when it decorates a function. The cache folder of other packages does not change.
     previous, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder or "")
     try:
-        # Kernels allocate nothing. Counting references to their arrays made directed local search four times as slow.
+        # Kernels allocate nothing. Reference counts of arrays made directed local search four times slower.
         return cast(Function, numba.njit(nogil=True, cache=folder is not None, _nrt=False, **flags)(function))
     finally:
         numba.config.CACHE_DIR = previous

@@ -1,5 +1,7 @@
-"""Ruin and recreate on a path: remove a few clusters, reinsert them at the cheapest positions, and choose the nodes of
-the affected clusters again.
+"""Ruin and recreate on a path of clusters.
+
+A few clusters are removed and reinserted at the cheapest positions. The nodes of the affected clusters are then chosen
+again.
 
 Source: G. Schrimpf et al., J. Computational Physics 159 (2000) (ruin and recreate); J. Christiaens and G. Vanden
 Berghe, Transportation Science 54 (2020) (removed pieces of the path near a position, blinks on reinsertion); S. L.
@@ -80,8 +82,9 @@ def remove_piece(layers: Clusters, walk: AntPath, c: int, length: int, count: in
 
 @part
 def close_path(layers: Clusters, walk: AntPath) -> int:
-    """Close the gaps that removed clusters left in the path, and return the number of remaining positions. Changes:
-    trial, place, dirty.
+    """Close the gaps of removed clusters in the path, and return the number of remaining positions.
+
+    Changes: trial, place, dirty.
     """
     kept, trial, place = 0, walk.trial, walk.place
     gap = False
@@ -177,7 +180,7 @@ def reinsert_clusters(layers: Clusters, walk: AntPath, count: int, n_removed: in
 
 @part
 def mark_neighbours(walk: AntPath) -> None:
-    """Mark the neighbours of all marked positions; do this `REACH` times. Changes: dirty."""
+    """Mark all positions within `REACH` of a marked position. Changes: dirty."""
     m, dirty = len(walk.trial), walk.dirty
     for _ in range(REACH):
         first, previous = dirty[0], dirty[m - 1]
@@ -193,7 +196,7 @@ def mark_neighbours(walk: AntPath) -> None:
 def choose_dirty(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> None:
     """Choose the nodes at all marked positions again.
 
-    If all positions are marked, a random one does not change. Changes: trial, dirty, sums, links, states[k].
+    If all positions are marked, the node at a random position is kept. Changes: trial, dirty, sums, links, states[k].
     """
     m, dirty = len(walk.trial), walk.dirty
     clean = 0
@@ -216,7 +219,7 @@ def choose_dirty(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> No
 
 @part
 def copy_path(path: NDArray, target: NDArray) -> None:
-    """Copy a path, int32[m], to `target` with a loop, which allocates no memory. Changes: target."""
+    """Copy a path, int32[m], to `target` without allocating memory. Changes: target."""
     for at in range(len(path)):
         target[at] = path[at]
 
@@ -234,10 +237,10 @@ def begin_trial(layers: Clusters, walk: AntPath) -> None:
 def anneal(
     layers: Clusters, walk: AntPath, states: NDArray, k: int, heat: float, cooling: float, steps: int, min_gain: float
 ) -> float:
-    """Ruin and recreate `steps` times; a path that is longer by x is accepted with probability exp(-x / heat).
+    """Ruin and recreate `steps` times, and return the final value of `heat`.
 
-    `heat` is multiplied by `cooling` in each step, and its final value is returned. The best path changes only if the
-    gain exceeds `min_gain`.
+    A path that is longer by x is accepted with probability exp(-x / heat). Each step multiplies `heat` by `cooling`.
+    The best path changes only if the gain exceeds `min_gain`.
     Changes: walk, states[k].
     """
     costs = walk.costs

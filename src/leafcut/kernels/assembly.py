@@ -1,16 +1,16 @@
 """Edge assembly: recombine a tour with another tour along their AB-cycles.
 
-Take two tours A and B. An AB-cycle alternates between edges of A and edges of B in which the tours differ. If its edges
-of A are replaced by its edges of B, every node still has two edges, but there may be subtours. Each subtour is joined
-to the remaining tour by an exchange of two edges. The result differs from A in few positions, and consists of edges
-that were good in one of both tours. Apart from two passes over the nodes to find the AB-cycles, the effort for a cycle
-depends only on its size.
+Take two tours A and B. An AB-cycle alternates between edges that only A has and edges that only B has. If its edges of
+A are replaced with its edges of B, every node still has two edges, but there may be subtours. Each subtour is joined to
+the remaining tour by an exchange of two edges. The result differs from A in few positions, and consists of edges that
+were good in one of the tours. Two passes over all nodes find the AB-cycles. After that, the effort for a cycle depends
+only on its size.
 
 Source: Y. Nagata and S. Kobayashi, INFORMS J. Computing 25 (2013), section 3 (edge assembly) and section 4.1 (its
 localised form with single AB-cycles).
-Differs: every improving cycle is applied at once, whereas the paper generates 30 children and selects one. Cycles
-without a gain of their own are not tried. A subtour is joined to the tour near the ends of its pieces. The child is
-improved by sequential exchanges at the touched nodes.
+Differs: every improving cycle is applied at once, whereas the paper generates 30 children and selects one. A cycle is
+tried only if its exchange of edges has a gain. A subtour is joined to the tour near the ends of its pieces. Sequential
+exchanges at the touched nodes improve the child.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ LONGEST_CYCLE = 1000
 #: Maximum number of log entries: two for each edge of A, and four for each joined subtour.
 MOST_CHANGES = 6 * LONGEST_CYCLE
 
-#: Number of positions from the ends of the pieces of a subtour that are searched for a join.
+#: Maximum distance of a join from the ends of a subtour's pieces, positions.
 REACH = 200
 
-#: Maximum number of candidates of a node that are tried for a join.
+#: Maximum number of candidates per node for a join.
 JOINS = 16
 
 
@@ -71,7 +71,10 @@ class Assembly(NamedTuple):
 
 @part
 def fill_links(links: NDArray, tour: NDArray, first: int) -> None:
-    """Store the two neighbours of each node in a tour. Changes: columns first, first + 1 of links."""
+    """Write the two neighbours of each node in `tour` to two columns of `links`.
+
+    Changes: columns first and first + 1 of links.
+    """
     for k in range(len(tour)):
         links[tour[k], first] = tour[k - 1]
         links[tour[k - 1], first + 1] = tour[k]
@@ -102,8 +105,9 @@ def _fill_unused(a: Assembly) -> int:
 
 @part
 def _follow_random_edge(trail: NDArray, u: int, kind: int, states: NDArray, k: int) -> int:
-    """Follow a random unused edge of a kind (0: A, 1: B) from u, and return its other end. Changes: trail,
-    states[k].
+    """Choose a random unused edge of tour A (kind 0) or B (kind 1) at node u, and mark it as used.
+
+    Return the other end of the edge. Changes: trail, states[k].
     """
     first = 2 * kind
     slot = first + (below(states, k, 2) if trail[u, LEFT + kind] == 2 else 0)
@@ -157,7 +161,7 @@ def find_cycles(a: Assembly, states: NDArray, k: int) -> int:
             walk[length] = v
             a.trail[v, SEEN + (length & 1)] = length
             continue
-        # The walk has already left this node along an edge of the same kind, so the part since then is a closed cycle.
+        # The walk has left this node before along an edge of the same kind. The part since then is a closed cycle.
         for step in range(length - since):
             index = since + (since & 1) + step
             cycles[filled] = walk[index if index < length else index - length + since]
@@ -173,7 +177,7 @@ def find_cycles(a: Assembly, states: NDArray, k: int) -> int:
 
 @part
 def _relink(a: Assembly, entries: int, v: int, old: int, new: int) -> int:
-    """Replace neighbour `old` of v by `new`, and return the new length of the log. Changes: links, log."""
+    """Replace the neighbour `old` of v with `new`, and return the new length of the log. Changes: links, log."""
     slot = 0 if a.links[v, 0] == old else 1
     a.log[entries, 0], a.log[entries, 1], a.log[entries, 2] = v, slot, old
     a.links[v, slot] = new
@@ -204,8 +208,9 @@ def sort_few(values: NDArray, count: int) -> None:
 
 @part
 def piece_of_position(cut: NDArray, count: int, place: int) -> int:
-    """Return the number of the piece that contains a position. Piece s ends at cut[s]; piece 0 continues after the last
-    cut.
+    """Return the number of the piece that contains a position.
+
+    Piece s ends at cut[s]. The positions after the last cut belong to piece 0.
     """
     low, high = 0, count
     while low < high:
@@ -230,7 +235,7 @@ def _is_successor(place: NDArray, u: int, v: int) -> bool:
 
 @part
 def _take_edges(cost: CostModel, place: NDArray, a: Assembly, start: int, stop: int) -> float:
-    """Replace the edges of tour A in an AB-cycle by the edges of tour B, and return the gain.
+    """Replace the edges of tour A in an AB-cycle with the edges of tour B, and return the gain.
 
     The log then has two entries for each edge of A. Changes: links, log, row CUT of pieces.
     """
@@ -248,9 +253,9 @@ def _take_edges(cost: CostModel, place: NDArray, a: Assembly, start: int, stop: 
 
 @part
 def _piece_end(a: Assembly, place: NDArray, count: int, v: int, removed: int) -> int:
-    """Return the number of the end of a piece at node v, where the edge to `removed` was cut.
+    """Return the number of the piece end at node v, which has lost its edge to `removed`.
 
-    The number is 2 s at the start of piece s, and 2 s + 1 at its end.
+    The start of piece s has number 2 s, its end 2 s + 1.
     """
     return 2 * piece_of_position(a.pieces[CUT], count, place[v]) + (0 if _is_successor(place, removed, v) else 1)
 
@@ -265,7 +270,7 @@ def _find_subtours(a: Assembly, place: NDArray, start: int, stop: int) -> int:
     joined, subtour = a.pieces[JOINED], a.pieces[SUBTOUR]
     for i in range(start, stop, 2):
         after = i + 2 if i + 2 < stop else start
-        # In a piece of one node, the node is at both ends; the removed edge of A determines which end is meant.
+        # A piece of one node has the node at both ends. The removed edge of A determines the end.
         first_end = _piece_end(a, place, count, cycle[i + 1], cycle[i])
         second_end = _piece_end(a, place, count, cycle[after], cycle[after + 1])
         joined[first_end], joined[second_end] = second_end, first_end
@@ -298,8 +303,8 @@ def _join(
 ) -> tuple[float, int]:
     """Join the subtour `small` to another subtour by the best exchange of two edges.
 
-    Return the gain and the other subtour, or -1. Symbols: u–v is the removed edge of the small subtour, and w–x is the
-    removed edge outside; u–w and v–x are added.
+    Return the gain and the number of the other subtour, which is -1 if there is none. Symbols: u–v is the removed edge
+    of the small subtour, and w–x the removed edge of the other subtour; u–w and v–x are added.
     Changes: links, log.
     """
     cut, subtour = a.pieces[CUT], a.pieces[SUBTOUR]
@@ -313,7 +318,7 @@ def _join(
             if i == REACH and length > 2 * REACH:
                 i = length - REACH
             i += 1
-            u = node[cut[s] - length + i]  # a negative position counts from the end, where piece 0 starts
+            u = node[cut[s] - length + i]  # piece 0 may start before position 0, at the end of the array
             for slot in range(2):
                 v = a.links[u, slot]
                 removed = travel(cost, u, v)
@@ -339,10 +344,9 @@ def _join(
 def try_cycle(
     cost: CostModel, node: NDArray, place: NDArray, a: Assembly, candidates: NDArray, lengths: NDArray, cycle: int
 ) -> tuple[float, int]:
-    """Create the child of one AB-cycle in `links`. Return its gain, and the length of the log that is needed to undo
-    it.
+    """Create the child of one AB-cycle in `links`. Return its gain, and the length of the log for undoing it.
 
-    The gain is -∞ if the cycle has no gain of its own, or if its subtours could not be joined.
+    The gain is -∞ if the exchange of edges has no gain, or if the subtours could not be joined.
     Changes: links, log, pieces.
     """
     start, stop = a.lists[BEGIN, cycle], a.lists[BEGIN, cycle + 1]
@@ -465,7 +469,9 @@ def assemble(
     first: int,
     stop: int,
 ) -> None:
-    """Apply every AB-cycle with a partner tour that improves a tour, in random order, followed by local search.
+    """Improve each tour by its AB-cycles with a partner tour.
+
+    The cycles are tried in random order. Each improving cycle is applied, followed by local search.
 
     ========== =============== ==================================================
     candidates int32[n, c]     neighbours of every node, -1 for none

@@ -1,4 +1,4 @@
-"""Points in horizontal bands, for fast lookup of the points in a box or near a segment."""
+"""Points sorted into horizontal bands, for fast lookup of the points in a box or near a segment."""
 
 from __future__ import annotations
 
@@ -38,8 +38,9 @@ def band_at(bands: Bands, y: float) -> int:
 
 @part
 def first_right_of(bands: Bands, band: int, x: float) -> int:
-    """Return the index of the first point of a band at or to the right of x; if there is none, the start of the next
-    band.
+    """Return the index of the first point of a band with an x coordinate of at least `x`.
+
+    If there is no such point, return the start of the next band.
     """
     low, high = bands.first[band], bands.first[band + 1]
     while low < high:
@@ -67,7 +68,7 @@ def distance_to_segment(x: float, y: float, ax: float, ay: float, bx: float, by:
 def points_near_segments(
     points: Bands, limit: NDArray, max_limit: float, start: NDArray, end: NDArray, count: NDArray, rows: NDArray
 ) -> int:
-    """For each segment of a path, count the points within their distance limit, and list them if there is space.
+    """For each segment of a path, count the nearby points, and list them if there is space. Each point has a limit.
 
     =========== ============= =======================================================
     limit       float64[n]    maximum distance of each point from a segment, mm

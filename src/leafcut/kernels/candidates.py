@@ -1,4 +1,4 @@
-"""Candidate lists: for each node, the few neighbours to which an edge is worth considering."""
+"""Candidate lists: a few promising neighbours of each node."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.kernels.neighbours import MOST_TWINS, REST, TWINS, Nearby, Tree, fi
 
 @part
 def _drop_farthest(points: NDArray, distances: NDArray, per_quadrant: int) -> None:
-    """Compare the last points of the fullest quadrants, and drop the farthest of them. Changes: points."""
+    """From the fullest quadrants, drop the point that is farthest from the centre. Changes: points."""
     for c in range(per_quadrant - 1, -1, -1):
         worst = -1
         for quadrant in range(4):
@@ -26,9 +26,9 @@ def _drop_farthest(points: NDArray, distances: NDArray, per_quadrant: int) -> No
 
 @part
 def _choose_candidates(points: NDArray, distances: NDArray, per_quadrant: int, k: int, chosen: NDArray) -> int:
-    """Choose k points: first coincident points, then the nearest in each quadrant, then the nearest of the rest. Return
-    the number chosen.
+    """Choose up to k points, and return their number.
 
+    Coincident points come first, then the nearest points in each quadrant, then the nearest of the other points.
     Changes: points, chosen int32[≥k + 4·per_quadrant].
     """
     count = 0
@@ -57,7 +57,7 @@ def _choose_candidates(points: NDArray, distances: NDArray, per_quadrant: int, k
 
 @part
 def _insert(candidates: NDArray, lengths: NDArray, count: int, j: int, length: float) -> None:
-    """Insert a candidate into a sorted list of `count` other candidates. Changes: candidates, lengths."""
+    """Insert a candidate into a sorted list of `count` candidates. Changes: candidates, lengths."""
     slot = count
     while slot > 0 and lengths[slot - 1] > length:
         lengths[slot], candidates[slot] = lengths[slot - 1], candidates[slot - 1]
@@ -76,10 +76,10 @@ def fill_candidates(
     lengths: NDArray,
     nearby: Nearby,
 ) -> None:
-    """Fill the lists of points first … last - 1 of the tree with coincident points, the nearest points per quadrant,
-    and the nearest overall.
+    """Fill the candidate lists of the points first … last - 1 of the tree.
 
-    Drill patterns are clustered: nearest-neighbour lists never leave a cluster, but quadrant lists do.
+    A list contains coincident points, the nearest points per quadrant, and the nearest points overall. Drill patterns
+    are clustered: nearest-neighbour lists never leave a cluster, but quadrant lists do.
     Changes: rows first … last - 1 of candidates int32[n, k] (sorted by cost; -1 if there are fewer points) and of
     lengths float64[n, k] (their costs; infinite for none); nearby.
     """
@@ -104,11 +104,11 @@ def fill_directed_candidates(
     lengths: NDArray,
     nearby: Nearby,
 ) -> None:
-    """Fill the list of each query with the nearest goals per quadrant and the nearest goals overall, except its own
-    goal.
+    """Fill the list of each query with the nearest goals per quadrant and the nearest goals overall.
 
-    Symbols: tree, of m goals, with space for one more point after them; goal int32[m], query int32[n], rows of
-    `CostModel.xy`. Lists contain the point numbers of the tree. The cost of travel from query to goal is symmetric.
+    The lists contain point numbers of the tree, but not the query's own goal. Symbols: tree, the m goals, with space
+    for one more point after them; goal int32[m] and query int32[n], rows of `CostModel.xy`. The cost of travel between
+    query and goal is symmetric.
     Changes: candidates int32[n, k] (sorted by cost; -1 if there are fewer) and lengths float64[n, k]; the last point of
     the tree; nearby.
     """
@@ -128,9 +128,7 @@ def fill_directed_candidates(
 
 @part
 def cheapest_unvisited(cost: CostModel, visited: NDArray, i: int) -> int:
-    """Return the unvisited node that is cheapest to reach from node i, or -1 if there is none. All nodes are
-    scanned.
-    """
+    """Return the unvisited node that is cheapest to reach from node i, or -1 if there is none. Scan all nodes."""
     best, best_d = -1, math.inf
     for j in range(len(visited)):
         if visited[j] == 0:

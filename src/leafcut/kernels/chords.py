@@ -1,4 +1,4 @@
-"""Merge straight moves that a controller combines because the points between them deviate by less than a tolerance."""
+"""Merge straight moves as a controller does: skip points that deviate from the merged move by at most a tolerance."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ MOST_POINTS = 100
 
 @kernel
 def merge_chords(point: NDArray, joins: NDArray, tolerance: NDArray, starts: NDArray) -> int:
-    """Merge straight moves as long as all skipped points are within a tolerance of the chord. Return the number of
-    merged moves.
+    """Merge straight moves while all skipped points are within a tolerance of the chord.
+
+    Return the number of moves after merging.
 
     point      float64[m + 1, 3]   mm; move i goes from point i to point i + 1
     joins      bool[m]             move i may be merged with the previous move

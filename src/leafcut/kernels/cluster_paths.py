@@ -1,9 +1,9 @@
 """An order of clusters with a chosen node per cluster: the data structure of `annealing` and `ordering`.
 
-A path is an array of nodes, one per cluster. The cluster of each node is known, so the array also gives the order of
-the clusters. It is a ring: the first position follows the last. An open path has an additional cluster at position 0,
-its anchor. Travel from the anchor costs the travel from the start, and travel to the anchor costs the travel to the
-end.
+A path is an array of nodes, one per cluster. The cluster of each node is known, so the array also determines the order
+of the clusters. The array is a ring: the first position follows the last. An open path has an additional cluster at
+position 0, its anchor. Travel from the anchor costs as much as travel from the start of the path. Travel to the anchor
+costs as much as travel to its end.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ class Clusters(NamedTuple):
     begin        int32[m + 1]   first node of each cluster; n at the end
     owner        int32[n]       cluster of each node
     table        float64[n, n]  cost of travel from u to v, plus the work at v
-    back         float64[n, n]  the same from v to u (the transposed table)
+    back         float64[n, n]  transposed `table`
     least        float64[m, m]  minimum cost from one cluster to another
-    least_back   float64[m, m]  the same from the second to the first
+    least_back   float64[m, m]  transposed `least`
     near         int32[m, k]    other clusters, sorted by the cheapest travel in either direction
     after_begin  int32[m + 1]   direct and indirect successors of cluster c:
     after        int32[k]       after[after_begin[c] … after_begin[c + 1] - 1]
@@ -63,10 +63,10 @@ def ring_length(layers: Clusters, path: NDArray) -> float:
 
 @part
 def choose_nodes_between(layers: Clusters, path: NDArray, first: int, last: int, sums: NDArray, links: NDArray) -> None:
-    """Choose the nodes of the clusters at positions first … last again to minimise the length of the path.
+    """Choose the nodes at positions first … last of a path again, so that its length is minimal.
 
-    The nodes before and after these positions are fixed. Positions may exceed the end of the array, where the ring
-    continues at its start. The method is dynamic programming, layer by layer.
+    The nodes before and after these positions are fixed. Positions beyond the end of the array continue at its start.
+    The method is dynamic programming, layer by layer.
     Changes: path; sums float64[2, w] and links int32[m, w], where w is the maximum number of nodes of a cluster.
     Source: M. Fischetti, J. J. Salazar González and P. Toth, Operations Research 45 (1997), section 3.
     """

@@ -1,6 +1,6 @@
 """Time to load and compile kernels, number of compilations, and the message on the first run.
 
-This module does not load Numba, so that a file or an option is refused without the delay of loading it.
+This module does not load Numba, which is slow. Invalid files and options are therefore refused at once.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ EVERY_RUN = Message("compiling (again in every run: no writable folder for compi
 
 
 class Compilations:
-    """Counts compilations of kernels, including those called only by other kernels, and measures the total time to load
-    and compile kernels. Times that overlap count once.
+    """Counts compilations of kernels, and measures the total time to load and compile them.
+
+    Kernels that only other kernels call count as well. Overlapping times count once.
     """
 
     def __init__(self, on_start: Callable[[Message], None] = lambda _: None) -> None:
@@ -35,7 +36,7 @@ class Compilations:
         return cache_folder() is not None
 
     def note(self, kind: str, starts: bool) -> None:
-        """Note the start or the end of an event; the end of an event that started before this counter has no effect."""
+        """Record the start or the end of an event. The end of an event that started before this counter is ignored."""
         with self._lock:
             if kind == PREPARE:
                 self._measure(starts)
@@ -74,8 +75,9 @@ def compile_seconds() -> float:
 
 @contextmanager
 def announced_compilations(on_start: Callable[[Message], None]) -> Iterator[Compilations]:
-    """Count the compilations in the block; `on_start` receives a message for the user when the first compilation
-    starts.
+    """Count the compilations in a ``with`` block.
+
+    When the first compilation starts, `on_start` receives a message for the user.
     """
     compilations = Compilations(on_start)
     listeners.append(compilations.note)

@@ -48,7 +48,8 @@ class WeightedEdges(NamedTuple):
 
 
 class Decay(NamedTuple):
-    """Decay of the pheromone on an edge that an ant takes, τ ← (1 − ξ)τ + ξτ0, with the pheromone exponent α.
+    """Parameters of the decay τ ← (1 − ξ)τ + ξτ0 of an edge that an ant takes, and the pheromone exponent α.
+
     The rate ξ is 0 for no decay.
     """
 
@@ -61,8 +62,9 @@ class Decay(NamedTuple):
 def _start_tour(
     tree: Tree, first: int, second: int, states: NDArray, ant: int, tour: NDArray, unvisited: Unvisited
 ) -> int:
-    """Write the first or the first two nodes of a tour, and return their number; -1 means a random node. Changes: the
-    arrays.
+    """Write the first one or two nodes of a tour, and return their number. A node of -1 means a random node.
+
+    Changes: all arrays.
     """
     visited, alive = unvisited.visited, unvisited.alive
     visited[:] = 0
@@ -87,7 +89,7 @@ def _start_tour(
 
 @part
 def _nearest(cost: CostModel, tree: Tree, unvisited: Unvisited, i: int) -> int:
-    """Return the nearest unvisited node. It is found with the k-d tree if nodes have positions, otherwise by a scan."""
+    """Return the nearest unvisited node, by a search in the k-d tree, or by a scan if nodes have no positions."""
     if len(tree.x) == 0:
         return cheapest_unvisited(cost, unvisited.visited, i)
     return nearest_unvisited(tree, unvisited.alive, unvisited.visited, i, unvisited.stack)
@@ -103,8 +105,9 @@ def nearest_neighbour_tour(
     tour: NDArray,
     unvisited: Unvisited,
 ) -> None:
-    """Build the tour that always continues with the nearest unvisited node. Changes: tour int32[n], unvisited,
-    states[0].
+    """Build a tour that always continues with the nearest unvisited node.
+
+    Changes: tour int32[n], unvisited, states[0].
     """
     n, visited = len(tour), unvisited.visited
     for step in range(_start_tour(tree, first, second, states, 0, tour, unvisited), n):
@@ -128,11 +131,11 @@ def choose_next(
     states: NDArray,
     ant: int,
 ) -> int:
-    """Return the index in the candidate list of i of the edge that an ant takes, or -1 if all candidates are visited.
+    """Choose the next edge of an ant at node i. Return its index in the candidate list, or -1 if all are visited.
 
-    With probability q0, it is the edge with the maximum weight; otherwise it is a random edge, with probability
-    proportional to its weight. This is the pseudorandom proportional rule; q0 = 0 is the random proportional rule. If
-    no edge has pheromone, only the nearness decides, as if all trails were equal.
+    With probability q0, the ant takes the edge with the maximum weight. Otherwise it takes a random edge with
+    probability proportional to the weight. This is the pseudorandom proportional rule; q0 = 0 is the random
+    proportional rule. If no edge has pheromone, only the nearness decides, as if all trails were equal.
     Changes: states[ant].
     Source: Dorigo and Stützle, Ant Colony Optimization, MIT Press 2004, equations 3.2 and 3.10.
     """
@@ -175,8 +178,9 @@ def choose_next(
 
 @part
 def random_unvisited(visited: NDArray, states: NDArray, ant: int) -> int:
-    """Return a random unvisited node; the choice is nearly uniform while few nodes are visited. Changes:
-    states[ant].
+    """Return a random unvisited node. The choice is nearly uniform while few nodes are visited.
+
+    Changes: states[ant].
     """
     n = len(visited)
     node = below(states, ant, n)
@@ -211,7 +215,7 @@ def _next_node(
 
 @part
 def _decay_edge(edges: WeightedEdges, decay: Decay, a: int, b: int) -> None:
-    """Apply the local decay to the trail from a to b if it is a candidate edge. Changes: pheromone, weights."""
+    """Apply the local decay to the edge from a to b if b is a candidate of a. Changes: pheromone, weights."""
     for c in range(edges.candidates.shape[1]):
         if edges.candidates[a, c] == b:
             decay_edge(
@@ -252,8 +256,8 @@ def construct_tour(
 
     Changes: tour int32[n], states[ant], unvisited; pheromone and weights of the edges if decay.rate > 0.
     Source: Dorigo and Stützle 2004, section 3.8.2 (candidate lists), and 3.4.1, equations 3.10 and 3.12 (decay).
-    Differs: if every candidate is visited, the ant goes to the nearest unvisited node, because pheromone is stored only
-    for candidate edges and is therefore equal elsewhere. The ants of an iteration run one after another instead of in
+    Differs: if every candidate is visited, the ant goes to the nearest unvisited node, because all edges outside the
+    candidate lists count as having equal pheromone. The ants of an iteration run one after another instead of in
     parallel steps.
     """
     for step in range(_start_tour(tree, first, second, states, ant, tour, unvisited), len(tour)):

@@ -32,23 +32,20 @@ CODES = {
 #: The value of π and the radius of the earth, km, in the definition of GEO distances (TSPLIB 95, section 2.4).
 GEO_PI, GEO_RADIUS = 3.141592, 6378.388
 
-#: Cost of an edge that must not be removed. Its magnitude exceeds the cost of any real move, mm or s, but is small
-#: enough for gains to be exact to 1e-9. With coarser rounding, errors would look like gains, and the search would never
-#: end.
+#: Cost of an edge that must not be removed. Its magnitude exceeds the cost of any real move in mm or s, but is small
+#: enough for gains to be exact to 1e-9. Coarser rounding errors would look like gains, and the search would never end.
 TIED = -(2.0**20)
 
 
-#: Travel heights are stored in the matrix, because another field would slow down every kernel. The first row contains
-#: the lower left corner and the side of the tiles, mm; velocity and acceleration of z; the number of rows of node
-#: heights; and the number of tile columns. It is followed by the heights of the nodes, mm, row by row, and by the
-#: minimum crossing heights of the tiles, which are −∞ without an obstacle.
+#: Number of values in the first row of a relief matrix. The cost model stores travel heights in its matrix, because
+#: another field would slow down every kernel. The first row contains the lower left corner and the side of the tiles,
+#: mm; velocity and acceleration of z; the number of rows of node heights; and the number of tile columns. Then follow
+#: the heights of the nodes, mm, row by row, and the minimum crossing heights of the tiles, −∞ without an obstacle.
 RELIEF = 7
 
 
 def relief_table(header: tuple[float, ...], tiles: NDArray, heights: NDArray) -> NDArray[np.float64]:
-    """Return the matrix of a relief (`RELIEF`), given its header (x, y, side, velocity, acceleration), its tiles, and
-    the heights of the nodes.
-    """
+    """Return the matrix of a relief (see `RELIEF`). The header is (x, y, side, velocity, acceleration)."""
     rows, columns = tiles.shape
     width = max(columns, RELIEF)
     above = -(-len(heights) // width)
@@ -96,8 +93,9 @@ class CostModel(NamedTuple):
 
 @part
 def rest_to_rest(distance: float, velocity: float, acceleration: float) -> float:
-    """Return the time of a move from rest to rest, s. The velocity profile of a short move is a triangle, that of a
-    longer move a trapezoid.
+    """Return the time of a move from rest to rest, s.
+
+    The velocity profile is a triangle for a short move, and a trapezoid for a longer move.
     """
     ramp = velocity * velocity / acceleration
     if distance < ramp:
@@ -128,8 +126,9 @@ def _radians(degrees_minutes: float) -> float:
 
 @part
 def geographical(xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the distance between two points in degrees.minutes, in whole kilometres. Source: TSPLIB 95, section
-    2.4.
+    """Return the distance between two points, given in degrees.minutes, in whole kilometres.
+
+    Source: TSPLIB 95, section 2.4.
     """
     latitude_i, longitude_i = _radians(xi), _radians(yi)
     latitude_j, longitude_j = _radians(xj), _radians(yj)
@@ -142,8 +141,9 @@ def geographical(xi: float, yi: float, xj: float, yj: float) -> float:
 
 @part
 def tsplib_distance(code: int, xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the integer distance between two points as defined by TSPLIB. Source: TSPLIB 95 (Reinelt), sections 2.1 to
-    2.6.
+    """Return the integer distance between two points as defined by TSPLIB.
+
+    Source: TSPLIB 95 (Reinelt), sections 2.1 to 2.6.
     """
     if code == GEO:
         return geographical(xi, yi, xj, yj)
@@ -162,9 +162,7 @@ def tsplib_distance(code: int, xi: float, yi: float, xj: float, yj: float) -> fl
 
 @part
 def crosses(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) -> bool:
-    """Return whether the segment between two points touches the closed rectangle ``zones[k]`` (Liang–Barsky
-    clipping).
-    """
+    """Return whether the segment between two points touches the rectangle ``zones[k]`` (Liang–Barsky clipping)."""
     enter, leave = 0.0, 1.0
     for axis in range(2):
         start = xi if axis == 0 else yi
@@ -185,7 +183,7 @@ def crosses(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) 
 
 @part
 def overlaps(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) -> bool:
-    """Return whether the bounding box of two points touches the closed rectangle ``zones[k]``."""
+    """Return whether the bounding box of two points touches the rectangle ``zones[k]``."""
     if max(xi, xj) < zones[k, 0] or min(xi, xj) > zones[k, 2]:
         return False
     return not (max(yi, yj) < zones[k, 1] or min(yi, yj) > zones[k, 3])
@@ -212,9 +210,7 @@ def distance(
 
 @part
 def highest_of_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the maximum safe height of the tiles that the bounding box of two points touches, or −∞ if it touches
-    none.
-    """
+    """Return the maximum safe height of all tiles that the bounding box of two points touches; −∞ without a tile."""
     x0, y0, side, above = table[0, 0], table[0, 1], table[0, 2], 1 + int(table[0, 5])
     first_c = max(math.floor((min(xi, xj) - x0) / side), 0)
     last_c = min(math.floor((max(xi, xj) - x0) / side), int(table[0, 6]) - 1)
@@ -229,10 +225,10 @@ def highest_of_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -
 
 @part
 def highest_of_line(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the maximum safe height of the tiles that a straight move touches, or −∞ if it touches none.
+    """Return the maximum safe height of all tiles that a straight move touches; −∞ without a tile.
 
-    In each row of tiles, the move touches the columns between its entry and its exit. The range is widened slightly, so
-    that no tile is missed because of rounding.
+    In each row of tiles, the move touches the columns between its entry and its exit. This range is widened slightly,
+    so that rounding does not miss a tile.
     """
     x0, y0, side, above = table[0, 0], table[0, 1], table[0, 2], 1 + int(table[0, 5])
     rows, columns = len(table) - above, int(table[0, 6])
@@ -265,7 +261,7 @@ def height_of(table: NDArray, i: int) -> float:
 
 @part
 def travel_height(code: int, xy: NDArray, table: NDArray, i: int, j: int) -> float:
-    """Return the travel height from node i to node j, mm, which is at least the height of the higher node."""
+    """Return the height of the travel move from node i to node j, mm. It is at least the height of both nodes."""
     if code == DOGLEG:
         highest = highest_of_box(table, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1])
     else:
@@ -275,7 +271,7 @@ def travel_height(code: int, xy: NDArray, table: NDArray, i: int, j: int) -> flo
 
 @part
 def _rise_and_fall(cost: CostModel, i: int, j: int) -> float:
-    """Return the cost of rising from node i to the travel height to node j, and of descending to node j."""
+    """Return the cost of rising from node i to the travel height, and of descending to node j."""
     height = travel_height(cost.code, cost.xy, cost.matrix, i, j)
     up, down = height - height_of(cost.matrix, i), height - height_of(cost.matrix, j)
     if cost.code < LINEAR:
@@ -298,10 +294,10 @@ def _special_cost(cost: CostModel, i: int, j: int) -> float:
     if len(cost.matrix) > 0:
         base += _rise_and_fall(cost, i, j)
     if xj < xi or (xj == xi and yj < yi):
-        # The direction is fixed, because rounding decides whether a move just touches a zone.
+        # Both directions are computed alike. Otherwise rounding could make the cost asymmetric at the edge of a zone.
         xi, yi, xj, yj = xj, yj, xi, yi
     for k in range(cost.zones.shape[0]):
-        # With unsynchronised axes, the path is not straight, so the whole box between the points counts.
+        # With unsynchronised axes, the path is not straight and may touch any part of the box between the points.
         if overlaps(cost.zones, k, xi, yi, xj, yj) and (cost.code == DOGLEG or crosses(cost.zones, k, xi, yi, xj, yj)):
             return base + cost.lift
     return base
@@ -332,16 +328,16 @@ def travel(cost: CostModel, i: int, j: int) -> float:
 
 @part
 def is_straight(cost: CostModel) -> bool:
-    """Return whether `straight` is the cost of travel between ordinary nodes."""
+    """Return whether `straight` returns the cost of travel between ordinary nodes."""
     metric = cost.code == EUCLIDEAN or cost.code == EUC_2D or cost.code == CEIL_2D
     return metric and is_by_metric(cost)
 
 
 @part
 def straight(xy: NDArray, code: int, i: int, j: int) -> float:
-    """Return the same cost as `travel` if `is_straight` holds. This function is short enough to be inlined.
+    """Return the same cost as `travel`, provided that `is_straight` holds. Numba inlines this short function.
 
-    A call of `travel` passes all fields of the cost model, which slowed down local search by a quarter.
+    A call of `travel`, which passes all fields of the cost model, made local search a quarter slower.
     """
     dx, dy = xy[i, 0] - xy[j, 0], xy[i, 1] - xy[j, 1]
     length = math.sqrt(dx * dx + dy * dy)

@@ -1,4 +1,4 @@
-"""The engaged part of a tool's edge at each point of a path."""
+"""The part of a tool's edge that is engaged in material at each point of a path."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class ToolEdge(NamedTuple):
 
     ========= =======================================================================
     radius    of the tool, mm
-    edge      radius at which material is searched, smaller by the tolerance, mm
-    near      path length within which discs of the same run also have that radius, mm
-    nothing   angle below which an engagement is a rounding error, rad
+    edge      radius at which material is searched: the tool radius minus the tolerance, mm
+    near      path length within which discs of the same run have the radius `edge` as well, mm
+    nothing   engagements below this angle are rounding errors, rad
     ========= =======================================================================
     """
 
@@ -69,10 +69,10 @@ def sort_intervals(low: NDArray, high: NDArray, count: int) -> None:
 def uncovered(
     low: NDArray, high: NDArray, count: int, left: float, right: float, tolerance: float
 ) -> tuple[float, float, float]:
-    """Return the angle of the uncovered part of −π/2 … π/2, the sum of its sines, and its smallest absolute angle.
+    """Return the part of −π/2 … π/2 that no interval covers: its angle, the sum of its sines, its smallest |angle|.
 
     low, high    float64[count + 2], starts and ends of the intervals
-    left, right  −π/2 to `left` and `right` to π/2 are covered
+    left, right  −π/2 … left and right … π/2 are covered as well
 
     Changes: low, high.
     """
@@ -109,10 +109,10 @@ def engaged_edges(
     width: NDArray,
     nearest: NDArray,
 ) -> None:
-    """Compute the engagement at each point of a path: the part of the edge not covered by the discs of earlier points.
+    """Compute the engagement at each point of a path: the part of the edge that no disc of an earlier point covers.
 
-    A disc at distance d, at an angle a from the direction of travel, covers the edge up to acos(d / 2r) on both sides
-    of a. The rear half of the edge is skipped, because the disc of the previous step covers it.
+    A disc at distance d in direction a, relative to the direction of travel, covers the edge from a − acos(d / 2r) to
+    a + acos(d / 2r). The rear half of the edge is skipped, because the disc of the previous step covers it.
 
     ================ ============= ===============================================================================
     bands                          the points in bands
@@ -127,7 +127,7 @@ def engaged_edges(
     reach = 2.0 * tool.radius
     x, y, ahead_x, ahead_y, back_x, back_y, run, station = path
     for i in range(len(x)):
-        # Intervals at the ends of the half circle are merged into one interval per end.
+        # All intervals that reach an end of the half circle are merged into one.
         left, right, count = -_HALF, _HALF, 0
         for band in range(band_at(bands, y[i] - reach), band_at(bands, y[i] + reach) + 1):
             at = first_right_of(bands, band, x[i] - reach)
@@ -144,7 +144,7 @@ def engaged_edges(
                     along = dx * ahead_x[i] + dy * ahead_y[i]
                 else:
                     along = dx * ahead_x[i] + dy * ahead_y[i]
-                    # This includes a margin for discs whose edge is searched inside by the tolerance.
+                    # The factors are a margin for discs with the smaller radius `edge`.
                     if along <= -0.1 * reach and along * along >= 1.1 * square * (1.0 - square / (reach * reach)):
                         continue
                     recent = run[i] == run[j] and station[i] - station[j] < tool.near
@@ -153,7 +153,7 @@ def engaged_edges(
                         cosine = (tool.edge * tool.edge + square - disc * disc) / (2.0 * tool.edge * distance)
                         half = math.acos(min(max(cosine, -1.0), 1.0))
                     elif recent:
-                        continue  # at the same position, the previous step covers the remaining part
+                        continue  # same position: the previous step covers the other half
                     else:
                         half = math.pi
                 middle = math.atan2(ahead_x[i] * dy - ahead_y[i] * dx, along)

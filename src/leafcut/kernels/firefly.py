@@ -1,4 +1,4 @@
-"""Fireflies as closed tours: their distance, and the inversions by which they move.
+"""Fireflies that are closed tours: distance between fireflies, and moves by inversions.
 
 Source: G. K. Jati and Suyanto, Evolutionary discrete firefly algorithm for travelling salesman problem, ICAIS 2011,
 LNAI 6943, 393–403: the distance between two tours is the number of their different edges, and moves are inversions of
@@ -31,14 +31,15 @@ from leafcut.kernels.random import below
 _A, _B, _C = np.uint64(13), np.uint64(7), np.uint64(17)
 _HALF, _LOW = np.uint64(32), np.uint64(0xFFFFFFFF)
 
-#: Number of nearby inversions before local search, which would undo a single inversion.
+#: Number of nearby inversions before each local search. Local search would undo a single inversion.
 INVERSIONS = 2
 
 
 @kernel
 def edges_apart(tour: NDArray, second: NDArray, place: NDArray) -> int:
-    """Return the number of edges of a tour, int32[h], that are missing in `second`. `place`, int32[h], is the inverse
-    of `second`.
+    """Return the number of edges of `tour` that are missing in the tour `second` (int32[h] each).
+
+    `place`, int32[h], is the inverse of `second`.
     """
     h, count = len(tour), 0
     for k in range(h):
@@ -59,11 +60,10 @@ def longest_edge(costs: NDArray, tour: NDArray) -> float:
 
 @kernel
 def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int, states: NDArray, k: int) -> float:
-    """Try `moves` inversions of random runs one after the other; keep those that do not lengthen the tour.
+    """Try `moves` inversions of random runs, keep those that do not lengthen the tour, and return the gain.
 
-    Return the gain. An inversion needs four table lookups. Usually one lookup is enough, because the first new edge
-    alone is longer than both removed edges together. Equal length is accepted; otherwise no move would succeed on
-    grids.
+    An inversion needs four table lookups. Usually the first is enough, because a new edge is longer than both removed
+    edges together. Equal length is accepted; otherwise no move would succeed on grids.
 
     ======= ============= ==================================================================
     costs   float32[h, h] costs of all edges; half the memory gives twice as many inversions per second
@@ -71,7 +71,7 @@ def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int,
     longest int           nodes of the longest run, 2 … h - 2; lengths from 2 on are equally likely
     ======= ============= ==================================================================
 
-    Changes: tour, place, states[k] (one step of `random.uniform` per inversion: its halves give position and length).
+    Changes: tour, place, states[k] (one random number per inversion: its halves determine position and length).
     """
     h, total, word = len(tour), 0.0, states[k]
     places, lengths = np.uint64(h), np.uint64(longest - 1)
@@ -146,10 +146,10 @@ def move_pairs(
 ) -> None:
     """Move all pairs of fireflies (i, j) with start <= i < stop and i <= j < n, and keep the n shortest results.
 
-    A pair makes β0 moves, each from the current tour of its firefly: β moves of one firefly, then the remaining moves
-    of the other firefly. A long inversion reverses the run between two random positions. A short inversion has
-    2 … `short` nodes and starts at a random position. No run wraps around the end of the array. A move that breaks a
-    tied edge is dropped.
+    A pair makes β0 moves: β moves of one firefly, then the remaining moves of the other. Each move starts from the
+    unchanged tour of its firefly. A long inversion reverses the run between two random positions. A short inversion
+    reverses 2 … `short` nodes from a random position on. No run wraps around the end of the array. A move that breaks
+    a tied edge is dropped.
 
     ============ ================ ==========================================================================
     tours        int32[n, h]      `lengths` float64[n]
@@ -193,7 +193,7 @@ def move_pairs(
 
 @part
 def inversion_cost(cost: CostModel, tour: NDArray, first: int, last: int) -> float:
-    """Return the cost that inverting the positions `first` … `last` adds to a closed tour int32[h]."""
+    """Return the cost added to a closed tour, int32[h], by inverting its positions `first` … `last`."""
     h = len(tour)
     if last - first >= h - 2:
         return 0.0  # the same cycle in reverse direction
@@ -219,8 +219,7 @@ def insert_result(kept: NDArray, kept_lengths: NDArray, f: int, first: int, last
 
 @kernel
 def apply_results(cost: CostModel, tours: NDArray, kept: NDArray, moved: NDArray, lengths: NDArray) -> None:
-    """Write the tours of the results `kept`, int32[m, 3], to the first rows of `moved`, and compute the lengths of all
-    tours in `moved`.
+    """Write the tours of the results `kept`, int32[m, 3], to the first rows of `moved`, and compute all lengths.
 
     Changes: moved int32[n, h], lengths float64[n].
     """
@@ -261,10 +260,10 @@ def fly_and_mend(
     states: NDArray,
     k: int,
 ) -> float:
-    """Make `moves` moves of a firefly. A move consists of `INVERSIONS` nearby inversions, followed by local search at
-    the touched nodes.
+    """Make `moves` moves of a firefly, and return the gain.
 
-    A move that lengthens the tour is undone. Return the gain. Symbols: candidates, lengths and breadth as in
+    A move consists of `INVERSIONS` nearby inversions, followed by local search at the touched nodes. A move that
+    lengthens the tour is undone. Symbols: candidates, lengths and breadth as in
     `lin_kernighan.find_move`; longest as in `fly`.
     Changes: tour, states[k].
     """

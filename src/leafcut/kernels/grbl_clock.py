@@ -1,11 +1,11 @@
 """Simulation of GRBL 1.1 to compute cycle times: its processor reads lines, plans blocks and divides them into
 segments.
 
-The main program does one thing at a time. A line is read when its last byte has arrived over the serial line. Its moves
-become blocks of the planner, which holds 15; a full planner delays the line. At certain points, the main program
-prepares up to 5 segments of the oldest block in advance. A motion starts when the planner is full, when no input is
-waiting, or when a command waits for the machine to stop. The last planned block ends at rest. If the planner has few
-blocks because lines arrive slowly, the machine moves no faster than it can stop within them.
+The main program does one thing at a time. It reads a line when its last byte has arrived over the serial connection.
+The moves of the line become blocks of the planner, which holds 15; a full planner delays the line. At certain points,
+the main program prepares up to 5 segments of the oldest block in advance. A motion starts when the planner is full,
+when no input is waiting, or when a command waits for the machine to stop. The last planned block ends at rest. If
+lines arrive slowly, the planner has few blocks, and the machine moves only as fast as it can stop within these blocks.
 
 Source: GRBL 1.1h (gnea/grbl: planner.c, stepper.c, motion_control.c, protocol.c, config.h); measured against that
 firmware on a simulated board (`python -m benchmarks grbl_time`). Units: mm, s.
@@ -23,13 +23,13 @@ from leafcut.kernels import kernel, part
 
 #: Number of blocks in the planner (BLOCK_BUFFER_SIZE - 1), and of prepared segments (SEGMENT_BUFFER_SIZE - 1).
 BLOCKS, SEGMENTS = 15, 5
-#: Size of the ring of blocks; with a power of two, the modulo is fast.
+#: Size of the ring of blocks. It is a power of two, so that the modulo is fast.
 PLACES = 16
 #: Duration of a segment, s (ACCELERATION_TICKS_PER_SECOND), and its minimum number of steps.
 SEGMENT_S, SEGMENT_STEPS = 0.01, 1.25
-#: Duration of the last part of a long move at constant speed in which segments are not merged, s.
+#: Segments of a long move at constant speed are merged, except in a last part of this duration, s.
 SOON_S = 1.0
-#: Clock frequency of the processor, Hz, and longest tick of its timer; slow steps take 2, 4 or 8 ticks.
+#: Clock frequency of the processor, Hz, and longest tick of its timer. Slow steps take 2, 4 or 8 ticks.
 CLOCK, LONGEST_TICK = 16e6, 65535
 #: Maximum number of bytes in transit from a sender; the receive buffer holds 128.
 ON_THE_WAY = 127
@@ -44,7 +44,7 @@ STRAIGHT = 0.999999
 LINE_S, WORD_S, BYTE_S, CHORD_S = 0.15e-3, 0.09e-3, 15e-6, 0.13e-3
 BLOCK_S, AXIS_S, CORNER_S, PLAN_S = 0.27e-3, 0.19e-3, 0.37e-3, 55e-6
 LOAD_S, CUT_S, TICK_S = 0.27e-3, 0.33e-3, 22e-6
-#: Time from an answer to the next line of the sender, s: the four bytes of the answer, and the reaction time.
+#: Time from an answer of the board to the next line of the sender, s: four bytes of the answer, and reaction time.
 ANSWER_S = 0.6e-3
 
 # Columns of the ring of blocks: remaining length, mm; acceleration; requested speed; squares of the maximum and of the
@@ -95,7 +95,7 @@ def new_board(n_items: int, byte_s: float, lock_s: float, pace: float) -> Board:
 
 @part
 def _spend_time(board: Board, seconds: float) -> None:
-    """Let the main program of the board work for a given time. It works more slowly while the motors run."""
+    """Let the main program work for `seconds` of processor time, which takes longer while the motors run."""
     board.state[NOW] += board.pace * seconds / (board.state[SHARE] if board.counts[RUNNING] else 1.0)
 
 
@@ -108,7 +108,7 @@ def _next_free_segment(board: Board) -> float:
 
 @part
 def _run_segment(board: Board, remaining: float, speed: float, time: float) -> None:
-    """Append a segment of the oldest block, rounded to whole steps with equal ticks, to the prepared segments.
+    """Prepare a segment of the oldest block. It is rounded to whole steps with equal ticks.
 
     remaining float  length of the block that remains after the segment, mm
     speed     float  speed at the end of the segment, mm/s
@@ -287,7 +287,7 @@ def _limit_along_direction(limits: NDArray, unit: NDArray) -> float:
 
 @part
 def _squared_corner_speed(board: Board, acceleration: NDArray, deviation: float) -> float:
-    """Return the square of the maximum speed at the corner between the last and the next block, (mm/s)²."""
+    """Return the squared maximum speed at the corner between the last and the next block, (mm/s)²."""
     before, after = board.unit[0], board.unit[1]
     cosine = -(before[0] * after[0] + before[1] * after[1] + before[2] * after[2])
     if cosine > STRAIGHT:

@@ -1,7 +1,7 @@
 """Build a greedy tour: add the cheapest edges first, provided that they can belong to a tour.
 
-Edges come from neighbour lists and form fragments, which are paths whose inner nodes have both their edges. The ends of
-the fragments are joined in the same way, with new lists of only the ends, until one path remains.
+The edges come from neighbour lists and form fragments of the tour. The ends of the fragments are joined in the same
+way, with new neighbour lists of only the ends, until a single path remains.
 
 ======= ================ ======================================================================================
 edges   uint64[m]        cost (bits of a float32, sortable as an integer) · 2³² + row·k + c
@@ -10,7 +10,7 @@ beside  int32[n, 2]      neighbours of a node in its fragment, -1 for none
 ======= ================ ======================================================================================
 
 Source: J. L. Bentley, Fast algorithms for geometric traveling salesman problems, ORSA J. Computing 4 (1992) (greedy).
-Differs: sorted lists replace the queue of the nearest ends. This is less work and gives nearly the same edges.
+Differs: a sorted list of edges replaces the priority queue. This is less work and gives nearly the same edges.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from leafcut.kernels import kernel
 def list_edges(
     candidates: NDArray, lengths: NDArray, nodes: NDArray, tail: NDArray, limit: float, edges: NDArray
 ) -> int:
-    """List all edges that can be added and cost at most `limit`, each of them once, and return their number.
+    """List each edge that can be added and costs at most `limit` once, and return the number of edges.
 
     ========== ================ ===================================
     candidates int32[rows, k]   neighbours of every row, -1 for none
@@ -63,8 +63,9 @@ def list_edges(
 
 @kernel
 def join(tail: NDArray, neighbours: NDArray, i: int, j: int) -> bool:
-    """Join two nodes if they are ends of different fragments, and return whether they were joined. Changes: tail,
-    neighbours.
+    """Join two nodes if they are ends of different fragments, and return whether they were joined.
+
+    Changes: tail, neighbours.
     """
     a, b = tail[i], tail[j]
     if a < 0 or b < 0 or a == j:
@@ -80,7 +81,7 @@ def join(tail: NDArray, neighbours: NDArray, i: int, j: int) -> bool:
 def join_edges(
     edges: NDArray, count: int, candidates: NDArray, nodes: NDArray, tail: NDArray, neighbours: NDArray
 ) -> None:
-    """Join nodes along the first `count` edges, in order, where possible.
+    """Join the nodes of each of the first `count` edges, in order, if possible.
 
     ``nodes`` int32[rows] is the node of each row of candidates int32[rows, k]. Changes: tail, neighbours.
     """

@@ -2,8 +2,8 @@
 
 A move removes k edges and adds k: t0–t1 is removed, t1–t2 added, t2–t3 removed, … and t(2k-1)–t0 closes the tour. The
 search does not change the tour. The sorted positions of the 2k nodes determine whether the move yields a single tour,
-so intermediate steps may split it. Only improving moves are made: all pieces except the longest are rewritten, and the
-overwritten entries are logged for undo.
+so intermediate steps may split the tour. Only improving moves are made. A move rewrites all pieces except the longest,
+and logs the overwritten entries for undo.
 
 Source: S. Lin and B. W. Kernighan, Operations Research 21 (1973); K. Helsgaun, European J. Operational Research 126
 (2000), section 5 (sequential 5-opt moves as basis), and Mathematical Programming Computation 1 (2009), section 3
@@ -31,17 +31,16 @@ from leafcut.kernels.random import below
 #: Maximum number of edges that a move exchanges.
 DEPTH = 5
 
-#: Maximum length of a piece moved by a kick. Kicks with shorter pieces are soon exhausted, and kicks with longer pieces
-#: are seldom repaired.
+#: Maximum length of a piece that a kick moves. Shorter pieces soon give no new tours; longer ones are seldom repaired.
 LONGEST_PIECE = 50
 
 #: Value of `Tour.queued` for a node that is not in the queue and must not be appended to it.
 WAITING = 2
 
-#: Bit sets of the moves that yield a single tour, indexed by a key. Edge e, the e-th edge removed after t0–t1, adds its
-#: bits to the key: `on` in `find_move`, then for each edge removed earlier whether that edge starts closer to t1. There
-#: are 4 valid moves of three edges, 20 of four, and 148 of five. Keys of five edges have ten bits: the last four select
-#: the number, and the others select its bit.
+#: Bit sets of the moves that yield a single tour, indexed by a key. The e-th edge removed after t0–t1 adds to the key:
+#: `on` in `find_move`, then a bit for each edge removed earlier, which is 1 if that edge starts closer to t1. There are
+#: 4 valid moves of three edges, 20 of four, and 148 of five. Keys of five edges have ten bits: the last four select a
+#: number, and the others select a bit of this number.
 LEAVES_3, LEAVES_4 = 0x1E, 0x1E030D50406678
 LEAVES_5 = np.array([
     0x1E66020AB0C07800, 0x1E780107E0801E78, 0x1050000040000000, 0x1040000010400000, 0x0E030D0000000000,
@@ -87,8 +86,9 @@ class Tour(NamedTuple):
 
 @part
 def push_to_queue(work: Any, v: int) -> None:
-    """Append a node to the queue of a `Tour` or a `Route`, unless it is already there. Changes: queue, queued,
-    counts.
+    """Append a node to the queue of a `Tour` or a `Route`, unless it is in the queue.
+
+    Changes: queue, queued, counts.
     """
     if work.queued[v] == 0:
         work.queued[v] = 1
@@ -124,10 +124,9 @@ def predecessor(node: NDArray, place: NDArray, v: int) -> int:
 
 @part
 def reverse(node: NDArray, place: NDArray, first: int, last: int) -> int:
-    """Reverse the nodes at positions first … last (wrapping around if last < first). If there are fewer other nodes,
-    reverse those instead.
+    """Reverse positions first … last of the tour, or all other positions if they are fewer.
 
-    Return the number of nodes reversed. Changes: node, place.
+    If last < first, the range wraps around. Return the number of reversed positions. Changes: node, place.
     """
     n = len(node)
     size = last - first + 1
@@ -156,8 +155,8 @@ def reverse(node: NDArray, place: NDArray, first: int, last: int) -> int:
 def sort_removed_ends(place: NDArray, move: NDArray, k: int) -> None:
     """Sort the 2k ends of the k removed edges by position, starting directly after the first removed edge.
 
-    In this order, ends with an even rank start a piece of the tour, and ends with an odd rank end a piece. In a piece
-    of one node, the node occurs twice, first as the start.
+    In this order, an end with an even rank is the start of a piece of the tour, and the next end is the end of this
+    piece. A piece of one node occurs as two ends.
     Changes: rows ORDER, RANK, KEY of move.
     """
     n = len(place)
@@ -170,7 +169,7 @@ def sort_removed_ends(place: NDArray, move: NDArray, k: int) -> None:
             a += n
         if b < 0:
             b += n
-        # The later end starts a piece, and the other end ends one; the first edge closes the circle.
+        # The later end is the start of a piece, the other the end of one. For the first edge, positions wrap around.
         begins_b = (a == n - 1) if e == 0 else (b == a + 1)
         move[KEY, 2 * e] = 2 * a + (1 if begins_b else 0)
         move[KEY, 2 * e + 1] = 2 * b + (0 if begins_b else 1)
@@ -187,9 +186,9 @@ def sort_removed_ends(place: NDArray, move: NDArray, k: int) -> None:
 
 @part
 def next_entered_piece(move: NDArray, rank: int, k: int) -> int:
-    """Return the rank at which the new tour enters the next piece, after entering a piece at `rank`.
+    """Return the rank at which the new tour enters its next piece, if it has entered a piece at `rank`.
 
-    The tour leaves that piece at its other end, which is joined to a partner: t1–t2, t3–t4, …, t(2k-1)–t0.
+    The tour leaves the piece at its other end. An added edge, t1–t2, t3–t4, … or t(2k-1)–t0, leads to the next piece.
     """
     i = move[ORDER, rank ^ 1]
     if i == 0:
@@ -213,10 +212,10 @@ def is_one_tour(place: NDArray, move: NDArray, k: int) -> bool:
 
 @part
 def make_move(tour: Tour, k: int) -> bool:
-    """Make a move whose ends are sorted: keep the longest piece of the tour, and write the other pieces after it.
+    """Make a move with sorted ends: keep the longest piece of the tour, and write the other pieces after it.
 
-    Return whether there was space for the move. If not, the tour does not change, and counts[3] is set if a log is
-    kept.
+    Return whether buffer and log had space for the move. If not, the tour does not change; counts[3] is set if there is
+    a log.
     Changes: node, place, log, counts, buffer.
     """
     node, place, move = tour.node, tour.place, tour.move
@@ -299,9 +298,9 @@ def _is_plain(free: int, tied_a: int, tied_b: int, v: int) -> bool:
 
 @part
 def edge_and_return(cost: CostModel, c: int, d: int, t0: int, leaves: bool) -> tuple[float, float]:
-    """Return the costs of travel from c to d and from d to t0; the second is ∞ if the move does not yield one tour.
+    """Return the costs of travel from c to d and from d to t0. The second is ∞ if the move does not yield one tour.
 
-    Machine times are expensive: leaving them out for impossible moves saves 5 % of the time of a kick.
+    Machine times are slow to compute. Omitting them for impossible moves saves 5 % of the time of a kick.
     """
     return travel(cost, c, d), travel(cost, d, t0) if leaves else math.inf
 
@@ -314,9 +313,7 @@ def neighbours_of_position(node: NDArray, at: int) -> tuple[int, int]:
 
 @part
 def steps_between(at: int, start: int, direction: int, n: int) -> int:
-    """Return the number of positions from `start` to `at`, counted forward for direction 0 and backward for direction
-    1.
-    """
+    """Return the number of positions from `start` to `at`, forward (direction 0) or backward (direction 1)."""
     r = at - start if direction == 0 else start - at
     return r if r >= 0 else r + n
 
@@ -341,11 +338,11 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
     breadth: NDArray,
     t0: int,
 ) -> int:
-    """Search for an improving move that starts at t0; return its number of edges, or 0. Its gain is stored in gain[0].
+    """Search for an improving move that starts at t0. Return its number of edges, or 0, and store its gain in gain[0].
 
-    Nested loops, one per edge, are a quarter faster than one loop with a stack. Whether a move yields a single tour is
-    looked up by a key (`LEAVES_3`) to which each edge adds bits. This is a sixth faster than sorting the ends of all
-    moves with a gain, because only one in nine of them yields a single tour.
+    Nested loops, one per edge, are a quarter faster than one loop with a stack. A table lookup (`LEAVES_3`) shows
+    whether a move yields a single tour; each edge adds bits to the key. This is a sixth faster than sorting the ends of
+    all moves with a gain, because only one in nine of these moves yields a single tour.
 
     ========== =============== ==========================================================
     candidates int32[n, k]     neighbours of every node, nearest first, -1 for none
@@ -353,13 +350,13 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
     breadth    int64[DEPTH]    number of candidates tried at each depth; entry 0 is not used
     ========== =============== ==========================================================
 
-    Symbols: r is the number of positions from t1 to a node, in the direction away from t0; `on` is 1 if the tour
-    reaches the even end of a removed edge first in this direction; m is the distance from t1 to the start of that edge.
+    Symbols, all in the direction from t1 away from t0: r is the number of positions from t1 to a node; `on` is 1 if the
+    even end of a removed edge comes before its odd end; m is the number of positions from t1 to the start of that edge.
     Changes: move, gain.
     """
     ends, code, xy, n = move[ENDS], cost.code, cost.xy, len(node)
     free, tied_a, tied_b = cost.free, cost.tied_a, cost.tied_b
-    # A call of `travel` passes the whole cost model. Straight costs need it only for free and tied nodes.
+    # A call of `travel` passes the whole cost model. If costs are straight, it is needed only at free and tied nodes.
     quick = is_straight(cost) and t0 != free and t0 != tied_a and t0 != tied_b
     b1, b2, b3, b4 = breadth[1], breadth[2], breadth[3], breadth[4]
     for direction in range(2):
@@ -375,12 +372,12 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
             at2 = place[t2]
             ahead1, behind1 = neighbours_of_position(node, at2)
             if _is_either(ahead1, behind1, t1):
-                continue  # for an edge of the tour, neither direction is useful
+                continue  # an edge of the tour cannot be added
             r2 = steps_between(at2, start, direction, n)
             ends[2] = t2
             for side1 in range(2):
                 t3 = ahead1 if side1 == 0 else behind1
-                # With two edges, the direction decides; with more edges, the order of the positions.
+                # With two edges, the direction determines whether there is one tour; later, the order of the positions.
                 leaves = side1 != direction
                 if quick and _is_plain(free, tied_a, tied_b, t2) and _is_plain(free, tied_a, tied_b, t3):
                     removed, back = straight(xy, code, t2, t3), straight(xy, code, t3, t0)
@@ -534,8 +531,9 @@ def keep_or_undo(tour: Tour, gained: float) -> float:
 
 @part
 def segment_kick(cost: CostModel, tour: Tour, states: NDArray, k: int) -> float:
-    """Swap two adjacent pieces of 1 … 50 nodes at a random position; return the added cost. Changes: tour,
-    states[k].
+    """Swap two adjacent pieces of 1 … 50 nodes at a random position, and return the added cost.
+
+    Changes: tour, states[k].
     """
     n = len(tour.node)
     longest = min(LONGEST_PIECE, (n - 2) // 2)

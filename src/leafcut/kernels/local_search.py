@@ -1,7 +1,7 @@
 """Local search by 2-opt and Or-opt moves on candidate lists, with a queue of nodes to examine.
 
-All moves are composed of a single primitive: a 2-opt exchange, given by its four nodes, which reverses the shorter side
-of the tour. Therefore the direction of the array never matters.
+All moves consist of 2-opt exchanges, each given by its four nodes. An exchange reverses the shorter side of the tour.
+The direction in which the array stores the tour does not matter.
 """
 
 from __future__ import annotations
@@ -129,8 +129,7 @@ def _move_run(node: NDArray, place: NDArray, p: int, a: int, e: int, q: int, c: 
 
 @kernel
 def improve(cost: CostModel, tour: Tour, candidates: NDArray, max_moves: int) -> int:
-    """Improve the tour at the queued nodes until the queue is empty or `max_moves` moves have been made. Return the
-    number of moves.
+    """Improve the tour at the queued nodes, and return the number of moves, at most `max_moves`.
 
     A node leaves the queue if no move at this node improves the tour (its don't-look bit). The ends of each move enter
     the queue.

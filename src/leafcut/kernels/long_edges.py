@@ -1,9 +1,9 @@
 """Repair of long edges: one end is fixed, and the other end walks towards it along candidate edges.
 
-Where fragments of a greedy tour end far apart, a long edge remains. No exchange of five edges shortens it, because the
-tour would first become longer on the way out of a cluster. Therefore one end takes many steps. Each step adds the edge
-to a candidate of the walking end, and removes the edge before that candidate. The node that loses this edge is the new
-end. The steps after the best position are undone.
+If fragments of a greedy tour end far apart, a long edge remains. No exchange of five edges shortens it, because the
+tour would first become longer until the end has left its cluster. Therefore the end walks many steps. Each step adds
+an edge from the walking end to one of its candidates, and removes the edge before that candidate. The node that loses
+this edge is the new end. The steps after the best position are undone.
 
 Source: S. Lin and B. W. Kernighan, Operations Research 21 (1973), section 1 (the step, the gain criterion, and the rule
 that an added edge is not removed again).
@@ -23,9 +23,9 @@ from leafcut.kernels.lin_kernighan import Tour, predecessor, push_to_queue, reve
 
 @part
 def _step(tour: Tour, fixed: int, moving: int, target: int) -> int:
-    """Replace the edge fixed–moving and the edge before `target` by the edge moving–target and an edge to the new end.
+    """Move one end of an edge: remove fixed–moving and the edge before `target`, and add the edge moving–target.
 
-    The new end, which is next to `fixed`, is the node before `target`. Return the number of positions written. Changes:
+    The node before `target` becomes the new end, next to `fixed`. Return the number of written positions. Changes:
     node, place.
     """
     node, place = tour.node, tour.place
@@ -46,9 +46,9 @@ def _walk_end(
     moving: int,
     places: int,
 ) -> tuple[float, int]:
-    """Move one end of an edge step by step along the tour. Return the gain of the steps that are kept, and how many
-    more entries of `places` may be written.
+    """Move one end of an edge step by step along candidate edges.
 
+    Return the gain of the steps that are kept, and the remaining number of positions that may be written (`places`).
     Changes: tour, joined_to, steps.
     """
     open_length, best, kept, count = travel(cost, fixed, moving), 0.0, 0, 0

@@ -1,6 +1,6 @@
-"""A k-d tree over the nodes, which finds the nearest neighbours per quadrant and the nearest unvisited node.
+"""A k-d tree over the nodes, for finding the nearest neighbours per quadrant and the nearest unvisited node.
 
-Points are numbered in the order of the leaves, so that each leaf is contiguous in memory, and points with similar
+Points are numbered in the order of the leaves. Each leaf is therefore contiguous in memory, and points with similar
 numbers are close to each other. Points at the same position ("twins") have consecutive numbers.
 
 Source: J. L. Bentley, K-d trees for semidynamic point sets, SoCG 1990 (bottom-up search, deletion by counting).
@@ -78,7 +78,7 @@ def _swap(u: NDArray, v: NDArray, label: NDArray, i: int, j: int) -> None:
 
 @part
 def _quickselect(u: NDArray, v: NDArray, label: NDArray, low: int, high: int, middle: int) -> None:
-    """Partially sort the run low … high by u so that position `middle` has its final value (quickselect).
+    """Partially sort the run low … high by u, so that position `middle` gets its final value (quickselect).
 
     Changes: u, v, label.
     """
@@ -104,9 +104,9 @@ def _quickselect(u: NDArray, v: NDArray, label: NDArray, low: int, high: int, mi
 
 @part
 def _split(u: NDArray, v: NDArray, label: NDArray, start: int, stop: int) -> int:
-    """Split a run of points near its middle by u, with equal values on the same side. Return the start of the right
-    part.
+    """Split a run of points by u near its middle, and return the start of the right part.
 
+    Points with equal values of u stay together.
     Changes: u, v, label.
     """
     middle = (start + stop) // 2
@@ -121,7 +121,8 @@ def _split(u: NDArray, v: NDArray, label: NDArray, start: int, stop: int) -> int
         if u[i] == value:
             _swap(u, v, label, i, last)
             last += 1
-    # The run first … last - 1 has equal values. Cut on the side closer to the middle, unless that part is empty.
+    # The points first … last - 1 have equal values. Split before or after them, whichever is closer to the middle,
+    # unless a part would be empty.
     if first > start and (last == stop or middle - first <= last - middle):
         return first
     return last if last < stop else middle
@@ -129,8 +130,9 @@ def _split(u: NDArray, v: NDArray, label: NDArray, start: int, stop: int) -> int
 
 @part
 def _sort_leaf(x: NDArray, y: NDArray, label: NDArray, start: int, stop: int) -> None:
-    """Sort a few points by position, then by label, so that points at the same position are consecutive. Changes: x, y,
-    label.
+    """Sort a few points by position, then by label, so that points at the same position are consecutive.
+
+    Changes: x, y, label.
     """
     for i in range(start + 1, stop):
         j = i
@@ -195,8 +197,7 @@ def grow_tree(
         child[node] = count
         begin[count], stop[count], parent[count] = b, cut, node
         begin[count + 1], stop[count + 1], parent[count + 1] = cut, s, node
-        # Divide left first and depth first, so that neighbours in the plane are close in memory, here and in every
-        # search.
+        # Split depth first, the left child first, so that neighbours in the plane are close in memory.
         stack[height], stack[height + 1] = count + 1, count
         height += 2
         count += 2
@@ -235,9 +236,9 @@ def _scan(
     per_quadrant: int,
     capacity: int,
 ) -> int:
-    """Record those points of a run that are among the nearest in their quadrant, and other points if there is space.
+    """Record the points of a run that are among the nearest in their quadrant, and other points if there is space.
 
-    Of points at the same position, only the first and the last are examined. Returns the space that remains for other
+    Of points at the same position, only the first and the last are examined. Return the remaining space for other
     points. Changes: points, distances.
     """
     xi, yi, last = x[i], y[i], per_quadrant - 1
@@ -290,8 +291,7 @@ def _set_limits(points: NDArray, distances: NDArray, per_quadrant: int, capacity
 
 @part
 def _reaches(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> bool:
-    """Return whether a box extends into a quadrant around (x, y) within the limit of the quadrant, or may contain a
-    point at the same position.
+    """Return whether a box may contain a point at (x, y), or extends into a quadrant within the limit of that quadrant.
     """
     d = squared_gap(box, node, x, y)
     if d >= limit[REST]:
@@ -311,10 +311,11 @@ def _reaches(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> boo
 @part
 def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -> None:
     """Find the points nearest to point i per quadrant, the nearest other points up to k in total, and its twins.
+
     Twins are points at the same position. Quadrants are half open, so that each direction belongs to exactly one
-    quadrant. Twins of i belong to no quadrant, because there may be thousands. Instead, i gets the twins before and
-    after it, so that they form a chain, or any other twins. Of twins at another position, only the first and the last
-    count, because more would displace other positions.
+    quadrant. Twins of i belong to no quadrant, because there may be thousands of them. If possible, the twins directly
+    before and after i are listed, so that all twins form a chain. Of twins at another position, only the first and the
+    last are listed, because more would displace other positions.
     Changes: nearby.
     """
     x, y, box, child = tree.x, tree.y, tree.box, tree.child

@@ -1,9 +1,9 @@
 """Minimum 1-trees on a sparse graph, and the subgradient ascent on node penalties for a lower bound.
 
 A 1-tree is a spanning tree of all nodes except one, the hub, plus two edges of the hub. Every tour is a 1-tree, so no
-tour costs less than the minimum 1-tree. If a node penalty is added to the cost of all edges of the node, the costs of
-all tours change equally, but the costs of 1-trees change by their degrees. Penalties on nodes with many edges and
-rewards on leaves drive 1-trees towards tours.
+tour costs less than the minimum 1-tree. Adding a penalty to all edges of a node changes the costs of all tours equally,
+but the cost of a 1-tree in proportion to the degree of the node. Penalties on nodes with many edges and rewards on
+leaves drive 1-trees towards tours.
 
 Source: M. Held and R. M. Karp, The traveling-salesman problem and minimum spanning trees, Operations Research 18 (1970)
 and Mathematical Programming 1 (1971).
@@ -24,9 +24,9 @@ WAYS = 4
 #: Values of `TreeScratch.place`: not in the heap yet; already in the tree.
 OUTSIDE, DONE = -1, -2
 
-#: Minimum width of a set, as a multiple of the distance to the next node outside divided by the number of nodes inside.
-#: Without a minimum, sets on a grid would have width 0. In a test on eight boards, 0 was worse for clustered holes, and
-#: 1 was worse for grids.
+#: Minimum width of a set, as a multiple of the distance to the nearest node outside divided by the number of nodes
+#: inside. Without a minimum, sets on a grid would have width 0. In a test on eight boards, 0 was worse for clustered
+#: holes, and 1 was worse for grids.
 SLACK = 0.3
 
 
@@ -96,7 +96,7 @@ def _insert_in_heap(heap: NDArray, place: NDArray, key: NDArray, hole: int, node
 
 @part
 def _replace_heap_top(heap: NDArray, place: NDArray, key: NDArray, size: int, node: int) -> None:
-    """Replace the top of the heap by a node. Changes: heap, place."""
+    """Replace the top of the heap with a node. Changes: heap, place."""
     hole = 0
     while WAYS * hole + 1 < size:
         smallest = WAYS * hole + 1
@@ -168,10 +168,10 @@ def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[
 
 @part
 def close_tree(spokes: NDArray, hub: int, tied: int, root: int, penalty: NDArray, work: TreeScratch) -> float:
-    """Complete the spanning tree in `work` to a 1-tree, count its degrees, and return the cost to be added.
+    """Complete the spanning tree in `work` to a 1-tree, count its degrees, and return the added cost.
 
-    This cost consists of both edges of the hub, minus the total of the penalties, which is the same in every tour. The
-    hub has no penalty.
+    The added cost is that of both edges of the hub, minus the effect of all penalties on a tour, which is the same for
+    every tour. The hub has no penalty.
     Changes: work.excess, which is 0 at the hub.
     """
     a, b = two_spokes(spokes, penalty, hub, tied)
@@ -225,7 +225,7 @@ def join_sets(
 def penalty_direction(sets: Sets, n: int, excess: NDArray) -> float:
     """Convert the excess of nodes to a direction for their penalties. Return the inner product of excess and direction.
 
-    Each set moves by its excess times its width, together with its nodes.
+    Each set changes the penalties of all its nodes by its excess times its width.
     Changes: excess float64[2n].
     """
     last = 2 * n - 3
@@ -257,17 +257,16 @@ def climb(
     best_value: float,
     work: TreeScratch,
 ) -> float:
-    """Take the steps first … last - 1 of `steps` in total, starting from `penalty`. Keep the best penalties, and return
-    their value.
+    """Take steps first … last - 1 of a subgradient ascent with `steps` steps in total, starting from `penalty`.
 
-    A step follows the excess of the minimum 1-tree. Its length would close the gap to `upper`, the cost of a tour, if
-    the value increased linearly. The steps decrease to zero.
+    Keep the best penalties, and return their value. A step follows the excess of the minimum 1-tree. Its length would
+    close the gap to `upper`, the cost of a tour, if the value increased linearly. The steps decrease to zero.
     Changes: penalty, best (float64[n] each), work.
     Source: M. Held, P. Wolfe and H. P. Crowder, Validation of subgradient optimization, Mathematical Programming 6
     (1974) (the length); T. Volgenant and R. Jonker, European J. Operational Research 9 (1982) (the quadratic decrease).
-    Differs: not only single nodes move, but all sets of `Sets`, each by its width. The sets correspond to the moats of
-    M. Jünger and W. R. Pulleyblank (1993): a cluster of holes needs a common reward, which would take thousands of
-    steps node by node.
+    Differs: not only the penalties of single nodes change, but also those of all sets in `Sets`, in proportion to their
+    widths. The sets correspond to the moats of M. Jünger and W. R. Pulleyblank (1993): a cluster of holes needs a
+    common reward, which would take thousands of steps node by node.
     """
     n = len(penalty)
     root = 0 if hub != 0 else 1

@@ -1,6 +1,4 @@
-"""Orders of clusters that respect precedence: construction by ants, inversions by fireflies, and the choice of
-nodes.
-"""
+"""Orders of clusters with precedence: construction by ants, inversions by fireflies, and the choice of nodes."""
 
 from __future__ import annotations
 
@@ -18,9 +16,10 @@ from leafcut.kernels.random import below, uniform
 def choose_next_cluster(
     weights: NDArray, nearness: NDArray, missing: NDArray, last: int, greedy_probability: float, states: NDArray, k: int
 ) -> int:
-    """Return the next cluster: the best with `greedy_probability`, otherwise one drawn by weight. Changes: states[k].
+    """Return the next cluster of an ant. Changes: states[k].
 
-    If no step has pheromone, only the nearness decides.
+    With `greedy_probability`, it is the cluster with the maximum weight, otherwise a random cluster with probability
+    proportional to its weight. If no step has pheromone, only the nearness decides.
     Symbols: weights, nearness float64[m, m]; missing int32[m], 0 for clusters that may come next; last, the current
     cluster, or -1.
     Source: Dorigo and Stützle 2004, equations 3.2 and 3.10.
@@ -74,13 +73,12 @@ def construct_order(
     missing: NDArray,
     order: NDArray,
 ) -> None:
-    """Construct one order of clusters. If `local_rate` is above 0, the trail of each step that is taken decays towards
-    `initial`.
+    """Construct an order of clusters as an ant. If `local_rate` > 0, the trail of each step taken decays to `initial`.
 
     Symbols: pheromone, nearness (η^β), weights (τ^α·η^β) float64[m, m]; missing int32[m] is a work array.
     Changes: order int32[m], missing, states[k]; pheromone and weights if `local_rate` > 0.
     Source: Dorigo and Stützle 2004, equations 3.2, 3.10 and 3.12.
-    Differs: a cluster is drawn only if all its predecessors are already in the order.
+    Differs: a cluster may be chosen only if all its predecessors are already in the order.
     """
     m, last = len(order), NONE
     for c in range(m):
@@ -102,9 +100,9 @@ def construct_order(
 
 @kernel
 def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, sums: NDArray, links: NDArray) -> float:
-    """For an order of clusters, int32[m], choose the best node of each; return the length of the closed path.
+    """Choose the best node of each cluster in an order, int32[m], and return the length of the closed path.
 
-    The result is exact: the path is cut at its smallest cluster, and all nodes of this cluster are tried.
+    The result is optimal: the path is cut at its smallest cluster, and all nodes of this cluster are tried.
     Changes: path, trial int32[m]; sums and links as in `choose_nodes_between`.
     """
     m, cut = len(order), 0
@@ -130,9 +128,7 @@ def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, 
 
 @part
 def may_invert(layers: Clusters, order: NDArray, place: NDArray, first: int, last: int) -> bool:
-    """Return whether the positions first … last of an order may be inverted, which requires that they contain no
-    precedence pair.
-    """
+    """Return whether positions first … last of an order may be inverted, because they contain no precedence pair."""
     for at in range(first, last):
         c = order[at]
         for e in range(layers.after_begin[c], layers.after_begin[c + 1]):
@@ -145,9 +141,9 @@ def may_invert(layers: Clusters, order: NDArray, place: NDArray, first: int, las
 def invert_runs(
     layers: Clusters, order: NDArray, place: NDArray, runs: int, longest: int, states: NDArray, k: int
 ) -> None:
-    """Invert `runs` nearby runs of 2 … `longest` clusters at a random position, as far as precedence allows.
+    """Invert `runs` nearby runs of 2 … `longest` clusters around a random position, where precedence allows it.
 
-    A run does not wrap around the end of an order, and does not contain the fixed first cluster, if any.
+    A run does not wrap around the end of the order, and does not contain a fixed first cluster.
     Changes: order, place int32[m], states[k].
     """
     m, fixed = len(order), int(layers.anchored[0])
@@ -167,8 +163,9 @@ def invert_runs(
 
 @kernel
 def steps_apart(order: NDArray, place: NDArray) -> int:
-    """Return the number of steps of an order, int32[m], that are missing in another order. `place`, int32[m], contains
-    the position of each cluster in the other order.
+    """Return the number of steps of an order, int32[m], that are missing in a second order.
+
+    `place`, int32[m], contains the position of each cluster in the second order.
     """
     count = 0
     for index in range(1, len(order)):

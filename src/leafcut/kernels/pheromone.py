@@ -1,7 +1,7 @@
-"""Pheromone on candidate edges: evaporation, deposit, and the weights from which ants choose.
+"""Pheromone on candidate edges: evaporation, deposit, and the weights for the choice of an edge.
 
 `pheromone[i, c]` belongs to the edge from node i to its c-th candidate. An edge in the lists of both its nodes has two
-equal entries. The memory is proportional to n·k instead of n².
+equal entries. Memory is proportional to n·k instead of n².
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from leafcut.kernels.cost import CostModel, travel
 
 @kernel
 def fill_nearness(cost: CostModel, candidates: NDArray, weight: float, offset: float, nearness: NDArray) -> None:
-    """Compute η^β = (1 / (cost + offset))^β for each candidate edge; with the offset, it is finite at distance 0.
+    """Compute η^β = (1 / (cost + offset))^β for each candidate edge. The offset keeps it finite at distance 0.
 
     Changes: nearness float64[n, k].
     """
@@ -37,7 +37,7 @@ def fill_weights(pheromone: NDArray, nearness: NDArray, pheromone_weight: float,
 
 @kernel
 def evaporate(pheromone: NDArray, rate: float, lowest: float) -> None:
-    """Reduce each trail by the share `rate`, but not below `lowest`. Changes: pheromone.
+    """Reduce each trail by the fraction `rate`, but not below `lowest`. Changes: pheromone.
 
     Source: Dorigo and Stützle 2004, equations 3.3 and 3.5 (lower trail limit of MAX–MIN: section 3.3.4).
     """
@@ -77,9 +77,9 @@ def decay_edge(
     i: int,
     c: int,
 ) -> None:
-    """Let the pheromone on one edge decay towards `initial`, τ ← (1 − ξ)τ + ξτ0, and update the weight of the edge.
-    Changes: pheromone, weights.
+    """Let the pheromone on an edge decay to `initial`, τ ← (1 − ξ)τ + ξτ0, and update the weight of the edge.
 
+    Changes: pheromone, weights.
     Source: Dorigo and Stützle 2004, equation 3.12 (local update of Ant Colony System).
     """
     trail = (1.0 - rate) * pheromone[i, c] + rate * initial
@@ -93,8 +93,8 @@ def branching_factor(candidates: NDArray, pheromone: NDArray, share: float) -> f
 
     τ_min and τ_max are the smallest and the largest trail of the node, and λ is `share`. When the ants converge, the
     factor falls from the length of the candidate lists to 2. Source: Dorigo and Stützle 2004, section 3.3.4 (mean
-    λ-branching factor; λ = 0.05 there). Differs: only edges in the candidate lists count; with full lists, all edges.
-    An entry that leads back to its own node is ignored.
+    λ-branching factor; λ = 0.05 there). Differs: only edges in the candidate lists count. An edge from a node to itself
+    is ignored.
     """
     total, nodes = 0, 0
     for i in range(candidates.shape[0]):

@@ -13,7 +13,7 @@ _SCALE = 1.0 / 9007199254740992.0  # 2**-53
 
 @kernel
 def uniform(states: NDArray, k: int) -> float:
-    """Return a random number in [0, 1), and advance the word ``states[k]`` (uint64, never 0).
+    """Return a random number in [0, 1), and advance the state ``states[k]`` (uint64, never 0).
 
     Changes: states[k].
     Source: G. Marsaglia, Xorshift RNGs, J. Statistical Software 8 (2003), triple (13, 7, 17).

@@ -1,9 +1,9 @@
 """A directed path during its improvement: exchange pieces of the path, and undo exchanges.
 
-The path is an array with an anchor at position 0 (the depot of an open path), treated as a circle: the first position
-follows the last. An exchange cuts it after up to three positions p < q < r into A = … p, B = p + 1 … q, C = q + 1 … r
-and D = r + 1 …, and reassembles it with B and C swapped, reversed, or both. The cost of reversing a piece is the
-difference of two prefix sums, so it is known without visiting the piece.
+The path is an array with an anchor at position 0 (the depot of an open path). It is treated as a circle: the first
+position follows the last. An exchange cuts the path after up to three positions p < q < r into A = … p, B = p + 1 … q,
+C = q + 1 … r and D = r + 1 …, and reassembles it with B and C swapped, reversed, or both. The cost of reversing a piece
+is the difference of two prefix sums, so its nodes need not be visited.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from leafcut.kernels import kernel, part
 from leafcut.kernels.cost import CostModel, travel
 from leafcut.kernels.lin_kernighan import push_to_queue
 
-#: Binary logarithm of the number of positions that share one entry of `Route.shift`.
+#: Binary logarithm of the number of positions per entry of `Route.shift`.
 BLOCK = 8
 
 #: Columns of `Route.move`: the three cuts, and the changes of the two pieces between them.
@@ -27,7 +27,7 @@ P, Q, R, SWAPPED, TURNED_B, TURNED_C = 0, 1, 2, 3, 4, 5
 #: Entries of `Route.flags`.
 TWISTED, RING = 0, 1
 
-#: Value in the log instead of the third cut of an exchange, if the option of a node was changed.
+#: Value in the log, in place of the third cut of an exchange, for a change of a node's option.
 CHOICE = -2
 
 
@@ -151,8 +151,9 @@ def recompute_bias(cost: CostModel, route: Route) -> None:
 
 @part
 def keeps_order(route: Route, rules: Rules, p: int, q: int, r: int, swapped: bool, b: bool, c: bool) -> bool:
-    """Return whether the path satisfies the precedence after an exchange; `swapped`, `b` and `c` state whether the
-    pieces are swapped, and whether B and C are reversed.
+    """Return whether the path satisfies the precedence after an exchange.
+
+    `swapped`: the pieces are swapped. `b`, `c`: piece B or C is reversed.
     """
     node, place, after_begin, after = route.node, route.place, rules.after_begin, rules.after
     if len(after) == 0:
@@ -179,8 +180,9 @@ def keeps_order(route: Route, rules: Rules, p: int, q: int, r: int, swapped: boo
 
 @part
 def log_exchange(route: Route, p: int, r: int) -> bool:
-    """Write the nodes at the positions p + 1 … r to the log, and return whether there was space for them. Changes: log,
-    counts.
+    """Write the nodes at positions p + 1 … r to the log, and return whether there was space for them.
+
+    Changes: log, counts.
     """
     log, top = route.log, route.counts[2]
     if len(log) == 0:
@@ -228,9 +230,7 @@ def make_exchange(cost: CostModel, route: Route) -> bool:
 
 @part
 def visit_cost(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> float:
-    """Return the sum of three costs: travel to node v, its option with the entry row `row`, and travel to the next
-    node.
-    """
+    """Return the cost of visiting node v by the option with entry row `row`: travel there, service, and travel on."""
     index = route.place[v]
     u, w = route.node[index - 1], route.node[index + 1 if index + 1 < len(route.node) else 0]
     arrival, departure = travel(cost, route.leave[u], row), travel(cost, row + rules.beyond[0], route.enter[w])
@@ -308,8 +308,9 @@ def undo_exchanges(cost: CostModel, route: Route, rules: Rules) -> None:
 def build_cheapest_path(
     cost: CostModel, route: Route, rules: Rules, open_nodes: NDArray, open_index: NDArray, missing: NDArray
 ) -> None:
-    """Build a path from the node at position 0 that always continues with the cheapest node whose predecessors are
-    already on the path.
+    """Build a path from the node at position 0.
+
+    It always continues with the cheapest node among those with all predecessors on the path.
 
     Symbols: open_nodes int32[n], nodes that may come next, without the node at position 0; open_index int32[n], index
     of each node in open_nodes, -1 for the others; missing int32[n], number of predecessors that are not on the path

@@ -4,14 +4,13 @@ Exchanges of two or three edges are found along candidate lists. With the pieces
 
     A C B D,   A B' D,   A C B' D,   A C' B D   or   A B' C' D   (' reversed).
 
-The first form does not change any direction; it is the path-preserving exchange of the literature. Precedence is
-checked last, and only for exchanges with a gain. All functions are written for one direction and used for both, because
-a reversed path is also a path. In the reversed direction, the coordinate of a node is its distance from the anchor
-against the direction of the path.
+The first form keeps all directions; it is the path-preserving exchange in the literature. Precedence is checked last,
+and only for exchanges with a gain. A reversed path is also a path, so each function works in both directions. The
+coordinate of a node is the number of positions from the anchor, in the direction of the path or against it.
 
 Source: L. M. Gambardella and M. Dorigo, INFORMS J. Computing 12 (2000) (path-preserving exchanges of three edges, with
 precedence).
-Differs: candidate lists and gains along the exchange instead of labels in a search over all positions; pieces may be
+Differs: a search along candidate lists and gains instead of a search over all positions with labels; pieces may be
 reversed; kicks as in `kernels.lin_kernighan`.
 """
 
@@ -48,15 +47,13 @@ from leafcut.kernels.route import (
     visit_cost,
 )
 
-#: Maximum length of a piece that a kick moves, and maximum number of random positions tried until precedence allows
-#: one.
+#: Maximum length of a piece that a kick moves; maximum number of random positions to try until precedence allows one.
 LONGEST_PIECE, DRAWS = 50, 12
 
 #: Share of kicks that change the option of a node, if nodes have several options.
 OPTION_SHARE = 0.3
 
-#: Maximum number of simultaneous kicks if the path may become longer, because on short paths a single kick is simply
-#: undone by the repair.
+#: Maximum number of simultaneous kicks if the path may become longer. On short paths, the repair undoes a single kick.
 MOST_AT_ONCE = 3
 
 #: Maximum number of searches for an exchange after a kick.
@@ -75,7 +72,7 @@ def coordinate_of(route: Route, v: int, s: int) -> int:
 
 @part
 def node_at(route: Route, x: int, s: int) -> int:
-    """Return the node at coordinate x = 0 … n in direction s; at x = n, this is the anchor again."""
+    """Return the node at coordinate x = 0 … n in direction s. Coordinate n is the anchor again."""
     n = len(route.node)
     if x == 0 or x == n:
         return int(route.node[0])
@@ -84,7 +81,7 @@ def node_at(route: Route, x: int, s: int) -> int:
 
 @part
 def reversal_cost(route: Route, s: int, x: int, y: int) -> float:
-    """Return the cost that is added within the piece at coordinates x … y when the piece is reversed."""
+    """Return the cost added inside the piece at coordinates x … y by reversing it."""
     if route.flags[TWISTED] == 0:
         return 0.0
     n, bias, shift = len(route.bias), route.bias, route.shift
@@ -94,9 +91,7 @@ def reversal_cost(route: Route, s: int, x: int, y: int) -> float:
 
 @part
 def new_edge_cost(cost: CostModel, route: Route, rules: Rules, listed: float, u: int, v: int, s: int) -> float:
-    """Return the cost of travel from u to v. If nodes have a single option, this is the cost `listed` in the candidate
-    list.
-    """
+    """Return the cost of travel from u to v: the `listed` cost of the candidate, unless nodes have several options."""
     if len(rules.way) <= len(route.node):
         return listed
     return leg_cost(cost, route, u, v, s)
@@ -106,7 +101,9 @@ def new_edge_cost(cost: CostModel, route: Route, rules: Rules, listed: float, u:
 def record_exchange(
     route: Route, rules: Rules, s: int, x: int, y: int, z: int, swapped: bool, b: bool, c: bool
 ) -> bool:
-    """If the exchange that cuts the path after positions x < y ≤ z is allowed, record it; return whether it is allowed.
+    """Record the exchange that cuts the path after coordinates x < y ≤ z, if precedence allows it.
+
+    Return whether it is allowed.
 
     Changes: move.
     """
@@ -142,10 +139,10 @@ def search_cut_before(
     c: int,
     gain: float,
 ) -> float:
-    """Search for an exchange after which the path goes from x0 to c, and which removes the edge that led to c.
+    """Search for an exchange that adds the edge from x0 to c and removes the edge that led to c.
 
-    Symbols are as in `find_exchange`. `gain` is the gain of using the edge to c instead of the edge to t1. Returns the
-    gain of the exchange, which is stored in `move`, or 0 if none is found. Changes: move.
+    Symbols are as in `find_exchange`. `gain` is the gain of the edge to c over the edge to t1. Store the exchange in
+    `move` and return its gain, or 0 if there is none. Changes: move.
     """
     n = len(route.node)
     xc = coordinate_of(route, c, s)
@@ -204,8 +201,9 @@ def search_cut_after(
     xc: int,
     gain: float,
 ) -> float:
-    """Search for an exchange as in `search_cut_before`, but for the node at coordinate xc > x0 + 1, and remove the edge
-    that started at this node.
+    """Search for an exchange that adds the edge to the node at coordinate xc > x0 + 1, and removes the edge after it.
+
+    All else is as in `search_cut_before`.
     """
     n = len(route.node)
     d = node_at(route, xc + 1, s)
@@ -304,7 +302,7 @@ def improve_route(
             max_searches -= 1
             gain = choose_option(cost, route, rules, v, min_gain)
             if gain <= 0.0:
-                # Numba compiles a version for each constant direction; a common version would be a third slower.
+                # Numba compiles a version for each constant direction. A common version would be a third slower.
                 gain = find_exchange(cost, route, rules, rules.onward, breadth, min_gain, 1, v)
                 if gain <= 0.0:
                     gain = find_exchange(cost, route, rules, rules.backward, breadth, min_gain, -1, v)

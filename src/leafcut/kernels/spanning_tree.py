@@ -1,7 +1,7 @@
 """Minimum spanning trees over all pairs of nodes under penalties, which prove a lower bound.
 
-One node is left out, which is the hub of a 1-tree. The penalised cost of an edge is d(i, j) + (p_i + p_j), added in
-this order, so that the value is the same from both ends.
+The tree omits one node, the hub of a 1-tree. The penalised cost of an edge is d(i, j) + (p_i + p_j), added in this
+order, so that rounding is the same from both ends.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def dense_tree(
 ) -> None:
     """Find the minimum spanning tree by a scan of all n² pairs. This works for any metric and needs O(n) memory.
 
-    Among edges of equal cost, the edge to the node that joined last is used, so that chains form rather than stars.
+    Of several edges with equal cost, the edge to the node that joined last is used, so that chains form, not stars.
     Changes: outside, near int32[n], key float64[n] (work arrays); a, b int32[n-2], the edges.
     Source: R. C. Prim, Bell System Technical Journal 36 (1957).
     """
@@ -44,7 +44,7 @@ def dense_tree(
     for e in range(len(a)):
         nearest = 0
         for s in range(size):
-            # For a matrix, a lookup is enough, because tied and free edges are edges of the hub.
+            # For a matrix, a lookup is enough, because tied and free edges end at the hub.
             d = cost.matrix[i, outside[s]] if cost.code == EXPLICIT else travel(cost, i, outside[s])
             c = d + (penalty[i] + penalty[outside[s]])
             if c <= key[s]:
@@ -108,8 +108,9 @@ def find_leaving_edges_in_graph(graph: Graph, penalty: NDArray, parts: ForestPar
 def find_leaving_edges_in_tree(
     cost: CostModel, tree: Tree, penalty: NDArray, excluded: int, max_visits: int, parts: ForestParts
 ) -> int:
-    """Find the cheapest edge that leaves each part, by a search of the k-d tree. Return the number of visited boxes, or
-    -1 if it exceeds `max_visits`.
+    """Find the cheapest edge that leaves each part, by a search of the k-d tree.
+
+    Return the number of visited boxes, or -1 if it exceeds `max_visits`.
 
     Every metric of positions increases with |dx| and |dy|, even after rounding, and a lift only increases it. Therefore
     no edge into a box costs less than an edge to the nearest point of the box. Existing values in `parts.best` prune
@@ -141,7 +142,7 @@ def find_leaving_edges_in_tree(
                 continue
             right = tree.child[box_node] + 1
             if right > 0:
-                # The nearer box is visited first, because its result lowers the limit for the other.
+                # The nearer box is visited first, because its result lowers the limit for the other box.
                 second = 0 if squared_gap(box, right, x, y) < squared_gap(box, right - 1, x, y) else 1
                 stack[height], stack[height + 1] = right - 1 + second, right - second
                 height += 2

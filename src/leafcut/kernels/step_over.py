@@ -1,4 +1,4 @@
-"""Find the largest empty discs next to a path, and the point where each of them touches the path again."""
+"""For each point of a path, find the largest empty disc next to it, and the other point that this disc touches."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from leafcut.kernels import kernel, part
 from leafcut.kernels.bands import Bands, band_at, first_right_of
 
-#: Search radius around the centre of a disc, as a multiple of the reach, with a margin for rounding.
+#: Half side of the search box around the centre of a disc, as a multiple of the reach, with a margin for rounding.
 HALF = 0.5 + 1e-9
 
 
 class Reaches(NamedTuple):
-    """Search distance for a neighbour, mm: it starts at `least`, doubles each time, and ends at `most`."""
+    """Search distances for a neighbour, mm. They start at `least`, double each time, and end at `most`."""
 
     least: float
     most: float
@@ -23,9 +23,7 @@ class Reaches(NamedTuple):
 
 @part
 def smallest_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float) -> float:
-    """Return the radius of the smallest disc that touches the tangent at (x, y) and passes through a point of the
-    bands.
-    """
+    """Return the radius of the smallest disc that touches the tangent at (x, y) and another point."""
     smallest, middle_x, middle_y, half = math.inf, x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
     for band in range(band_at(bands, middle_y - half), band_at(bands, middle_y + half) + 1):
         index = first_right_of(bands, band, middle_x - half)
@@ -41,10 +39,9 @@ def smallest_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach:
 
 @part
 def highest_touched(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float, largest: float) -> int:
-    """Return the index of the point that is highest above the tangent and whose disc is small enough. Of equally high
-    points, return the last.
+    """Return the index of the point highest above the tangent among the points with a disc of at most radius `largest`.
 
-    largest radius of the disc, mm, at most half the reach
+    Of equally high points, return the last. `largest` is in mm and at most half the reach.
     """
     highest, result = 0.0, -1
     middle_x, middle_y, half = x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
@@ -74,11 +71,11 @@ def find_neighbours(
     row: NDArray,
     radius: NDArray,
 ) -> None:
-    """For each point, find the smallest disc that touches its tangent, on the side of its normal, and another point.
+    """For each point p, find the smallest disc that touches the tangent at p, on the side of the normal, and a point q.
 
-    A disc through q that touches the tangent at p has the radius (q − p)² / (2 n·(q − p)). The points q within the
-    reach determine all discs smaller than half the reach, so the reach grows until a disc is found. Among discs with
-    equal radii (within a relative tolerance), the disc with the highest q above the tangent is used.
+    The radius of the disc is (q − p)² / (2 n·(q − p)). The points within the reach determine all discs smaller than
+    half the reach, so the reach grows until a disc is found. Of several discs with equal radii (within a relative
+    tolerance), the disc with the highest q above the tangent is used.
 
     ============ =========== ==============================================
     x, y, nx, ny float64[n]  points p, mm, and unit normals there

@@ -1,4 +1,4 @@
-"""Heights of a mesh seen from above: the maximum height of its triangles in each cell, and maxima within a reach."""
+"""Heights of a mesh seen from above: the maximum height of the triangles in each cell, and in the cells around it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: Maximum relative distance between a triangle and a cell centre outside that counts as being on its edge.
+#: A cell centre outside a triangle counts as on its edge up to this relative distance.
 _ON_EDGE = 1e-6
 
 
@@ -17,7 +17,7 @@ _ON_EDGE = 1e-6
 def _highest_in_column(
     x0: float, y0: float, z0: float, x1: float, y1: float, z1: float, left: float, right: float, low: float, high: float
 ) -> float:
-    """Return the maximum height of an edge inside a rectangle, or −∞ if the edge is outside (Liang–Barsky clipping)."""
+    """Return the maximum height of an edge in a rectangle; −∞ if the edge is outside (Liang–Barsky clipping)."""
     enter, leave = 0.0, 1.0
     for axis in range(2):
         start = x0 if axis == 0 else y0
@@ -41,8 +41,8 @@ def _highest_in_column(
 def raise_whole_cells(triangles: NDArray, x: float, y: float, cell: float, heights: NDArray) -> None:
     """Raise each cell to the maximum height of the triangles in it.
 
-    On a rectangle, a plane is highest at a corner. A triangle is highest at a corner of the rectangle below it, or on
-    one of its own edges. Both are checked, so the height is exact.
+    In a cell, a triangle is highest at a corner of the cell that lies below the triangle, or on an edge of the
+    triangle. Both are checked, so the height is exact.
 
     ========= ================ ==================================================================
     triangles float64[n, 3, 3] vertices, mm
@@ -110,7 +110,7 @@ def maximum_within_reach(heights: NDArray, reach: NDArray, widest: NDArray) -> N
 
 @kernel
 def heights_at(triangles: NDArray, first: NDArray, x: NDArray, y: NDArray, top: NDArray, under: NDArray) -> None:
-    """Find the maximum and minimum height of the triangles at given points; vertical triangles are ignored.
+    """Find the maximum and minimum height of the triangles at the given points. Vertical triangles are ignored.
 
     ========= ================ =====================================================
     triangles float64[n, 3, 3] vertices, mm
@@ -146,8 +146,9 @@ def heights_at(triangles: NDArray, first: NDArray, x: NDArray, y: NDArray, top: 
 
 
 def reach_in_cells(radius: float, cell: float) -> NDArray[np.int64]:
-    """Return the `reach` of `maximum_within_reach` for a radius, mm: all cells with a point within the radius of this
-    cell.
+    """Return the argument `reach` of `maximum_within_reach` for a radius, mm.
+
+    It includes all cells with a point within the radius of any point of the central cell.
     """
     d = math.floor(radius / cell) + 1
     gap = np.maximum(np.abs(np.arange(-d, d + 1)) - 1, 0) * cell

@@ -1,6 +1,4 @@
-"""Cut a height field: a tool on a straight move lowers each cell below it to the lowest height of the tool's surface
-there.
-"""
+"""Cut a height field. During a straight move, the tool lowers each cell to the lowest height of its surface there."""
 
 from __future__ import annotations
 
@@ -11,9 +9,9 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: Newton's method for the minimum of a round corner on a slope: final step relative to the corner radius (the next step
-#: would be about its square), and maximum number of steps. A few steps are enough; each step at least halves the error,
-#: which limits their number.
+#: Newton's method for the lowest point of a round corner on a slope: last step relative to the corner radius (the next
+#: step would be about its square), and maximum number of steps. Usually a few steps are enough; each step at least
+#: halves the error.
 _CLOSE, _MOST_STEPS = 1e-7, 40
 
 
@@ -62,9 +60,9 @@ def tool_surface_height(shape: ToolShape, r: float) -> float:
 
 @part
 def rises_at(shape: ToolShape, d: float, grade: float, w: float) -> bool:
-    """Return whether the corner's arc at the offset w ≥ 0 rises at least as fast as the path falls.
+    """Return whether the arc of the tool corner, at the offset w ≥ 0, rises at least as fast as the path falls.
 
-    d, grade  as in `lowest_offset`; the point is on the arc
+    d, grade  as in `lowest_offset`; the point is within the reach of the arc
     """
     r2 = d * d + w * w
     out = math.sqrt(r2) - shape.flat
@@ -87,7 +85,7 @@ def lowest_distance(shape: ToolShape, d: float, grade: float, max_distance: floa
     """
     square, corner_term = 1.0 + grade * grade, grade * grade * shape.corner * shape.corner
     r = max_distance
-    if d < shape.flat:  # upper bound on the root, from the maximum d²/r² at the edge of the flat
+    if d < shape.flat:  # upper bound of the root, with the maximum of d²/r², which is at the edge of the flat
         turn = square - d * d / (shape.flat * shape.flat)
         if turn > 0.0:
             r = min(max_distance, shape.flat + math.sqrt(corner_term / turn))
@@ -96,7 +94,7 @@ def lowest_distance(shape: ToolShape, d: float, grade: float, max_distance: floa
         r = min(max_distance, d + (corner_term - out * out * grade * grade) / (2.0 * out * (grade * grade + out / d)))
     for _ in range(_MOST_STEPS):
         out, share = r - shape.flat, d * d / (r * r)
-        if out <= 0.0:  # the path is so flat that the root is rounded to the edge of the flat
+        if out <= 0.0:  # on a nearly horizontal path, the root is rounded to the edge of the flat
             return shape.flat
         turn = square - share
         step = (out * out * turn - corner_term) / (2.0 * out * (turn + out * share / r))
@@ -112,8 +110,8 @@ def lowest_offset(shape: ToolShape, d: float, grade: float, min_offset: float, m
 
     d            distance of the point from the path of the tool, mm
     grade        descent of the path per mm, > 0
-    min_offset, max_offset  range of offsets on the path, mm: the caller clamps the result to it. If the deepest offset
-                 lies outside, any offset on the same side may be returned.
+    min_offset, max_offset  range of offsets on the path, mm; the caller clamps the result to this range. If the deepest
+                 offset lies outside, any offset on the same side may be returned.
 
     The height is surface(√(d² + w²)) − grade · w. It is convex in w, so its only minimum is where the slope is 0.
     """
@@ -140,8 +138,7 @@ def lowest_offset(shape: ToolShape, d: float, grade: float, min_offset: float, m
 
 @part
 def covered_range_in_row(y: float, dx: float, dy: float, radius: float) -> tuple[float, float]:
-    """Return the range in x that a disc moving from (0, 0) by (dx, dy) covers in the row at y; low > high means that it
-    covers nothing.
+    """Return the range in x that a disc moving from (0, 0) by (dx, dy) covers in the row at y; low > high if empty.
 
     The edge of the disc is farthest out where its normal is perpendicular to the path, or at an end of the path.
     """
@@ -211,11 +208,11 @@ def lowest_height(
 
 @part
 def material_over_tool(rows: CellRows, shape: ToolShape, move: NDArray, margin: float) -> float:
-    """Return the maximum height of material above a tool along its path, mm; the tool is enlarged by a margin all
-    around.
+    """Return the maximum height by which material is above a tool along its path, mm.
 
-    A negative value means that all material is below the tool; −∞ means that these rows contain no material under it.
-    On a sloped move, the tool is assumed to pass each point at its lowest height and smallest distance.
+    The tool is enlarged by a margin all around. A negative value means that all material is below the tool, and −∞ that
+    these rows contain no material under the tool. On a sloped move, the tool is assumed to pass each point at its
+    lowest height and smallest distance.
     """
     xa, ya, z_low = move[0] - rows.x, move[1] - rows.y, min(move[2], move[5])
     dx, dy = move[3] - move[0], move[4] - move[1]
@@ -246,12 +243,13 @@ def material_over_tool(rows: CellRows, shape: ToolShape, move: NDArray, margin: 
 def body_depth(
     rows: CellRows, radius: float, body: ToolShape, above: float, move: NDArray, film: float
 ) -> tuple[float, float]:
-    """Return the maximum depth in material of a part above the flutes during a move, and the number of cells.
+    """Return how deep a body above the flutes enters material during a move, mm, and the number of affected cells.
 
-    radius radius of the cutting tool, mm; a point under it is cut and cannot hit the part above body underside of the
-    part, as a surface above its lower end above height of that lower end above the tip, mm
+    radius  radius of the cutting tool, mm; material under the tool is cut and cannot hit the body
+    body    underside of the body, as a surface above its lower end
+    above   height of that lower end above the tip, mm
 
-    The part is reduced by one cell all around; otherwise it would hit each wall that its tool has just cut. A part that
+    The body is reduced by one cell all around; otherwise it would hit each wall that its tool has just cut. A body that
     is no wider than its tool can only hit material into which the tool goes deeper than its flute length.
     """
     xa, ya, za = move[0] - rows.x, move[1] - rows.y, move[2] + above
@@ -301,7 +299,7 @@ def body_depth(
 def meet_bodies(
     rows: CellRows, shape: ToolShape, move: NDArray, film: float, top: float, bodies: NDArray, result: NDArray
 ) -> None:
-    """Check whether a part of a tool above its flutes hits the material during a move (see `sweep`).
+    """Check whether a body above the flutes of a tool hits material during a move (see `sweep`).
 
     Changes: result[6], result[7], result[8].
     """
@@ -332,13 +330,13 @@ def sweep(
     bodies: NDArray,
     result: NDArray,
 ) -> int:
-    """Cut some rows of a height field by moves, one after the other; return the number of lowered cells.
+    """Cut some rows of a height field by one move after another, and return the number of lowered cells.
 
     moves        float64[m, 6]           start and end of the tip, mm
     selected     int64[k]                moves to process, in order
     inset        float64[m]              reduction of the tool radius for rapids, mm; otherwise 0
     margin       additional radius of the tool for `result[:, 5]`, mm; negative if not requested
-    film         thickness below which layers, mm, are rounding errors: they are removed, but only their volume counts
+    film         layers up to this thickness, mm, are rounding errors: they are removed, but only their volume counts
     top          upper bound on the height of the material, mm
     bodies       float64[b, 8]           parts of the tool above its flutes: the six numbers of a `ToolShape`, height of
                                          the lower end above the tip, mm, and 0 for a shank or 1 for a holder

@@ -15,7 +15,7 @@ from leafcut.lab.statistics import OneWay, Pair, interval, one_way, pareto_front
 from leafcut.options import FireflyOptions
 from leafcut.order.literature.flight import Flight
 
-#: Maximum relative difference between results of a cell that count as equal.
+#: Results of a cell count as equal up to this relative difference.
 _EQUAL_SHARE = 1e-3
 #: β₀, and values of γ, in the chart of attractiveness: figure 3 of the paper on fireflies for pockets.
 _PLOTTED_BETA, _PLOTTED_GAMMAS = 10.0, (0.010, 0.012, 0.014, 0.015, 0.016, 0.018)
@@ -38,7 +38,7 @@ def analysis_blocks(results: Results) -> list[ReportBlock]:
 
 
 def _without_other_threads(results: Results, analysis: Analysis, response: Response) -> Results:
-    """Remove runs with other numbers of threads than the first, unless the analysis concerns threads or times.
+    """Keep only the runs with the first number of threads, unless the analysis compares threads or times.
 
     The number of threads changes the time of a search but not its result.
     """
@@ -329,9 +329,7 @@ def _trend_words(sizes: Sequence[float], gains: Sequence[float], alpha: float) -
 
 
 def _projection(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Report the saving of each level over the base level for batches of workpieces, all with the same time per
-    workpiece.
-    """
+    """Report the saving of each level over the base level for batches of equal workpieces."""
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     rows = []
     for rest, groups in results.groups(response.name, factor.name).items():
@@ -401,9 +399,7 @@ def _pareto(results: Results, analysis: Analysis, response: Response) -> ReportB
 
 
 def _attraction(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Report the attractiveness β as a function of the distance r between two fireflies, as in figure 3 of the
-    paper.
-    """
+    """Plot the attractiveness β over the distance r between two fireflies, as in figure 3 of the paper."""
     flight = Flight.of(FireflyOptions(attractiveness=_PLOTTED_BETA), limited=True)
     series = {
         f"γ = {gamma:.3f}": [

@@ -1,4 +1,4 @@
-"""Charts of an experiment: Matplotlib drawings as SVG, in the colours of the page's style sheet."""
+"""Charts of an experiment: Matplotlib figures as SVG, with the colours of the report's style sheet."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 #: A convergence curve: points (iteration or seconds, cost) in order.
 Course = Sequence[tuple[float, float]]
 
-#: Placeholder colours in the output of Matplotlib. CSS variables replace them, because a page may be light or dark.
+#: Placeholder colours for Matplotlib. They are replaced by CSS variables, because a page may be light or dark.
 _INK, _SOFT, _LINE = "#010101", "#020202", "#030303"
 _HUES = tuple(f"#0404{k:02x}" for k in range(1, 9))
 _IN_PAGE = {_INK: "var(--ink)", _SOFT: "var(--ink-2)", _LINE: "var(--line)"}
@@ -30,9 +30,7 @@ _ID = re.compile(r'\s+id="([^"]*)"')
 
 
 def box_plots(groups: Mapping[str, Sequence[float]], heading: str, description: str) -> str:
-    """Return box plots with one dot per value; the whiskers extend to 1.5 times the interquartile range (Tukey
-    1977).
-    """
+    """Return box plots with a dot per value and whiskers of up to 1.5 times the interquartile range (Tukey 1977)."""
     figure, axes = _figure(max(_WIDTH, 0.55 * len(groups)))
     values = [list(group) for group in groups.values()]
     boxes = axes.boxplot(values, widths=0.55, showfliers=False, patch_artist=True, whis=1.5)
@@ -85,7 +83,7 @@ def means(
 
 
 def convergence(variants: Mapping[str, Sequence[Course]], x_label: str, heading: str, description: str) -> str:
-    """Return the mean convergence curve of each variant, with a band from its best to its worst run."""
+    """Return a chart with the mean convergence curve of each variant, and a band from its best to its worst run."""
     figure, axes = _figure()
     last = max(curve[-1][0] for curves in variants.values() for curve in curves)
     places = np.linspace(0.0, last, _STEPS)
@@ -115,8 +113,8 @@ def lines(series: Mapping[str, Course], x_label: str, heading: str, description:
 def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str, description: str) -> str:
     """Return time-to-target plots: the percentage of runs that have reached the target, over time.
 
-    `variants` maps a name to the time of each run. The time is None for a run that missed the target; such a run still
-    counts in the total.
+    `variants` maps a name to the time of each run. The time is None for a run that has missed the target; these runs
+    count in the total.
 
     Source: Aiex, Resende and Ribeiro 2007, *TTT plots*.
     """
@@ -145,7 +143,7 @@ def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str,
 def pareto(
     points: Mapping[str, tuple[float, float]], front: Sequence[str], x_label: str, heading: str, description: str
 ) -> str:
-    """Return a scatter plot of two responses, in which the variants on the Pareto front are connected and labelled."""
+    """Return a scatter plot of two responses. The variants on the Pareto front are connected and labelled."""
     figure, axes = _figure()
     dominated = [point for name, point in points.items() if name not in front]
     if dominated:
@@ -191,7 +189,7 @@ def trials(costs: Sequence[tuple[float, float]], heading: str, description: str)
 
 
 def _costs_at(curve: Course, places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the cost of a curve at each of the given positions: the value of the last step before the position."""
+    """Return the cost of a step curve at the given positions: the value of the last step before each position."""
     x, y = (np.array(column, dtype=np.float64) for column in zip(*curve, strict=True))
     costs: NDArray[np.float64] = y[np.maximum(np.searchsorted(x, places, side="right") - 1, 0)]
     return costs

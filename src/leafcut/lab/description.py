@@ -17,9 +17,9 @@ SOLVE, OPTIMIZE = "solve", "optimize"
 MAX_RUNS, MAX_SEEDS = 100_000, 1000
 #: Responses that exist for every command: wall-clock time and processor time, s.
 WALL, PROCESSOR = "wall_s", "processor_s"
-#: Prefix of responses from the searches of a run: processor time and wall-clock time, s; shortest iteration of the last
-#: search, and shortest idle time of a single worker in an iteration, s; best cost; best cost among the tours that the
-#: search itself built, excluding a given initial tour.
+#: Prefix of responses from the searches of a run: processor time and wall-clock time, s; for the last search, shortest
+#: iteration and shortest idle time of a single worker in an iteration, s; best cost; and best cost among the tours
+#: that the search itself has built, without a given initial tour.
 SEARCH = "search"
 #: Response of every command that writes a program: total time of rapid moves, including retracts, s.
 RAPID = "rapid_s"
@@ -42,7 +42,7 @@ class LabInstance:
     """An input of an experiment with its own options and known data.
 
     `input` is a file, an included example (``example:plate-70``) or a random map (``random:200``). `facts` contains
-    known values such as its size or a published result.
+    known values, such as the size of the input or a published result.
     """
 
     name: str
@@ -55,8 +55,8 @@ class LabInstance:
 class Level:
     """A level of a factor: the options that it sets, and its value if it is numeric.
 
-    If `folder` is set, runs of this level read the files with the names of the instances' files from that folder.
-    `without` lists options that other levels set and that runs of this level do not use.
+    If `folder` is set, runs of this level read the files of the instances, by name, from that folder instead.
+    `without` lists options that are shared by all levels but not used by this level.
     """
 
     name: str
@@ -68,7 +68,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Factor:
-    """A factor of the experiment; its levels are crossed with those of all other factors."""
+    """A factor of the experiment. Each of its levels is combined with each level of all other factors."""
 
     name: str
     title: str
@@ -87,8 +87,8 @@ class Response:
     Attributes
     ----------
     path
-        Path in the ``--json`` answer of the command, such as ``after.time_s``; or `WALL`, `PROCESSOR`, a value from the
-        searches (`SEARCH`), or `RAPID`. " + " adds values; "|" selects the first value that exists.
+        Path in the ``--json`` answer of the command, such as ``after.time_s``; or `WALL`, `PROCESSOR`, `RAPID`, or a
+        value of the searches (`SEARCH`). " + " adds values; "|" selects the first value that exists.
     """
 
     name: str
@@ -113,12 +113,12 @@ class Analysis:
     base
         Reference level of a trend, a projection or a message analysis, and optionally of a comparison.
     fact
-        Known value of each instance that is the reference of a comparison, instead of a base level.
+        Known value of each instance, used instead of a base level as the reference of a comparison.
     against
         Second response of a Pareto plot; if empty, the next response. For a message analysis, the time of an iteration
         without its ants.
     without
-        Instances without which a trend is reported a second time.
+        Instances to omit in a second report of a trend.
     boards
         Batch sizes of a projection.
     """
@@ -145,7 +145,7 @@ class RunPlan:
 
     @property
     def input(self) -> str:
-        """Input of the run: that of its instance, or the file with the same name in the folder of a level."""
+        """Input of its instance, or the file with the same name in the folder of a level."""
         folder = next((level.folder for level in self.levels.values() if level.folder), "")
         return str(Path(folder, Path(self.instance.input).name)) if folder else self.instance.input
 
@@ -200,9 +200,7 @@ class Description:
         return next(factor for factor in self.factors if factor.name == name)
 
     def runs(self) -> Iterator[RunPlan]:
-        """Yield all runs, one seed after the other, so that all complete rounds are usable if the experiment ends
-        early.
-        """
+        """Yield all runs, seed by seed. If the experiment ends early, the runs of complete seeds are usable."""
         for seed in self.seeds:
             for instance in self.instances:
                 for levels in itertools.product(*(factor.levels for factor in self.factors)):

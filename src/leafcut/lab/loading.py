@@ -65,7 +65,7 @@ def load(name: str | Path) -> Description:
             return experiment_of_toml(parse_toml(text, str(path), EXPERIMENT), path.stem, path.parent)
         except DataError:
             raise
-        except OptionError as problem:  # the error is in the file rather than on the command line
+        except OptionError as problem:  # the wrong option is in the file, not on the command line
             raise DataError(str(problem)) from None
     file = _SHIPPED / f"{name}.toml"
     if not re.fullmatch(r"[A-Za-z0-9_-]+", str(name)) or not file.is_file():
@@ -232,7 +232,7 @@ def _analysis(table: DescriptionTable, description: Description) -> Analysis:
 
 
 def _fact(table: DescriptionTable, description: Description) -> str:
-    """Return the name of the known value that a comparison uses as reference; empty if there is none."""
+    """Return the name of the instances' known value that is the reference of a comparison; empty for none."""
     fact, known = table.text("fact", ""), {name for instance in description.instances for name in instance.facts}
     if fact and (table.text("kind") != "compare" or table.text("base", "")):
         raise table.wrong("fact: a comparison takes it, in place of a base")
@@ -264,7 +264,7 @@ def _items_by_name(items: Sequence[Any], names: Sequence[str], table: Descriptio
 def _resolve_files(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
     """Resolve the file names in options relative to `folder`.
 
-    Options that cannot be resolved are unchanged; they are refused later, with the name of their run.
+    Invalid options are returned unchanged. They are refused later, in a message that names the run.
     """
     try:
         return resolve_files(folder, options)
@@ -299,7 +299,7 @@ def _check_options(description: Description) -> None:
 
 
 def _work(command: str) -> Work | None:
-    """Return the `Work` of a command, or None if it depends on the input."""
+    """Return the `Work` of a command, or None if the input determines it."""
     return next((work for work in registry.works() if work.command == command), None)
 
 

@@ -1,6 +1,4 @@
-"""Speed-up of parallel ants over one thread: measured, and simulated from the costs of an iteration and its
-messages.
-"""
+"""Speed-up of parallel ants over one thread, measured and simulated from the costs of an iteration and its messages."""
 
 from __future__ import annotations
 
@@ -16,14 +14,14 @@ from leafcut.lab.results import ReportBlock, Results, Table, number, number_or_d
 
 @dataclass(frozen=True)
 class IterationCost:
-    """Cost of an iteration, in the unit of the response; `simulated` calls the three parts C, U and M."""
+    """The three parts of the cost of an iteration (C, U and M in `simulated`), in the unit of the response."""
 
     ants: float
     update: float
     messages: float
 
     def simulated(self, workers: float) -> float:
-        """Return C / p + U + p·M for p workers, which share the ants; messages do not overlap with other work."""
+        """Return C / p + U + p·M for p workers. The workers share the ants; messages do not overlap with other work."""
         return self.ants / workers + self.update + workers * self.messages
 
 
@@ -85,8 +83,9 @@ def _worker_counts(workers: Factor) -> dict[str, float]:
 
 
 def break_even_size(points: Sequence[tuple[float, float]]) -> str:
-    """Return the size above which the speed-up exceeds 1, interpolated logarithmically between points (size,
-    speed-up).
+    """Return the size above which the speed-up exceeds 1.
+
+    It is interpolated logarithmically between the given points (size, speed-up).
     """
     points = sorted(points)
     if not points:

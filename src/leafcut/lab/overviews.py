@@ -13,10 +13,10 @@ from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number,
 from leafcut.lab.statistics import interval
 from leafcut.lab.store import Row
 
-#: Candidate targets, percent above the best result. The smallest target that half of all runs reach is used.
+#: Candidate targets, percent above the best result. The chart uses the smallest target that half of all runs reach.
 _TARGETS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 
-#: Maximum number of curves in a chart with one curve for each variant.
+#: Maximum number of variants in a chart with a curve for each variant.
 _MAX_CURVES = 8
 
 
@@ -43,7 +43,8 @@ def overview(results: Results) -> ReportBlock:
 def searches(results: Results) -> ReportBlock | None:
     """Return convergence and time-to-target charts of each instance, or None if no run recorded a curve.
 
-    Each variant has a curve. With more than `_MAX_CURVES` variants, each level of the first factor has a curve instead.
+    The charts have a curve for each variant, or for each level of the first factor if there are more than `_MAX_CURVES`
+    variants.
     """
     description = results.description
     n_variants = len({cell[1:] for cell in results.cells()})

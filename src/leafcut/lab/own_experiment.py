@@ -23,7 +23,7 @@ from leafcut.processes.settings import group_of
 
 #: Name under which the runs are stored. The hash of the file distinguishes runs of different parts.
 OWN_PART = "open_part"
-#: Algorithms that can be compared, which are those that search for a tour.
+#: Algorithms that can be compared: those that search for a tour.
 COMPARED = tuple(name for name in ALGORITHM_TITLES if name not in ("auto", "none"))
 
 _TIME = Response("time", "Computing time", "s", PROCESSOR)
@@ -36,7 +36,7 @@ _USUAL_RESPONSES = (_PROGRAM, Response("travel", "Travel", "mm", "after.travel_m
 
 
 def compared_option_values(command: str) -> tuple[str, tuple[str, ...]]:
-    """Return the option whose values can be compared (pocket strategies or algorithms), and its values."""
+    """Return the option to compare (the strategy of a pocket, otherwise the algorithm), and its values."""
     if command == "pocket":
         choices = group_of("strategy").specs()["strategy"].all_choices
         return "strategy", tuple(name for name in choices if name != "auto")
@@ -51,15 +51,15 @@ def responses_of(command: str) -> tuple[Response, ...]:
 def comparison_experiment(
     name: str, source: str, command: str, options: Mapping[str, Any], values: Sequence[str], runs: int
 ) -> Description:
-    """Return an experiment that runs a part with several values of an option, using the same seeds for each value.
+    """Return an experiment that runs a part with several values of an option, with the same seeds for each value.
 
-    Each value runs with the options that it uses. `values` must be among the values that `compared_option_values`
-    returns.
+    `options` apply to all runs, except that a value ignores options that it does not use. `values` must be among the
+    values that `compared_option_values` returns.
 
     Raises
     ------
     OptionError
-        Fewer than two values are given, one is unknown, or the number of runs is out of range.
+        There are fewer than two values, a value is unknown, or the number of runs is out of range.
     """
     option, known = compared_option_values(command)
     for value in values:
@@ -96,5 +96,5 @@ def comparison_experiment(
 
 
 def _uses(value: str, option: str, spec: OptionSpec) -> bool:
-    """Return whether a run with this value of the compared option uses another option."""
+    """Return whether another option has an effect if the compared option has this value."""
     return all(condition.holds(lambda _: value, "") for condition in spec.needs if condition.names == (option,))

@@ -28,8 +28,8 @@ def write_page(
 ) -> str:
     """Return the report page of an experiment.
 
-    `rows` are the stored runs, and `n_runs` is the number of runs planned for this machine. `n_left_out` runs need more
-    cores than this machine has. The blocks in `before` come first.
+    `rows` are the stored runs. `n_runs` is the number of runs planned for this machine, and `n_left_out` the number of
+    runs that need more cores than this machine has. The blocks in `before` come first.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def write_page(
 
 
 def write_published(runs: Mapping[str, Runs], language: str, options: str = "") -> str:
-    """Return the page that compares all published results with ours, in a language of `published.LANGUAGES`.
+    """Return the page that compares all published results with ours, in one of `published.LANGUAGES`.
 
     `runs` maps the name of each experiment to its runs. `options` are the options of `leafcut lab run` for missing
     runs. Raise `LeafcutError` if the extra ``lab`` is not installed.

@@ -34,7 +34,7 @@ Texts = Mapping[str, str]
 
 @dataclass(frozen=True)
 class Figure:
-    """A published result, and the runs with which it is compared; the keys are explained in ``sources.toml``."""
+    """A published result, and the runs to compare it with. ``sources.toml`` explains the fields."""
 
     row: Texts
     quantity: Texts
@@ -52,7 +52,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class PublishedTable:
-    """A table of published results. `without` is the row without which a trend is reported a second time."""
+    """A table of published results. `without` is the row to omit in a second report of a trend."""
 
     source: Texts
     title: Texts
@@ -124,8 +124,7 @@ class Runs:
 
 @dataclass(frozen=True)
 class Ours:
-    """Our own result for a published one. If there is none, `value` is None and `missing` is the key of the
-    explanation.
+    """Our counterpart of a published result. If it is missing, `value` is None and `missing` is the key of the reason.
     """
 
     value: float | str | None
@@ -179,9 +178,7 @@ def published_blocks(runs: Mapping[str, Runs], language: str, options: str = "")
 
 
 def compared(table: PublishedTable, runs: Mapping[str, Runs]) -> list[FigurePair]:
-    """Return the published results in a table together with ours; results of experiments that are not in `runs` are
-    omitted.
-    """
+    """Return the published results in a table together with ours, for the experiments in `runs`."""
     return [(figure, ours(figure, runs[figure.experiment])) for figure in table.figures if figure.experiment in runs]
 
 
@@ -331,7 +328,7 @@ def _change(figure: Figure, own: Ours, texts: Texts) -> str:
 
 
 def _known(table: PublishedTable, pairs: Sequence[FigurePair], runs: Mapping[str, Runs]) -> dict[str, str]:
-    """Return the values that the sentences of a table may contain, as text by field name."""
+    """Return field name → text, for the placeholders in the sentences of a table."""
     known = {"cells": str(len(pairs)), "compared": str(sum(own.value is not None for _, own in pairs))}
     changes = [change for figure, own in pairs if figure.unit != "%" and (change := _percent(figure, own)) is not None]
     if len(changes) == 1:
@@ -358,9 +355,9 @@ def _known(table: PublishedTable, pairs: Sequence[FigurePair], runs: Mapping[str
 
 
 def _pace(pairs: Sequence[FigurePair], runs: Mapping[str, Runs]) -> dict[str, str]:
-    """Return the time that a published saving implies for all holes and for one hole, and our time for one hole.
+    """Return the published time for all holes and for one hole, and our time for one hole.
 
-    If a saving of d minutes is p %, the total time is d / p minutes.
+    The published time follows from the saving: if d minutes are a share p of the total time, that time is d / p.
     """
     by_cell: dict[tuple[str, str], dict[str, FigurePair]] = {}
     for pair in pairs:

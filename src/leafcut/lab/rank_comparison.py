@@ -1,4 +1,4 @@
-"""Compare the levels of a factor: ranks over all instances, pairwise tests, and savings over a base level."""
+"""Compare the levels of a factor by ranks over all instances, pairwise tests, and savings over a base level."""
 
 from __future__ import annotations
 
@@ -75,9 +75,7 @@ def comparison_block(results: Results, analysis: Analysis, response: Response) -
 def _difference_table(
     results: Results, analysis: Analysis, response: Response, title: str, sentences: list[str]
 ) -> Table:
-    """Return a table of differences from the base level or from a known value; append the mean savings to
-    `sentences`.
-    """
+    """Return a table of differences from the base level or a known value. Append the mean savings to `sentences`."""
     base_name = analysis.base or analysis.fact
     known = {instance.name: instance.facts.get(analysis.fact, 0.0) for instance in results.description.instances}
     levels = [level.name for level in results.description.factor(analysis.factors[0]).levels]

@@ -44,7 +44,7 @@ class Results:
 
     @classmethod
     def of(cls, description: Description, rows: Iterable[Row]) -> Results:
-        """Select the rows that match the current description and have results. A refused program may have results."""
+        """Select the rows that match the current description and have results, even if the program was refused."""
         instances = {instance.name for instance in description.instances}
         levels = {factor.name: {level.name for level in factor.levels} for factor in description.factors}
         kept = [
@@ -76,7 +76,7 @@ class Results:
         for row in sorted(self.rows, key=lambda run: run.seed):
             value = row.responses.get(response)
             if value is not None and math.isfinite(value):
-                by_cell[self.cell(row)].append(float(f"{value:.12g}"))  # hides effects of the order of addition
+                by_cell[self.cell(row)].append(float(f"{value:.12g}"))  # the last digits depend on the order of sums
         return {cell: values for cell, values in by_cell.items() if values}
 
     def cells(self) -> Iterator[DesignCell]:
@@ -104,9 +104,9 @@ def has_figures(row: Row) -> bool:
 
 
 def variant_name(description: Description, cell: DesignCell) -> str:
-    """Return the name of the variant of a cell, which consists of its levels without the instance.
+    """Return the name of the variant of a cell: its levels, without the instance.
 
-    A numeric level follows the title of its factor.
+    A numeric level is preceded by the title of its factor.
     """
     levels = zip(description.factors, cell[1:], strict=True)
     return ", ".join(f"{factor.title} {level}" if factor.numeric else level for factor, level in levels) or "runs"

@@ -51,7 +51,7 @@ from leafcut.report.json_answer import as_json, solved_as_json
 
 #: Maximum number of stored points per curve.
 MAX_POINTS = 300
-#: Maximum number of stored points per curve of a search that is part of a process.
+#: The same limit for a search that is part of a process.
 _MAX_SEARCH_POINTS = 50
 #: Time limit of a run in a new process, s.
 _LONGEST_PROCESS = 3600.0
@@ -63,7 +63,7 @@ _PACKAGES = ("numpy", "numba")
 class RunTask:
     """A run as plain data that can be sent to another process or machine.
 
-    `input` is a name, or a file that has already been read.
+    `input` is the name of a built-in input, or a file that has already been read.
     """
 
     key: str
@@ -78,7 +78,7 @@ class RunTask:
 class Answer:
     """The result of a run task, with the machine and the start time.
 
-    `failed` is the error message. A run that fails after its search still has the results of the search.
+    `failed` is the error message. If a run fails after its search, the answer contains the results of the search.
     """
 
     responses: Mapping[str, float | None] = field(default_factory=dict)
@@ -90,7 +90,7 @@ class Answer:
     load: float | None = None
 
 
-#: Executes tasks and yields each task with its answer when it is finished, in any order.
+#: Executes tasks, and yields each finished task with its answer, in any order.
 Performer = Callable[[Iterable[RunTask]], Iterator[tuple[RunTask, Answer]]]
 
 
@@ -98,8 +98,8 @@ Performer = Callable[[Iterable[RunTask]], Iterator[tuple[RunTask, Answer]]]
 class RunSummary:
     """Summary of a call to `run`.
 
-    `runs` is the number of runs that this machine can execute, and `finished` of them are stored; `done` were executed
-    by this call. `left_out` runs need more threads than this machine has cores.
+    `runs` is the number of runs that this machine can execute. Of these, `finished` are stored, and `done` were
+    executed by this call. `left_out` runs need more threads than this machine has cores.
     """
 
     runs: int
@@ -121,9 +121,9 @@ def run(
 ) -> RunSummary:
     """Execute the runs of an experiment that are not stored yet, and repeat failed runs.
 
-    Runs are executed in rounds; all runs of a round have the same seed. The order within a round is random, so that
-    drift of the machine affects all levels equally. Each run is stored when it is finished. If `cancelled` is set, or
-    after an interrupt, unfinished runs are discarded.
+    Runs are executed in rounds with the same seed. The order within a round is random, so that all levels are affected
+    equally if the machine becomes slower. Each run is stored when it is finished. If `cancelled` is set, or after an
+    interrupt, unfinished runs are discarded.
 
     Parameters
     ----------
@@ -135,8 +135,8 @@ def run(
     Raises
     ------
     OptionError
-        This machine can execute none of the runs; or stored results are from another version of leafcut, and `mixed` is
-        not set.
+        This machine cannot execute any of the runs; or stored results are from another version of leafcut, and `mixed`
+        is not set.
     ReadError, OutputError
         An input cannot be read, or the results cannot be written. Stored runs are kept.
     """
@@ -181,7 +181,7 @@ def run(
 
 
 def in_random_order(plans: Iterable[RunPlan], name: str) -> list[RunPlan]:
-    """Return the runs in rounds with the same seed, shuffled within each round; the same name gives the same order."""
+    """Sort the runs by seed, and shuffle the runs of each seed. The same name gives the same order."""
     by_seed: dict[int, list[RunPlan]] = {}
     for plan in plans:
         by_seed.setdefault(plan.seed, []).append(plan)
@@ -193,7 +193,7 @@ def in_random_order(plans: Iterable[RunPlan], name: str) -> list[RunPlan]:
 def rows_of(description: Description, store: Store) -> list[Row]:
     """Return the stored runs that match the current description of an experiment, in the order of the description.
 
-    Runs whose options or inputs have changed since then are omitted.
+    Runs with options or inputs that have changed since then are omitted.
 
     Raises
     ------
@@ -216,7 +216,7 @@ def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[
     source, sha = inputs[plan.input]
     responses = {response.name: (response.path, response.scale) for response in description.responses}
     levels = {name: level.name for name, level in plan.levels.items()}
-    # A file named by an option is identified by its content, not by its path.
+    # If an option names a file, the content of the file identifies the run, not its path.
     options = {name: _hash_of_file(value) for name, value in plan.options.items()}
     content: dict[str, Any] = {"input": sha, "instance": plan.instance.name, "levels": levels, "options": options}
     content |= {"responses": responses, "new_process": description.new_process}
@@ -242,14 +242,15 @@ def execute_run(task: RunTask, cancelled: threading.Event | None = None) -> Answ
 
 
 def executor_performer(executor: WatchedExecutor, ended: threading.Event) -> Performer:
-    """Return a performer that executes each run once on an executor.
+    """Return a performer that executes each run on an executor.
 
-    A run fails if the workers that execute it die repeatedly.
+    A run whose worker dies is repeated; it fails if its workers die repeatedly.
 
     Raises
     ------
     OptionError
-        The executor executes several runs at once in one process, so processor times cannot be separated.
+        The executor executes several runs at once in the same process, so that their processor times cannot be
+        separated.
     """
     if executor.together > 1:
         raise OptionError(
@@ -274,15 +275,15 @@ def _run_in_process(tasks: Iterable[RunTask], cancel_event: threading.Event) -> 
 
 
 class SearchStudy(Study):
-    """A study that also records processor times, iteration times, and the best tour that the search itself built."""
+    """A study that also records processor times, iteration times, and the best tour built by the search itself."""
 
     def __init__(self) -> None:
         super().__init__(None)
         self.processor = 0.0
         self._last = 0.0
-        #: Lowest cost among the tours that the last search itself built.
+        #: Lowest cost of the tours that the last search itself has built, without a given initial tour.
         self._own = math.inf
-        #: Time since the start of the last search, and time of its workers, both after the last iteration, s.
+        #: State after the previous iteration: time since the start of the search, and total time of its workers, s.
         self._before: tuple[float, float] | None = None
         #: Shortest iteration of the last search, and shortest idle time of a single worker in an iteration, s.
         self._iteration_s = self._rest_s = math.inf
@@ -307,7 +308,7 @@ class SearchStudy(Study):
         if self._before is not None:
             step, worked = seconds - self._before[0], working - self._before[1]
             self._iteration_s = min(self._iteration_s, step)
-            self._rest_s = min(self._rest_s, max(0.0, step - worked))  # several workers together work longer
+            self._rest_s = min(self._rest_s, max(0.0, step - worked))  # negative for several workers
         self._before = seconds, working
         if costs is not None:
             self._own = min(self._own, float(costs.min(initial=math.inf)))
@@ -317,7 +318,7 @@ class SearchStudy(Study):
     def figures(self) -> dict[str, float]:
         """Return the total times of all searches, and the cost and shortest iteration of the last search.
 
-        The result is empty without an iteration.
+        The result is empty if no iteration was recorded.
         """
         searches = [rows for k in range(len(self.searches)) if (rows := self.iterations(k))]
         if not searches:
@@ -329,9 +330,9 @@ class SearchStudy(Study):
 
 
 def _study_for(task: RunTask) -> SearchStudy | None:
-    """Return a study if a response or a convergence curve needs one, otherwise None.
+    """Return a study if a response or a convergence curve needs it, otherwise None.
 
-    Observing a search takes time, for example for a lower bound.
+    A study makes a search slower, for example by computing a lower bound.
     """
     observed = task.command in (SOLVE, "pocket") or any(f"{SEARCH}." in path for path, _ in task.responses.values())
     return SearchStudy() if observed else None
@@ -367,7 +368,7 @@ def curve_of(solution: Solution, study: Study, max_points: int) -> Iterator[tupl
     """
     started, cost = solution.history[0]
     points, rows = [(0, started, cost)], study.iterations()
-    # For a map with sets of points, a search may know only the lengths through the centres.
+    # For a map with sets of points, the search may have reported the lengths through the centres of the sets.
     known = bool(rows) and math.isclose(rows[-1].shortest, solution.cost, rel_tol=1e-9)
     for row in rows if known else ():
         if row.shortest < points[-1][2]:
@@ -393,7 +394,7 @@ def _answer(
 
 
 def _warm_up(task: RunTask) -> None:
-    """Run the first task of each kind once before it is timed, so that compilation does not count."""
+    """Run the first task of each kind once without timing it, so that later times exclude compilation."""
     variant = (task.command, *(str(task.options.get(name)) for name in ("algorithm", "strategy", "parallel")))
     if variant not in _warmed_variants():
         _warmed_variants().add(variant)
@@ -432,8 +433,7 @@ def _in_new_process(task: RunTask) -> dict[str, Any]:
 def _response_values(answer: Mapping[str, Any], task: RunTask) -> dict[str, float | None]:
     """Return the responses of an answer.
 
-    A response is a sum of values. If several paths are given for a value, the first path that exists in the answer is
-    used.
+    A response is a sum of values. A value may have several paths; the first path that exists in the answer is used.
     """
     figures: dict[str, float | None] = {}
     for name, (sum_of, scale) in task.responses.items():

@@ -36,7 +36,7 @@ class Pair:
     low, high
         Confidence interval of the difference, at the level of the test; None if not available.
     p
-        Probability that a difference at least this large occurs by chance, corrected if the test has a correction.
+        Probability of a difference at least this large by chance, corrected for multiple comparisons if the test does.
     effect
         For ranks: matched-pairs rank-biserial correlation, -1 to 1; otherwise None.
     """
@@ -95,9 +95,7 @@ class OneWay:
 
     @property
     def residuals_doubtful(self) -> bool:
-        """Whether a check of the residuals fails at `alpha`; if so, use the tests that do not make these
-        assumptions.
-        """
+        """Whether a check of the residuals fails at `alpha`. If so, use `welch_p` or `kruskal_p` instead."""
         return any(p is not None and p < self.alpha for p in (self.normal_p, self.equal_p))
 
 
@@ -119,7 +117,7 @@ class Effect:
 
 @dataclass(frozen=True)
 class RankComparison:
-    """Rank comparison of treatments over blocks; every treatment occurs in each block.
+    """Rank comparison of treatments over blocks. Each block contains every treatment.
 
     Attributes
     ----------
@@ -205,7 +203,7 @@ def two_way(
 ) -> tuple[Effect, ...]:
     """Return a two-way analysis of variance with interaction and residual (type II sums of squares).
 
-    An interaction of zero has no F. It is zero by construction if the simulated time is a sum of two terms, one per
+    An interaction of zero is not tested. It is zero by construction if the simulated time is the sum of a term per
     factor.
 
     Parameters
@@ -258,8 +256,7 @@ def two_way(
 
 
 def compare_ranks(treatments: Groups, alpha: float = 0.05) -> RankComparison:
-    """Return a rank comparison of treatments; the values of all treatments must belong to the same blocks, in the same
-    order.
+    """Compare treatments by ranks. The values of all treatments must belong to the same blocks, in the same order.
 
     Friedman's test compares all treatments. Wilcoxon's signed-rank test with Holm's correction compares pairs (Demšar
     2006, section 3.2; García and Herrera 2008). The difference of a pair is the Hodges–Lehmann median, with a bootstrap
@@ -394,9 +391,7 @@ def _tukey(values: Mapping[str, NDArray[np.float64]], alpha: float, spread: bool
 
 
 def _letters(values: Mapping[str, NDArray[np.float64]], pairs: Sequence[Pair], alpha: float) -> dict[str, str]:
-    """Return the letters of each level: levels that share a letter do not differ. Letters start at the smallest
-    mean.
-    """
+    """Return level → letters. Levels that share a letter do not differ; the letter a belongs to the smallest mean."""
     import pandas
     from scikit_posthocs import compact_letter_display
 

@@ -19,7 +19,7 @@ from leafcut.message import Message
 
 #: SQLite application id of a results file ("leaf").
 _OWNER = 0x6C656166
-#: Maximum time to wait for another program that is writing the file, s.
+#: Maximum wait while another program writes the file, s.
 _PATIENCE = 10.0
 
 _TABLE = """
@@ -75,7 +75,7 @@ class Row:
 
 
 def key_of(experiment: str, command: str, content: Mapping[str, Any]) -> str:
-    """Return the key of a run: a hash of everything that determines its answer, except the version of leafcut."""
+    """Return the key of a run: a hash of all that determines its answer, except the version of leafcut."""
     text = json.dumps([experiment, command, content], sort_keys=True, separators=(",", ":"), default=str)
     return hashlib.sha256(text.encode()).hexdigest()
 

@@ -1,8 +1,8 @@
 """`tune`: tune the parameters of an algorithm on some parts, and evaluate them on other parts of the same kind.
 
 The search is optuna's tree-structured Parzen estimator (Bergstra et al., Algorithms for Hyper-Parameter Optimization,
-NIPS 2011). The same seed and costs give the same trials, so after an interruption, the search replays the stored runs
-and continues.
+NIPS 2011). The same seed and costs give the same trials. After an interruption, the search therefore replays the stored
+runs and continues.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ MAX_TRIALS, MAX_SEEDS, MAX_INPUTS = 10_000, 100, 1000
 MIN_INPUTS = 3
 #: Names of the factor and its levels.
 FACTOR, DEFAULTS, TUNED = "parameters", "defaults", "tuned"
-#: First seed of the evaluation runs; it is larger than all seeds of the search.
+#: First seed of the evaluation runs, larger than all seeds of the search.
 _FRESH = 10_001
 
 
@@ -49,7 +49,7 @@ _FRESH = 10_001
 class SearchRange:
     """The search range of a parameter.
 
-    `log` means that the logarithm is sampled uniformly. `paced` means that larger values cause more work per iteration.
+    `log`: the logarithm is sampled uniformly. `paced`: larger values cause more work per iteration.
     """
 
     name: str
@@ -135,9 +135,7 @@ class TuningTask:
         return responses_of(self.command)[0]
 
     def split(self) -> tuple[list[LabInstance], list[LabInstance]]:
-        """Return the training inputs and the evaluation inputs, which are drawn with the seed and remain in the given
-        order.
-        """
+        """Divide the inputs at random into training inputs and evaluation inputs, both in the given order."""
         n_held_out = min(max(round(self.hold_out * len(self.inputs)), 1), len(self.inputs) - 2)
         held_out = set(random.Random(self.seed).sample(range(len(self.inputs)), n_held_out))
         names = _names(self.inputs)
@@ -207,8 +205,7 @@ def tune(
     cancelled: threading.Event | None = None,
     mixed: bool = False,
 ) -> TuningResult:
-    """Search for the best parameters on some inputs, and evaluate them on the other inputs. Stored runs are not
-    repeated.
+    """Search for the best parameters on some inputs, and evaluate them on the others. Stored runs are not repeated.
 
     `performer`, `progress`, `cancelled` and `mixed` are as in `lab.running.run`.
 
@@ -229,7 +226,7 @@ def tune(
         return rows_of(description, store)
 
     training, held_out = task.split()
-    # Share of the progress per trial; the base runs and the evaluation count as three trials.
+    # Share of the progress per trial. The base runs and the evaluation together count as three trials.
     width = 1.0 / (task.trials + 3)
     base = _costs(runs_of(_description(task, training, {DEFAULTS: {}}, 1), 0.0, width), task, strict=True)
     trials: list[TrialResult] = []
@@ -280,7 +277,7 @@ def _search(
 
 
 def _sample(trial: Trial, range_: SearchRange) -> float | int:
-    """Return a value drawn from the range, rounded to three significant digits so that it is readable as a setting."""
+    """Return a value sampled from the range, rounded to three significant digits so that it is a readable setting."""
     if range_.whole:
         return int(trial.suggest_int(range_.name, int(range_.low), int(range_.high), log=range_.log))
     return float(f"{trial.suggest_float(range_.name, range_.low, range_.high, log=range_.log):.3g}")
@@ -289,7 +286,7 @@ def _sample(trial: Trial, range_: SearchRange) -> float | int:
 def _description(
     task: TuningTask, instances: Sequence[LabInstance], sets: Mapping[str, Mapping[str, float | int]], first: int
 ) -> Description:
-    """Return an experiment on these inputs with one level per parameter set; its seeds count up from `first`."""
+    """Return an experiment on these inputs with a level for each parameter set. Its seeds count up from `first`."""
     levels = tuple(Level(name, dict(parameters)) for name, parameters in sets.items())
     return Description(
         name=f"tune_{task.algorithm}",

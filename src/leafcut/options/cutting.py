@@ -145,7 +145,7 @@ class FeedOptions(OptionGroup):
     """Feeds of milling tools adapted to their engagement."""
 
     section: ClassVar[str] = "feeds"
-    title: ClassVar[str] = "Feeds by the chips"
+    title: ClassVar[str] = "Feeds by chip thickness"
 
     feeds: bool = option(
         "flag",

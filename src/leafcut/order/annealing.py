@@ -1,5 +1,7 @@
-"""Simulated annealing of a path: remove some clusters and insert each of them at its cheapest position; dynamic
-programming chooses the nodes. A step examines the whole path, so the method suits paths of few clusters.
+"""Simulated annealing of a path.
+
+A step removes some clusters and inserts each of them at its cheapest position. Dynamic programming chooses the nodes. A
+step examines the whole path, so the method suits paths of few clusters.
 """
 
 from __future__ import annotations
@@ -18,10 +20,10 @@ from leafcut.order.directed import DirectedInstance
 from leafcut.order.instance import FEW_CLUSTERS, FEW_NODES, costs_of_edges
 from leafcut.order.precedence import compressed_rows, transitive_closure
 
-#: Maximum growth of the path by a step, in mean moves between clusters: at the start, alternating, and at the end.
+#: Maximum growth of the path by a step, as a multiple of the mean move: alternating values at the start; at the end.
 HOT, COLD = (3.0, 1.0), 0.02
 
-#: Maximum number of near clusters that are removed together with a cluster.
+#: Number of nearest clusters of a cluster that may be removed together with it.
 NEAR = 40
 
 #: Steps between two checks of the clock.
@@ -34,8 +36,9 @@ def is_small(instance: DirectedInstance) -> bool:
 
 
 def build_clusters(instance: DirectedInstance) -> Clusters:
-    """Return the clusters of an instance and the costs of all moves between their nodes. The anchor is the last cluster
-    and the last node.
+    """Return the clusters of an instance and the costs of all moves between their nodes.
+
+    The anchor is the last cluster and the last node.
     """
     rules, n = instance.rules, instance.n
     begin, enter = rules.way_begin.copy(), rules.way
@@ -70,9 +73,7 @@ class PathAnnealing:
     """Simulated annealing of a path, with its buffers."""
 
     def __init__(self, instance: DirectedInstance, words: NDArray[np.uint64], layers: Clusters | None = None) -> None:
-        """Create the buffers. `words` is a random state, uint64[1]; `layers` are the clusters, if they have already
-        been built.
-        """
+        """Create the buffers. `words` is a random state, uint64[1]; `layers` are the clusters if already built."""
         self.instance, self.words, self.layers = instance, words, layers or build_clusters(instance)
         self.turn = 0
         m, widest = instance.n, int(np.diff(self.layers.begin).max())
@@ -92,8 +93,9 @@ class PathAnnealing:
         self.number[instance.rules.way] = np.arange(len(instance.rules.way), dtype=np.int32)
 
     def anneal(self, nodes: Ints, mean: float, steps: int, least: float) -> Iterator[tuple[Ints, int]]:
-        """Anneal a path for a number of steps; `mean` is the mean cost of a move. Yield the best path, as the problem's
-        nodes int32[clusters], and the number of steps since the previous yield.
+        """Anneal a path for a number of steps. `mean` is the mean cost of a move.
+
+        Yield the best path, as the problem's nodes int32[clusters], and the number of steps since the previous yield.
         """
         walk, instance = self.walk, self.instance
         path = self.number[nodes]

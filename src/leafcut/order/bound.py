@@ -1,6 +1,7 @@
-"""Held-Karp lower bound on the cost of a tour. Subgradient ascent on a sparse graph finds node penalties that maximize
-the minimum 1-tree; the minimum 1-tree over all edges under these penalties proves the bound. If there are few nodes,
-every step uses all edges.
+"""Held-Karp lower bound on the cost of a tour.
+
+Subgradient ascent on a sparse graph finds node penalties that maximize the cost of the minimum 1-tree. The minimum
+1-tree over all edges under these penalties proves the bound. For few nodes, every step uses all edges.
 """
 
 from __future__ import annotations
@@ -25,33 +26,33 @@ from leafcut.kernels.spanning_tree import (
 )
 from leafcut.order.instance import Instance, costs_of_edges
 
-#: Number of steps of the ascent. More steps gained nothing on a few hundred nodes. Clustered boards of 1,000 to 2,000
-#: nodes need many; larger boards cannot afford them. A step takes about 0.2 µs per node.
+#: Number of steps of the ascent. On a few hundred nodes, more steps gained nothing. Clustered boards of 1,000 to 2,000
+#: nodes need many steps; on larger boards, so many would take too long. A step takes about 0.2 µs per node.
 FEWEST_STEPS, STEPS, STEPS_PER_NODE, NODE_STEPS = 50, 200, 0.5, 1.5e6
 
-#: Shares of the steps after which a bound is proved and the edges of its 1-tree join the graph. The first proofs come
-#: early, because errors caused by a poor graph take many steps to correct.
+#: Shares of the steps after which a bound is proved. The edges of its 1-tree are then added to the graph. The first
+#: proofs come early, because many steps are needed to correct the errors of a poor graph.
 PROOFS = (0.01, 0.03, 0.06, 0.12, 0.25, 0.5, 0.75, 1.0)
 
-#: Minimum number of steps between proofs. A proof takes as long as 15 steps, or n / 5 steps if it checks all pairs of
-#: n nodes; the second value is per node.
+#: Minimum number of steps between proofs; the same per node, if a proof checks all pairs. A proof takes as long as 15
+#: steps, or n / 5 steps if it checks all pairs of n nodes.
 STEPS_PER_PROOF, STEPS_PER_DENSE_PROOF = 5, 0.1
 
 #: Steps times nodes between two calls of `stop`: about 10 ms.
 NODE_STEPS_PER_LOOK = 5e4
 
-#: Nearest candidates of each node that become edges of the graph. More cost time without a better bound, as the proofs
-#: add the missing edges.
+#: Number of nearest candidates of each node that become edges of the graph. More edges take time but do not improve the
+#: bound, because the proofs add the missing edges.
 MOST_NEAR = 6
 
-#: Maximum number of nodes; a proof for more takes too long.
+#: Maximum number of nodes; a proof for more nodes takes too long.
 MOST_NODES = 200_000
 
 #: Maximum number of nodes for metrics without plane coordinates (GEO, EXPLICIT), where a proof checks all pairs: about
 #: a second.
 DENSE_LIMIT = 5000
 
-#: Relative rounding allowance for float64 sums of millions of numbers, with a wide margin.
+#: Relative allowance for rounding errors of float64 sums of millions of numbers, with a wide margin.
 ROUNDING = 1e-9
 
 #: Maximum number of pairs and boxes checked, in total and per node; reached only if lifts outweigh distances.
@@ -76,9 +77,7 @@ class SpanningTree(NamedTuple):
 
 
 class Hub(NamedTuple):
-    """The node of a 1-tree outside the spanning tree, the node to which it is tied (-1 for none), and the costs of its
-    edges.
-    """
+    """The node of a 1-tree outside the spanning tree, its tied neighbour (-1 for none), and the costs of its edges."""
 
     node: int
     tied: int
@@ -91,8 +90,8 @@ def lower_bound(instance: Instance, upper: float, *, stop: StopAsked | None = No
     Parameters
     ----------
     upper
-        Cost of a known tour, in the unit of the metric, without service times. A shorter tour gives a better bound; the
-        bound is valid in any case.
+        Cost of a known tour, in the unit of the metric, without service times. The bound is valid for any value, but
+        better for a shorter tour.
     stop
         Called every few hundredths of a second. If it returns True, the search ends with the best bound proved so far.
 
@@ -100,10 +99,11 @@ def lower_bound(instance: Instance, upper: float, *, stop: StopAsked | None = No
     -------
     float | None
         A bound that is at most the `tour_cost` of any tour that contains the tied edge (if any). It allows for rounding
-        errors, and is an integer if all costs are integers. None for clusters of several nodes, nodes with different
-        entry and exit, asymmetric matrices, more than `MOST_NODES` nodes, more than `DENSE_LIMIT` nodes without plane
-        coordinates (GEO, EXPLICIT), lifts so expensive compared with distances that a proof would check too many edges,
-        and sums that overflow.
+        errors, and is an integer if all costs are integers.
+
+        None for clusters of several nodes, nodes with different entry and exit, asymmetric matrices, more than
+        `MOST_NODES` nodes, or more than `DENSE_LIMIT` nodes without plane coordinates (GEO, EXPLICIT). Also None if
+        sums overflow, or if lifts are so expensive that a proof would check too many edges.
     """
     problem, cost, n = instance.problem, instance.cost, instance.n
     if problem.n_nodes > problem.n_clusters or not np.array_equal(problem.entry, problem.exit):
@@ -153,9 +153,7 @@ def _ascent_steps(n: int) -> int:
 
 
 def _bound_of_small_instance(instance: Instance, upper: float, stop: StopAsked) -> float | None:
-    """Return the best bound of an ascent on dense arrays, in which each step proves a bound; None if no step was
-    finished.
-    """
+    """Return the best bound of an ascent on dense arrays; None if no step was finished. Each step proves a bound."""
     cost, n = instance.cost, instance.n
     hub, steps, penalty, proved = _choose_hub(cost, n), _ascent_steps(n), np.zeros(n), None
     looked_up = _cost_matrix(cost, n)
@@ -180,8 +178,9 @@ def _bound_of_small_instance(instance: Instance, upper: float, stop: StopAsked) 
 
 
 def _cost_matrix(cost: CostModel, n: int) -> CostModel:
-    """Return the costs of all edges as a matrix, without tied and free edges. The matrix avoids computing moves with
-    heights repeatedly, which is slow.
+    """Return the costs of all edges as a matrix, without tied and free edges.
+
+    The matrix avoids repeated computation of moves with heights, which is slow.
     """
     if cost.code == codes.EXPLICIT:
         return cost
@@ -208,8 +207,9 @@ def _dense_merge_sets(tree: SpanningTree, n: int) -> Floats:
 
 
 def _rounded_lower_bound(cost: CostModel, value: float, size: float) -> float:
-    """Return `value` less the possible rounding error of sums of magnitude `size`. The result is rounded up if all
-    costs are integers.
+    """Return `value` minus the possible rounding error of sums of magnitude `size`.
+
+    The result is rounded up if all costs are integers.
     """
     value -= ROUNDING * size
     if cost.code == codes.EXPLICIT:
@@ -220,9 +220,7 @@ def _rounded_lower_bound(cost: CostModel, value: float, size: float) -> float:
 
 
 def _choose_hub(cost: CostModel, n: int) -> Hub:
-    """Return the free node as hub, otherwise a tied node, otherwise the last node, so that all other edges have regular
-    costs.
-    """
+    """Return the free node, or else a tied node, or else the last node. All edges of other nodes have regular costs."""
     node = next((i for i in (cost.free, cost.tied_a) if i >= 0), n - 1)
     tied = {cost.tied_a: cost.tied_b, cost.tied_b: cost.tied_a}.get(node, -1)
     return Hub(node, tied, edge_lengths(cost, np.array([np.full(n, node), np.arange(n)], dtype=np.int32)))
@@ -237,8 +235,7 @@ def _candidate_edges(candidates: NDArray[np.int32], hub: int) -> NDArray[np.int3
 
 
 def _candidate_graph(cost: CostModel, n: int, edges: NDArray[np.int32]) -> Graph:
-    """Return the graph of n nodes with the given edges, int32[2, e]; an edge may occur several times, in either
-    direction.
+    """Return the graph of n nodes with the given edges, int32[2, e], which may contain duplicates in both directions.
     """
     low, high = np.sort(edges.astype(np.int64), axis=0)
     keys = np.sort(low * n + high)
@@ -268,9 +265,7 @@ class _Ascent:
         self.work = TreeScratch(parent, np.zeros(n), heap, place, np.zeros(2 * n))
 
     def climb(self, graph: Graph, goal: int) -> Floats:
-        """Continue the ascent until `goal` steps have been done in total; return the best penalties since the last
-        call.
-        """
+        """Continue the ascent up to step `goal`, and return the best penalties since the last call."""
         hub, best, value = self.hub, self.penalty.copy(), -math.inf
         at_once = max(1, int(NODE_STEPS_PER_LOOK / self.n))
         while self.step < goal and not self.stop():
@@ -305,9 +300,7 @@ def _two_spokes(hub: Hub, penalty: Floats) -> NDArray[np.int64]:
 
 
 def _one_tree_bound(cost: CostModel, hub: Hub, tree: SpanningTree, penalty: Floats) -> float:
-    """Return the lower bound of the 1-tree that consists of the minimum spanning tree under the penalties and two edges
-    of the hub.
-    """
+    """Return the lower bound of the 1-tree: a minimum spanning tree under the penalties, plus two edges of the hub."""
     a, b = tree.edges
     spokes = _two_spokes(hub, penalty)
     added = np.concatenate([tree.length + (penalty[a] + penalty[b]), hub.spokes[spokes] + penalty[spokes]])
@@ -339,9 +332,9 @@ def minimum_spanning_tree(
 ) -> SpanningTree | None:
     """Return the minimum spanning tree of all nodes but the hub under penalties, over all pairs of nodes.
 
-    In the plane, the tree is built in rounds over the k-d tree; otherwise all pairs are checked. Any `graph` is valid;
-    the more of its edges are in the minimum spanning tree, the faster the search. Returns None if `stop` returns True,
-    if too many pairs would have to be checked, or if costs overflow.
+    In the plane, the tree is built in rounds over the k-d tree; otherwise all pairs are checked. Any `graph` is valid,
+    but the search is faster if more edges of the graph are in the minimum spanning tree. Returns None if `stop` returns
+    True, if too many pairs would have to be checked, or if costs overflow.
     """
     cost, n = instance.cost, instance.n
     if not has_box_bounds(cost):
@@ -373,18 +366,19 @@ def _forest_parts(instance: Instance, hub: int, penalty: Floats) -> ForestParts:
 
 
 def _set_part_ranges(instance: Instance, hub: int, parts: ForestParts) -> None:
-    """Set the range of part numbers in each box of the k-d tree; a part is a tree of the forest. Changes: parts.low,
-    high.
+    """Set the range of part numbers in each box of the k-d tree. A part is a tree of the forest.
+
+    Changes: parts.low, high.
     """
     parts.low[:] = _extremes_in_boxes(instance, np.minimum, parts.part, hub, instance.n)
     parts.high[:] = _extremes_in_boxes(instance, np.maximum, parts.part, hub, -1)
 
 
 def _extremes_in_boxes(instance: Instance, extreme: np.ufunc, values: NDArray, hub: int, none: float) -> NDArray:
-    """Return the minimum or maximum of the node values in every box; the hub counts with the value `none`."""
+    """Return the minimum or maximum of the node values in every box, with the value `none` for the hub."""
     tree = instance.tree
     runs = np.stack([tree.begin, tree.stop], axis=1).ravel()
     values = np.append(values[: len(tree.x)], none).astype(values.dtype)
     values[min(hub, len(tree.x))] = none
-    # Always contiguous, so that the kernels are compiled for one array type only.
+    # Always contiguous, so that the kernels are compiled for a single array type.
     return np.ascontiguousarray(extreme.reduceat(values, runs)[::2])

@@ -18,20 +18,21 @@ from leafcut.order.instance import CANDIDATES, Instance, build_instance, is_symm
 from leafcut.order.search import Best
 from leafcut.order.stop import Deadline
 
-#: With asymmetric costs or several nodes per cluster, the bound is computed on a table of the cheapest moves between
-#: clusters: maximum number of clusters, and of nodes.
+#: Maximum number of clusters and of nodes for a bound with asymmetric costs or several nodes per cluster, which uses a
+#: table of the cheapest moves between clusters.
 MOST_CLUSTERS, MOST_WAYS = 2000, 6000
 
-#: Maximum number of clusters for a lower bound before an observed search.
+#: Maximum number of clusters for the lower bound that observers see.
 MOST_BOUNDED = 20_000
 
-#: A bound that equals the cost may exceed it by this share: both are sums in different orders.
+#: Maximum relative excess of a bound over an equal cost, because both are sums in different orders.
 ROUNDING = 1e-9
 
 
 def compute_shown_bound(instance: AnyInstance, best: Best) -> None:
-    """Compute a lower bound for the observer of a search, with the clock stopped. The bound does not change the result
-    of the search.
+    """Compute a lower bound for the observer of a search, while the clock is stopped.
+
+    The bound does not change the result of the search.
     """
     if instance.problem.n_clusters > MOST_BOUNDED:
         return
@@ -47,8 +48,9 @@ def _prove_bound(
     cancelled: threading.Event,
     late: Callable[[], bool],
 ) -> float | None:
-    """Return a lower bound on the cost of any path of the problem, or None. `cost` is the cost of a known path, or
-    None. `instance` is reused if it also belongs to the relaxed problem.
+    """Return a lower bound on the cost of any path of the problem, or None.
+
+    `cost` is the cost of a known path, or None. `instance` is reused if it also represents the relaxed problem.
     """
     relaxed = symmetric_relaxation(problem, late)
     if relaxed is None:
@@ -100,9 +102,10 @@ def certify(
     instance: AnyInstance | None = None,
     deadline: Deadline | None = None,
 ) -> Solution:
-    """Return `solution` with its lower bound, which is computed unless it is given. No bound is computed for a
-    cancelled search. The bound ignores precedence, which can only raise the cost (`symmetric_relaxation`). A bound
-    above the cost is dropped.
+    """Return `solution` with a lower bound: the given `bound`, or else a computed one.
+
+    No bound is computed for a cancelled search. The bound ignores precedence, which can only raise the cost
+    (`symmetric_relaxation`). A bound above the cost is dropped.
     """
     if bound is None and not cancelled.is_set():
         with (deadline or Deadline()).running(cancelled) as late:

@@ -1,4 +1,4 @@
-"""Colony search: ants build tours independently, then recombine them until all tours cost the same.
+"""Colony search: ants build tours independently, then recombine them until all tours have the same cost.
 
 Each ant has one tour. The pheromone on an edge is the number of ants that use the edge; unused edges are not stored. In
 each generation, every ant is paired with a partner. Where the two tours differ, the ant tries the partner's edges and
@@ -39,60 +39,60 @@ from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, i
 from leafcut.order.stop import Stop
 from leafcut.order.workers import Share, WorkerLog, Workers, thread_count, thread_pool
 
-#: Candidates tried at each depth of an exchange, for building a tour and for repairing a recombined one.
+#: Number of candidates tried at each depth of an exchange, when a tour is built and when a recombined tour is repaired.
 BREADTH = (0, 8, 5, 3, 1)
 
-#: Work budget of each preset: nodes visited in all tours that ants build.
+#: Work budget of each preset: total number of nodes in all tours that ants build.
 PRESETS = {"fast": 1e5, "default": 6e5, "thorough": 1e7}
 
-#: Size of the first colony, growth factor from colony to colony, and maximum size. The number of nodes is a limit too.
+#: Size of the first colony, growth factor from colony to colony, and maximum size, which is also at most n.
 FIRST_ANTS, GROWTH, MOST_ANTS = 8, 4, 400
 
-#: Minimum number of ants in a colony. A smaller colony gains little, so kicks on the best tour get the remaining time.
-#: From `MANY` nodes on, two ants recombined with the champions gain more than kicks. Measured on pla85900 at 3 s: 1.1 %
-#: above the optimum instead of 1.5 %.
+#: Minimum number of ants in a colony. A smaller colony gains little, and kicks on the best tour use the time better.
+#: From `MANY` nodes on, recombining two ants with the champions gains more than kicks: on pla85900 at 3 s, 1.1 % above
+#: the optimum instead of 1.5 %.
 FEWEST_ANTS, FEWEST_OF_MANY = 4, 2
 
 #: The same under a time limit. Measured on pcb3038 after 0.1 s: 1.0 % above the optimum instead of 1.2 %.
 FEWEST_BY_CLOCK = 2
 
-#: A colony uses the whole remaining budget (work budget, time limit) if fewer than this many of its size would fit.
-#: Small colonies take time and help the last one little. In a long search, however, they provide a good tour early, in
-#: case the user stops it.
+#: A colony uses the whole remaining budget if fewer than this many colonies of its size would fit into the work budget,
+#: or into the time limit. Smaller colonies take time and help the last colony little. In a long search, however, they
+#: provide a good tour early, in case the user stops the search.
 ALL_OF_BUDGET, ALL_BY_CLOCK = 2, 16
 
 #: A colony ends after this many generations without any gain.
 PATIENCE = 3
 
-#: The same under a time limit. A generation also counts as idle if the best ant gains nothing and the mean gain is
-#: below this share of the mean excess over the best cost. Such generations are frequent; kicks use the time better.
+#: The same under a time limit. There, a generation also counts as without gain if the best tour is not improved and the
+#: mean gain is below this share of the mean excess over the best cost. Kicks use the time better.
 PATIENCE_BY_CLOCK, LITTLE = 2, 0.02
 
-#: The search ends after this many consecutive colonies without a better tour: without a work budget, and with one.
+#: The search ends after this many consecutive colonies without a better tour: without and with a work budget.
 SAME_ANSWERS, SAME_ANSWERS_ON_BUDGET = 5, 2
 
-#: Assumed time per node of a tour that an ant builds, s; measured on one core of a 2024 processor. A constant instead
-#: of the clock keeps results reproducible.
+#: Assumed time for building a tour, per node, s, as measured on a core of a 2024 processor. Results are reproducible
+#: because it is a constant.
 SECONDS_PER_VISIT = 3e-5
 
-#: Share of the remaining time in which the last colony builds its tours; recombination takes about as long again.
+#: Share of the remaining time in which the last colony builds its tours. Recombination takes about as long again.
 BUILDING_SHARE = 0.44
 
 #: Time to build a randomized greedy tour, relative to the deterministic one.
 WHIMS = 1.3
 
-#: Under a time limit, ants kick their tours before recombination: kicks repair local defects, recombination repairs
-#: large-scale ones. In order: kicks per node, minimum number of such ants, their time relative to plain ants, and the
-#: share of the remaining time in which the last colony builds its tours.
+#: Kicks per node before recombination, under a time limit: kicks repair local defects, recombination large-scale
+#: defects. Minimum number of ants with kicks; their building time relative to other ants; share of the remaining time
+#: in which the last colony builds its tours.
 KICKS_BEFORE, FEWEST_KICKING, KICKING_TAKES, KICKING_SHARE = 0.5, 12, 5.0, 0.75
 
-#: Batches of a generation per worker: more balance the load better, fewer have less overhead.
+#: Batches of a generation per worker: more batches balance the load better, fewer batches have less overhead.
 MEETINGS_PER_WORKER = 2
 
-#: Kicks per node after colonies stop improving: ants built by the same rules may all miss the same improvement.
+#: Kicks per node when colonies find no improvement. All ants follow the same rules and may miss the same improvement.
 LAST_KICKS = 20
 
-#: Kicks in the time of one node visit: a kick takes about as long as ten visits.
+#: Number of kicks in the time of a node visit. A kick takes about as long as ten visits.
 KICKS_PER_VISIT = 0.1
 
 # Purposes of random numbers; together with the seed they select the stream.
@@ -121,8 +121,10 @@ class Colony:
 
 
 def build_tour(instance: Instance, word: NDArray[np.uint64], kicks: int, stop: Stop) -> Share:
-    """Return a tour and its cost, or an infinite cost if the time ran out. The tour is built greedily with random
-    costs, then improved by exchanges and kicks. `word` is a random state, uint64[1]. Changes: word.
+    """Build a tour greedily with randomized costs, and improve it by exchanges and kicks.
+
+    Return the tour and its cost; the cost is infinite if the time ran out. `word` is a random state, uint64[1].
+    Changes: word.
     """
     node, cost = np.zeros(instance.n, dtype=np.int32), math.inf
     if not stop.now():
@@ -154,8 +156,10 @@ def recombine_tours(
     words: NDArray[np.uint64],
     stop: Stop,
 ) -> Share:
-    """Recombine each tour in `mine` (int32[m, n]) with its partner in `other`, and keep improvements. Return the tours
-    and their costs. `costs` (float64[m]) are the costs of `mine`; `words` (uint64[m]) are random states.
+    """Recombine each tour in `mine` (int32[m, n]) with its partner in `other`, and keep improvements.
+
+    Return the tours and their costs. `costs` (float64[m]) are the costs of `mine`; `words` (uint64[m]) are random
+    states.
     """
     n, pairs = instance.n, len(mine)
     tours, costs, gains, words = mine.copy(), costs.copy(), np.zeros(pairs), words.copy()
@@ -185,7 +189,7 @@ def recombine_tours(
 
 
 def create_colony(instance: Instance, ants: int, seed: int, number: int, workers: Workers, kicks: int = 0) -> Colony:
-    """Return a colony of newly built tours without those that were not finished in time."""
+    """Return a colony of new tours, without tours that were not finished in time."""
     words = random_words(seed, _BUILDING, number, count=ants)
     tours, costs = workers.run_and_join([partial(build_tour, instance, words[k : k + 1], kicks) for k in range(ants)])
     done = np.isfinite(costs)
@@ -193,9 +197,7 @@ def create_colony(instance: Instance, ants: int, seed: int, number: int, workers
 
 
 def next_generation(instance: Instance, colony: Colony, seed: int, workers: Workers) -> Colony:
-    """Recombine each tour of a colony with the tour of a partner. The result depends only on the colony and the
-    seed.
-    """
+    """Recombine each tour of a colony with the tour of a partner. Only the colony and the seed affect the result."""
     ants = len(colony.tours)
     words = random_words(seed, _FOLLOWING, colony.number, colony.generation, count=ants)
     mine = np.random.default_rng(words[0]).permutation(ants)
@@ -221,15 +223,15 @@ def next_generation(instance: Instance, colony: Colony, seed: int, workers: Work
 def improve_by_colony(
     instance: Instance, seed: int, best: Best, workers: Workers, seconds: float, visits: float = math.inf
 ) -> Iterator[None]:
-    """Improve the best tour by ever larger colonies; a step of the search is a generation.
+    """Improve the best tour by ever larger colonies. A generation is a step of the search.
 
     Parameters
     ----------
     seconds
         Time needed to build a tour.
     visits
-        Work budget: number of nodes in all tours that may be built. The search ends earlier if several colonies
-        (`SAME_ANSWERS`) and the kicks after them find nothing better, or if another colony is not worth its time
+        Work budget: maximum total number of nodes in all built tours. The search ends earlier if several colonies
+        (`SAME_ANSWERS`) and the kicks after them find no improvement, or if another colony is not worth its time
         (`stop.payoff_limit`).
     """
     stop = best.stop
@@ -278,8 +280,9 @@ def improve_by_colony(
 def _evolve(
     instance: Instance, colony: Colony, seed: int, best: Best, workers: Workers, generations: int
 ) -> Generator[None, None, tuple[Colony, int]]:
-    """Run generations until all tours cost the same or no tour improves. Return the colony and the number of
-    generations.
+    """Run generations until all tours have the same cost or no tour improves.
+
+    Return the colony and the number of generations.
     """
     idle, by_clock = 0, best.stop.seconds < math.inf
     patience = PATIENCE_BY_CLOCK if by_clock else PATIENCE
@@ -301,9 +304,7 @@ def costs_differ(colony: Colony) -> bool:
 
 
 def _has_improved(before: NDArray[np.float64], after: NDArray[np.float64], little: float) -> bool:
-    """Return whether the best cost has improved, or the mean gain exceeds the fraction `little` of the mean excess over
-    the best cost.
-    """
+    """Return whether the best cost has improved, or the mean gain exceeds `little` times the mean excess over it."""
     gains, best = before - after, float(after.min())
     if float(before.min()) > best + EPSILON:
         return True
@@ -317,16 +318,15 @@ def _offer_best_tour(colony: Colony, best: Best, generation: int) -> None:
 
 
 def _have_time_to_kick(seconds: float, stop: Stop) -> bool:
-    """Return whether the remaining time is enough for sufficiently many ants with kicks; always False without a time
-    limit.
-    """
+    """Return whether the remaining time allows enough ants with kicks; False without a time limit."""
     left = stop.seconds - stop.elapsed()
     return stop.seconds < math.inf and KICKING_SHARE * left / (KICKING_TAKES * seconds) >= FEWEST_KICKING
 
 
 def _colony_size(n: int, number: int, seconds: float, stop: Stop, visits: float, kicking: bool = False) -> int:
-    """Return the number of ants of the next colony: `GROWTH` times the previous number. If no much larger colony would
-    fit afterwards, return the number that the remaining time or budget allows.
+    """Return the number of ants of the next colony: `GROWTH` times the previous number.
+
+    If no much larger colony would fit afterwards, return the number that the remaining time or budget allows.
     """
     most = max(FIRST_ANTS, min(n, MOST_ANTS))
     planned = min(FIRST_ANTS * GROWTH ** min(number, 10), most)

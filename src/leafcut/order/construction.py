@@ -13,11 +13,11 @@ from leafcut.order.instance import Instance, build_tree, candidate_lists, matrix
 if TYPE_CHECKING:
     from leafcut.kernels.construct import Unvisited
 
-#: Candidates per fragment end in each round. One of them may be the other end of the same fragment.
+#: Number of candidates per fragment end in each round. One of them may be the other end of the same fragment.
 END_NEIGHBOURS = 5
 
-#: Edges are joined in a round up to the cost at which half of the nodes have this many neighbours; longer edges wait
-#: for updated lists. Measured (mean excess over the optimum on 12 TSPLIB boards; time for 100,000 random points):
+#: A round joins edges up to the cost below which half of the nodes have this many neighbours. Longer edges wait for
+#: updated lists. Measured (mean excess over the optimum on 12 TSPLIB boards; time for 100,000 random points):
 #: 2 neighbours 13.7 %, 0.24 s; 3 13.6 %, 0.12 s; 4 15.0 %, 0.09 s; whole lists 20.3 %, 0.05 s.
 SURE_NEIGHBOURS = 3
 
@@ -25,7 +25,7 @@ SURE_NEIGHBOURS = 3
 MOST_NOISE = 0.1
 
 
-#: Maximum number of nodes for finding the nearest one by comparing all: a few milliseconds.
+#: Maximum number of nodes for finding the nearest node by comparing all nodes, which takes a few milliseconds.
 FEW = 500
 
 
@@ -74,9 +74,7 @@ def _nearest_of_few(instance: Instance) -> NDArray[np.int32]:
 def _remove_free_node(
     free: int, lists: NDArray[np.int32], lengths: NDArray[np.float64]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Return the candidate lists without the free node, which has the last row and is the first entry of every other
-    row.
-    """
+    """Return the candidate lists without the free node, which has the last row and is the first entry of all others."""
     if free < 0:
         return lists, lengths
     rest, costs = lists[:free].copy(), lengths[:free].copy()
@@ -87,8 +85,9 @@ def _remove_free_node(
 
 
 def greedy(instance: Instance, random: np.random.Generator | None = None) -> NDArray[np.int32]:
-    """Return the greedy tour, int32[n]: repeatedly add the cheapest edge that can still be part of a tour. With
-    `random`, edges are lengthened by up to `MOST_NOISE`, so that different calls return different tours of similar
+    """Return the greedy tour, int32[n]: repeatedly add the cheapest edge that can still be part of a tour.
+
+    With `random`, edges are lengthened by up to `MOST_NOISE`, so that different calls return different tours of similar
     quality.
     """
     from leafcut.kernels.greedy import join, walk_path
@@ -97,7 +96,7 @@ def greedy(instance: Instance, random: np.random.Generator | None = None) -> NDA
     tail, beside = np.arange(n, dtype=np.int32), np.full((n, 2), -1, dtype=np.int32)
     if cost.tied_a >= 0:
         join(tail, beside, cost.tied_a, cost.tied_b)
-    # The free node, which is the last, is added when the other nodes form a single path.
+    # The free node, which is the last, is added after the other nodes form a single path.
     ends = np.arange(n if cost.free < 0 else n - 1, dtype=np.int32)
     lists, lengths = _remove_free_node(cost.free, instance.candidates, instance.lengths)
     while True:
@@ -120,9 +119,7 @@ def _with_noise(lengths: NDArray[np.float64], random: np.random.Generator | None
 
 
 def _median(values: NDArray[np.float64]) -> float:
-    """Return the median of the values. `np.median` is not used because it would import masked arrays, which delays a
-    short search.
-    """
+    """Return the median of the values. Unlike `np.median`, this does not import masked arrays, which takes time."""
     ordered, half = np.sort(values), len(values) // 2
     return float(ordered[half] if len(values) % 2 else (ordered[half - 1] + ordered[half]) / 2)
 
@@ -134,9 +131,7 @@ def _join_cheapest(
     tail: NDArray[np.int32],
     beside: NDArray[np.int32],
 ) -> None:
-    """Join fragments of a tour by the candidate edges of `nodes`, cheapest first; `SURE_NEIGHBOURS` limits the
-    candidates.
-    """
+    """Join fragments of a tour by candidate edges of `nodes`, cheapest first, up to a cost (`SURE_NEIGHBOURS`)."""
     from leafcut.kernels.greedy import join_edges, list_edges
 
     k = candidates.shape[1]
@@ -159,8 +154,6 @@ def _candidates_between_ends(
 
 
 def random_words(seed: int, *stream: int, count: int) -> NDArray[np.uint64]:
-    """Return a nonzero random state for each ant, uint64[count], which depends only on the seed, the stream and the
-    ant.
-    """
+    """Return a nonzero random state for each ant, uint64[count]. It depends only on seed, stream and ant."""
     words = np.random.SeedSequence((seed, *stream)).generate_state(count, np.uint64)
     return np.maximum(words, np.uint64(1))

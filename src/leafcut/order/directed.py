@@ -1,7 +1,7 @@
 """`DirectedInstance`: a routing problem in the arrays of the kernels for choices, directed costs and precedence.
 
 The nodes of a path are clusters, numbered as in the problem. An open path has an additional last node, its anchor. A
-move from the anchor costs as much as a move from the start, and a move to the anchor as much as a move to the end; the
+move from the anchor has the cost of a move from the start, and a move to the anchor the cost of a move to the end. The
 cost is zero for a free start or end.
 """
 
@@ -36,14 +36,14 @@ from leafcut.order.instance import (
 )
 from leafcut.order.precedence import CLOSURE_LIMIT, checked_pairs, compressed_rows, impossible_moves_and_reduction
 
-#: Maximum number of nodes for candidates by the costs of all pairs, if clusters have several nodes: n² memory.
+#: Maximum number of nodes for computing candidates from the costs of all pairs, which needs n² memory.
 DENSE_LIMIT = 3000
 
-#: Number of candidates tried for the first and the second new edge of an exchange. Measured on contours with holes that
-#: must be cut first: 16 candidates with (16, 8) are far better than 8, which are mostly the contour's own holes.
+#: Number of candidates tried for the first and the second new edge of an exchange. On contours with holes that must be
+#: cut first, (16, 8) was far better than 8 candidates, most of which are the contour's own holes.
 BREADTH = (16, 8)
 
-#: A gain smaller than this share of a mean move is rounding.
+#: Gains below this share of a mean move are rounding errors.
 LEAST = 1e-8
 
 #: Exchanges between two checks of the clock: about 10 ms.
@@ -60,10 +60,10 @@ class DirectedInstance:
     Attributes
     ----------
     pairs
-        int32[k, 2]: the pairs of the precedence that are not implied by others.
+        int32[k, 2]: the pairs of the precedence that do not follow from other pairs.
     cost
-        Cost model over the entries of the problem's nodes, their exits if an exit differs from its entry, and the start
-        and the end.
+        Cost model over these positions: the entries of all nodes, the exits of all nodes (if an exit differs from its
+        entry), the start and the end.
     rules
         Precedence, nodes of clusters and candidates for the kernels.
     enter, leave
@@ -99,21 +99,20 @@ class DirectedInstance:
         return True
 
     def path(self, tour: Ints) -> Ints:
-        """Return the clusters, int32[clusters], that the problem's nodes `tour`, int32[clusters], belong to."""
+        """Return the clusters of the problem's nodes `tour`, int32[clusters] each."""
         clusters: Ints = self.problem.cluster[tour].astype(np.int32)
         return clusters
 
     def places(self, tour: Ints) -> Points:
-        """Return the positions along a path: the entry of each node, its exit if exits differ from entries, and the
-        start and end of the problem.
-        """
+        """Return the positions along a path from start to end: the entry of each node, and its exit if different."""
         entry, leave = self.problem.entry[tour], self.problem.exit[tour]
         same = np.array_equal(entry, leave)
         return add_path_ends(self.problem, entry if same else np.stack([entry, leave], axis=1).reshape(-1, 2))
 
     def nodes(self, node: Ints, enter: Ints) -> Ints:
-        """Return the problem's nodes, int32[clusters], in the order of a path, int32[n]; a closed path starts with
-        cluster 0.
+        """Return the problem's nodes, int32[clusters], along a path, int32[n].
+
+        A closed path without precedence starts with cluster 0.
         """
         order = node[1:] if self.anchored else node
         if not self.anchored and not len(self.pairs):
@@ -132,7 +131,7 @@ class DirectedInstance:
         return float(travels.sum()) + float(self.rules.service[enter].sum())
 
 
-#: A problem in the arrays of one of the two move sets. Both have `problem`, `n`, `service`, `exact`, `path`, `places`.
+#: A problem as arrays for one of the two move sets. Both have `problem`, `n`, `service`, `exact`, `path`, `places`.
 AnyInstance = Instance | DirectedInstance
 
 
@@ -144,8 +143,10 @@ def refuse_ends_with_cost_table(problem: RoutingProblem) -> None:
 
 
 def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
-    """Return the instance of `problem`, with lists of k candidates. Raises SolveError if the precedence has a cycle, or
-    the problem has both a table of costs and a start or an end.
+    """Convert a problem to a `DirectedInstance` with k candidates per node.
+
+    Raises SolveError if the precedence has a cycle, or if the problem has a table of costs as well as a start or an
+    end.
     """
     m, twisted = problem.n_clusters, is_directed(problem)
     pairs, barred = checked_pairs(problem), None
@@ -179,8 +180,9 @@ def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
 
 
 def route_of(instance: DirectedInstance, node: Ints, enter: Ints, log: int = 0) -> Route:
-    """Return a path as a `Route` with the buffers of the kernels, an empty queue, and a log with a capacity of `log`.
-    `node` and `enter` are int32[n] each.
+    """Return a path (`node` and `enter`, int32[n] each) as a `Route` with all buffers for the kernels.
+
+    The queue is empty. `log` is the capacity of the log.
     """
     n = instance.n
     leave = enter + np.int32(instance.rules.beyond[0])
@@ -214,7 +216,7 @@ def queue_all(instance: DirectedInstance, route: Route) -> None:
 
 
 def greedy_path(instance: DirectedInstance) -> Route:
-    """Return the path that always continues with the cheapest cluster whose predecessors have been visited."""
+    """Return the path that always continues with the cheapest cluster, among those with all predecessors visited."""
     n, rules = instance.n, instance.rules
     missing = np.diff(rules.before_begin).astype(np.int32)
     free = np.flatnonzero(missing == 0).astype(np.int32)
@@ -228,7 +230,7 @@ def greedy_path(instance: DirectedInstance) -> Route:
 
 
 def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: False) -> NDArray[np.float64] | None:
-    """Return the minimum cost of a move from each cluster to each other cluster, over all their nodes, float64[n, n].
+    """Return the minimum cost of moves from each cluster to each other cluster, over all pairs of nodes, float64[n, n].
 
     The last row and column of an open path are its anchor. Precedence is ignored. Returns None if `late` returns True
     before the last row. Raises SolveError if the problem has both a table of costs and a start or an end.
@@ -251,8 +253,16 @@ def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: Fals
 def _build_cost_model(
     problem: RoutingProblem, twisted: bool
 ) -> tuple[CostModel, tuple[np.int32, np.int32] | None, int]:
-    """Return the cost model over entries, exits and ends, the rows of the two ends (None for a closed path), and the
-    offset of the rows of exits.
+    """Return the cost model of a problem, and the meaning of its rows.
+
+    Returns
+    -------
+    cost
+        Cost model over the entries, exits and ends.
+    ends
+        Rows of the two ends; None for a closed path.
+    beyond
+        Row of an exit minus the row of its entry.
     """
     explicit = problem.metric.name == "EXPLICIT"
     beyond = problem.n_nodes if twisted and not explicit else 0
@@ -284,7 +294,7 @@ def _candidates(problem: RoutingProblem, cost: CostModel, way: Ints, beyond: int
     if m == nodes and beyond:
         exits = way + np.int32(beyond)
         return _nearest_rows(cost, exits, way, k + 1), _nearest_rows(cost, way, exits, k + 1)
-    # With many nodes, cluster centres are accurate enough to find near clusters.
+    # With many nodes, near clusters are found by their centres, which is accurate enough.
     xy = cluster_places(problem)
     tree, label = build_tree(xy)
     lists, costs = candidate_lists(cost_model(problem.metric, xy[label]), tree, m, m, k)
@@ -301,7 +311,7 @@ def _cheapest(grid: NDArray[np.float64], k: int) -> Listed:
 
 
 def _nearest_rows(cost: CostModel, query: Ints, goal: Ints, k: int) -> Listed:
-    """Return the indices into `goal` of the rows near each row in `query`; they may include the row itself."""
+    """Return, for each row in `query`, the indices in `goal` of near rows, which may include the row itself."""
     tree, label = build_tree(cost.xy[goal])
     tree = tree._replace(
         x=np.append(tree.x, 0.0), y=np.append(tree.y, 0.0), leaf_of=np.append(tree.leaf_of, np.int32(0))
@@ -313,7 +323,7 @@ def _nearest_rows(cost: CostModel, query: Ints, goal: Ints, k: int) -> Listed:
 
 
 def _feasible_candidates(listed: Listed, pairs: Ints, barred: NDArray[np.bool_] | None, back: bool, k: int) -> Listed:
-    """Return the first k entries of every candidate list that are possible successors (predecessors if `back`)."""
+    """Keep the first k candidates in each list that may be successors of the node, or predecessors if `back`."""
     near, costs = listed
     m = len(near)
     own = np.arange(m)[:, None]
@@ -329,18 +339,17 @@ def _feasible_candidates(listed: Listed, pairs: Ints, barred: NDArray[np.bool_] 
 
 
 def _cheapest_end_moves(cost: CostModel, ways: Ints, begin: Ints, end: np.int32, barred: Ints) -> NDArray[np.float64]:
-    """Return the minimum travel cost between each cluster and an end of the path; the cost of excluded clusters is
-    infinite.
-    """
+    """Return the minimum travel cost between each cluster and an end of the path; infinite for excluded clusters."""
     costs = np.minimum.reduceat(costs_of_edges(cost, ways, np.full(len(ways), end)), begin[:-1])
     costs[barred] = np.inf
     return costs
 
 
 def _add_anchor(listed: Listed, there: NDArray[np.float64], back: NDArray[np.float64]) -> Listed:
-    """Insert the anchor into the candidate lists, and add a list for the anchor itself. `there` and `back`,
-    float64[clusters], are the costs of moves to and from the anchor. The list of the anchor is empty if all moves from
-    it cost nothing.
+    """Insert the anchor into the candidate lists, and add a list for the anchor itself.
+
+    `there` and `back`, float64[clusters], are the costs of moves to and from the anchor. The anchor's list is empty if
+    all moves from the anchor cost nothing.
     """
     near, costs = listed
     m, k = near.shape

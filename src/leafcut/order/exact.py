@@ -18,13 +18,13 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.order.instance import MoveCosts, nodes_by_cluster, path_cost
 from leafcut.order.precedence import satisfies_pairs
 
-#: Maximum number of clusters for comparing all orders: local search needs at least five nodes.
+#: Maximum number of clusters for comparing all orders. Local search needs at least five nodes.
 TRY_ALL = 4
 
-#: Maximum number of states (sets of clusters by nodes), 8 bytes each, and of clusters.
+#: Maximum number of states of 8 bytes (a set of clusters and a node), and of clusters.
 MOST_STATES, MOST_CLUSTERS = 5_000_000, 18
 
-#: Maximum number of sums of a state and a move, over all nodes that a closed path may start with: about a second.
+#: Maximum number of additions of a move to a state, for all possible first nodes of a closed path: about a second.
 MOST_SUMS = 2e8
 
 
@@ -41,7 +41,7 @@ def choose_nodes(problem: RoutingProblem, order: NDArray[np.int32]) -> Ints:
     if problem.n_nodes == problem.n_clusters:
         return nodes[order]
     layers = [nodes[begin[c] : begin[c + 1]] for c in order]
-    # A closed tour: one closed path per node of the first layer, for which the smallest cluster is chosen.
+    # For a closed tour, each node of the first layer is tried. The smallest cluster is therefore the first layer.
     first = int(np.argmin([len(layer) for layer in layers])) if problem.closed else 0
     layers = layers[first:] + layers[:first]
     return np.roll(_cheapest_through(problem, layers), first)
@@ -53,9 +53,7 @@ def _cheapest_through(problem: RoutingProblem, layers: list[Ints]) -> Ints:
     arrival = problem.service[first].astype(np.float64)
 
     def through(arrival: Floats, home: Floats) -> tuple[float, Ints]:
-        """Return the cheapest path and its cost. `arrival` contains the cost up to and including each node of the first
-        layer.
-        """
+        """Return the cheapest path and its cost. `arrival` is the cost up to and including each first node."""
         came_from = []
         for before, layer in itertools.pairwise(layers):
             total = arrival[:, None] + moves.between(before, layer)
@@ -84,14 +82,15 @@ def is_exactly_solvable(problem: RoutingProblem) -> bool:
 
 
 def best_nodes(problem: RoutingProblem, pairs: Ints) -> Ints:
-    """Return the nodes, int32[clusters], of the cheapest path under the precedence int32[k, 2], which has no cycles.
+    """Return the nodes, int32[clusters], of the cheapest path under the acyclic precedence int32[k, 2].
+
     The problem must satisfy `is_exactly_solvable`.
     """
     moves, node = MoveCosts(problem), np.arange(problem.n_nodes, dtype=np.int32)
     between = moves.between(node, node)
     if not problem.closed:
         return _cheapest_path(problem, pairs, between, problem.service + moves.from_start(node), moves.to_end(node))[1]
-    # Without precedence, a closed path may start with cluster 0; otherwise with any cluster without predecessors.
+    # Without precedence, a closed path starts with cluster 0. Otherwise all clusters without predecessors are tried.
     firsts = np.setdiff1d(np.arange(problem.n_clusters), pairs[:, 1]) if len(pairs) else np.array([0])
     paths = []
     for first in np.flatnonzero(np.isin(problem.cluster, firsts)):
@@ -103,11 +102,16 @@ def best_nodes(problem: RoutingProblem, pairs: Ints) -> Ints:
 def _cheapest_path(
     problem: RoutingProblem, pairs: Ints, between: Floats, begun: Floats, home: Floats
 ) -> tuple[float, Ints]:
-    """Return the cost and the nodes of the cheapest path, by dynamic programming over sets of clusters and the last
-    node.
+    """Return the cost and the nodes of the cheapest path, by dynamic programming over sets of clusters and last nodes.
 
-    `between` (float64[nodes, nodes]) contains the costs from the exit of a node to the entry of the next node. `begun`
-    and `home` (float64[nodes]) contain the costs up to and including a first node, and from a last node to the end.
+    Parameters
+    ----------
+    between
+        float64[nodes, nodes]: costs from the exit of a node to the entry of the next node.
+    begun
+        float64[nodes]: costs up to and including a first node.
+    home
+        float64[nodes]: costs from a last node to the end.
     """
     m, cluster = problem.n_clusters, problem.cluster
     needs = np.zeros(m, dtype=np.int64)  # bit mask of the predecessors of each cluster

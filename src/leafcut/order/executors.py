@@ -1,4 +1,5 @@
-"""Executors for tasks: threads, processes, or a Dask cluster, all with the interface of `concurrent.futures.Executor`.
+"""Executors for tasks: threads, processes, or a Dask cluster, with the interface of `concurrent.futures.Executor`.
+
 A task is an importable function with arguments that can be pickled (threads accept any arguments). If a worker dies,
 another worker repeats its unfinished tasks. Dask is imported only when it is used.
 """
@@ -40,19 +41,19 @@ THREADS, PROCESSES, DASK = "threads", "processes", "dask://"
 #: Maximum wait for the answer of a cluster, and for its first worker, s.
 CONNECT_SECONDS, FIRST_WORKER_SECONDS = 5.0, 10.0
 
-#: Maximum time without any worker while tasks wait, s: the queue of a batch system may take minutes to start workers.
+#: Maximum time for which tasks wait without any worker, s. A batch system may take minutes to start workers.
 PATIENCE_SECONDS = 600.0
 
 #: Interval between checks of the executor and of cancellation, s.
 LOOK_SECONDS = 0.2
 
-#: A task is given up after it has killed its worker this many times while running alone.
+#: A task fails after it has killed its worker this many times while it was the only running task.
 ATTEMPTS = 3
 
 #: Maximum number of workers that the user may request.
 MOST_WORKERS = 1024
 
-#: Submitted tasks per worker: one running, and one waiting so that the worker is never idle.
+#: Submitted tasks per worker: a running task, and a waiting task so that the worker is never idle.
 GIVEN_OUT = 2
 
 
@@ -61,12 +62,13 @@ class ExecutorError(LeafcutError):
 
 
 class WatchedExecutor(Executor):
-    """An executor with a known number of workers, which can check whether its workers are still running. `shared`:
-    tasks share the memory of this process, so that they can be cancelled.
+    """An executor with a known number of workers, which can check whether its workers are running.
+
+    `shared`: tasks share the memory of this process, so that they can be cancelled.
     """
 
     shared = False
-    #: Number of tasks that run at once in one process and share its measured processor time.
+    #: Number of tasks that run at once in the same process. Only their total processor time can be measured.
     together = 1
 
     def __init__(self, workers: int) -> None:
@@ -92,14 +94,14 @@ class _Threads(WatchedExecutor):
 
 
 class _Processes(WatchedExecutor):
-    """A pool of local processes. When a process dies, the whole pool ends, and a new pool runs the next tasks."""
+    """A pool of local processes. If a process dies, the whole pool ends, and a new pool runs the next tasks."""
 
     def __init__(self, workers: int) -> None:
         super().__init__(workers)
         self.pool = self._new_pool()
 
     def _new_pool(self) -> ProcessPoolExecutor:
-        # Spawn: a fork of a process with threads may deadlock on a lock that a thread held.
+        # Not "fork", because a forked process may wait forever for a lock that another thread held.
         context = multiprocessing.get_context("spawn")
         stop, self._alive = context.Pipe(duplex=False)
         return ProcessPoolExecutor(self.workers, context, _start_worker, (stop,))
@@ -121,13 +123,11 @@ class _Processes(WatchedExecutor):
 
 @contextmanager
 def _without_interrupts() -> Iterator[None]:
-    """Block Ctrl-C in this process. Processes that start inside the block do not receive Ctrl-C before they have set it
-    to be ignored.
-    """
+    """Block Ctrl-C in this process, so that new processes do not receive it before they ignore it themselves."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    resource_tracker.ensure_running()  # its start, by the first process, would unblock the signal
+    resource_tracker.ensure_running()  # started here, because its start by the first process would unblock the signal
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -149,8 +149,10 @@ def _start_worker(stop: connection.Connection) -> None:
 
 
 class _Dask(WatchedExecutor):
-    """Executor on a Dask cluster. Arguments and results are pickled here, because Dask may deliver read-only arrays,
-    which compiled kernels treat as a different type.
+    """Executor on a Dask cluster.
+
+    This class pickles arguments and results itself. Dask may deliver read-only arrays, which are another type for
+    compiled kernels.
     """
 
     def __init__(self, client: Any, spec: str, workers: int) -> None:
@@ -208,9 +210,7 @@ def _copy_outcome(done: Future[Any], answer: Future[Any]) -> None:
 
 
 def _unpacked_call(version: str, packed: bytes) -> bytes:
-    """Run a task on a worker of a cluster. Raises an error if the worker has another version of leafcut, whose result
-    could differ.
-    """
+    """Run a task on a worker of a cluster. Raises an error if the worker has another version of leafcut."""
     _check_version(version)
     fn, args, kwargs = pickle.loads(packed)
     return pickle.dumps(fn(*args, **kwargs), pickle.HIGHEST_PROTOCOL)
@@ -232,9 +232,9 @@ def open_executor(spec: str, workers: int = 0) -> Iterator[WatchedExecutor]:
     """Open an executor and close it, with all its threads, processes and connections, at the end of the block.
 
     `spec`: ``threads``, ``processes`` of this machine, or ``dask://host:port``, the scheduler of a Dask cluster.
-    `workers`: number of tasks that run at once; 0 for one per core, or all workers of the cluster. Raises OptionError
-    if `spec` has another value, and ExecutorError if the cluster does not respond, has no worker or another version of
-    leafcut, or if the extra `cluster` is not installed.
+    `workers`: number of tasks that run at once; 0 for one per core, or for all workers of the cluster. Raises
+    OptionError for any other `spec`. Raises ExecutorError if the cluster does not respond, has no worker or another
+    version of leafcut, or if the extra `cluster` is not installed.
     """
     check_executor(spec)
     if spec.startswith(DASK):
@@ -255,8 +255,9 @@ def open_executor(spec: str, workers: int = 0) -> Iterator[WatchedExecutor]:
 
 @contextmanager
 def _connect_to_dask(spec: str) -> Iterator[Any]:
-    """Connect to a Dask cluster that has at least one worker, and whose workers all have this version of leafcut.
-    Disconnect at the end of the block.
+    """Connect to a Dask cluster, and disconnect at the end of the block.
+
+    The cluster must have a worker, and all its workers must have this version of leafcut.
     """
     try:
         import dask
@@ -311,12 +312,11 @@ def run_tasks(
 ) -> Iterator[tuple[TaskT, Any]]:
     """Yield every task with the result of ``work(task)``, or with its exception, as soon as it finishes.
 
-    A task whose worker died is repeated alone, so that a task that kills its worker does not affect other tasks. After
-    `attempts` attempts, the task fails with an `ExecutorError`. `ended` is called repeatedly while waiting; when it
-    returns True, the iteration ends. Raises ExecutorError if the scheduler of a cluster is lost. Results yielded
-    earlier remain valid.
+    If the worker of a task dies, the task is repeated alone, because it may be the cause and kill other tasks as well.
+    After `attempts` attempts, the task fails with an `ExecutorError`. The iteration ends when `ended`, which is called
+    repeatedly, returns True. Raises ExecutorError if the scheduler of a cluster is lost; earlier results remain valid.
     """
-    # Submitted tasks that are no longer needed end with the executor: cancelling them one by one would fail in a broken
+    # Submitted tasks that are no longer needed end with the executor. Cancelling them one by one would fail in a broken
     # process pool.
     course = _TaskQueue(executor, work, iter(tasks), attempts)
     while not ended():
@@ -331,7 +331,7 @@ def run_tasks(
 
 
 class _TaskQueue:
-    """Submitted tasks, and suspects: tasks whose worker died. Suspects are repeated one at a time."""
+    """Submitted tasks, and suspects: tasks that may have killed their worker. Suspects are repeated one at a time."""
 
     def __init__(self, executor: Executor, work: Callable[[Any], Any], todo: Iterator[Any], attempts: int) -> None:
         self.executor, self.work, self.todo, self.attempts = executor, work, todo, attempts
@@ -359,9 +359,7 @@ class _TaskQueue:
             raise ExecutorError(f"the workers have stopped ({problem})") from problem
 
     def collect_result(self, future: Future[Any]) -> Iterator[tuple[Any, Any]]:
-        """Yield a task with its result or error. Yield nothing if its worker died and the task is going to be
-        repeated.
-        """
+        """Yield a task with its result or error; nothing if its worker died and the task will be repeated."""
         task, deaths = self.given.pop(future)
         problem = future.exception()
         if not isinstance(problem, BrokenExecutor | CancelledError):

@@ -1,7 +1,8 @@
-"""`Instance`: a routing problem as a closed tour, in arrays for the kernels. A given start and a given end are
-additional nodes joined by a tied edge. A free end is a node at zero distance from all others.
+"""`Instance`: a routing problem as a closed tour, in arrays for the kernels.
 
-Nodes are numbered by location: neighbours in the plane are close in memory. The additional nodes come last.
+A given start and a given end are additional nodes, joined by a tied edge. A free end is a node at zero distance from
+all others. Nodes are numbered by location, so that neighbours in the plane are close in memory. The additional nodes
+come last.
 """
 
 from __future__ import annotations
@@ -18,10 +19,10 @@ from leafcut.kernels.cost import CostModel, edge_costs, tour_cost
 from leafcut.kernels.neighbours import MOST_TWINS, Nearby, Tree, grow_tree
 from leafcut.model.problem import Metric, RoutingProblem
 
-#: Neighbours per quadrant in a candidate list; the nearest remaining nodes fill the rest.
+#: Number of neighbours per quadrant in a candidate list. The nearest other nodes fill the rest of the list.
 PER_QUADRANT = 2
 
-#: Rows of the cost matrix processed at once; limits memory.
+#: Number of rows of the cost matrix that are processed at once, to limit memory.
 ROWS_AT_ONCE = 256
 
 #: Maximum number of nodes for full candidate lists, which take n² memory.
@@ -34,8 +35,8 @@ CANDIDATES = 8
 #: of all moves: n² memory.
 FEW_CLUSTERS, FEW_NODES = 500, 2500
 
-#: From this number of nodes on there is time for few ants only. The first tour is therefore also searched for long
-#: edges after the last improving exchange, and kicks are applied to several pieces of the tour in parallel.
+#: From this number of nodes on, there is time for only a few ants. Therefore the long edges of the first tour are
+#: shortened after the last improving exchange, and several pieces of the tour are kicked in parallel.
 MANY = 20_000
 
 
@@ -83,8 +84,9 @@ def matrix_of(cost: CostModel, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
 
 
 def build_tree(xy: NDArray[np.float64], apart: int = 0) -> tuple[Tree, NDArray[np.int32]]:
-    """Return the k-d tree of points, float64[n, 2], in leaf order, and the original index of each point, int32[n]. The
-    last `apart` points (at most two) stay last.
+    """Return the k-d tree of points, float64[n, 2], and the original index of each of its points, int32[n].
+
+    The last `apart` points (at most two) stay last.
     """
     n = len(xy)
     x, y = np.ascontiguousarray(xy[:, 0]), np.ascontiguousarray(xy[:, 1])
@@ -112,8 +114,9 @@ def nearby_buffers(k: int) -> Nearby:
 
 
 def candidate_lists(cost: CostModel, tree: Tree, n: int, total: int, k: int) -> tuple[NDArray, NDArray]:
-    """Return the candidates of the first n nodes, int32[total, k], and their costs, float64[total, k]. With a tree,
-    candidates are chosen by quadrant. The arrays are padded with -1 and infinite costs.
+    """Return the candidates of the first n nodes, int32[total, k], and their costs, float64[total, k].
+
+    With a tree, candidates are chosen by quadrant. The arrays are padded with -1 and infinite costs.
     """
     candidates, lengths = np.full((total, k), -1, dtype=np.int32), np.full((total, k), np.inf)
     if len(tree.x) == 0 or k >= n - 1:
@@ -132,9 +135,7 @@ def costs_of_edges(cost: CostModel, leave: NDArray[np.int32], arrive: NDArray[np
 
 
 def _list_cheapest(cost: CostModel, n: int, candidates: NDArray[np.int32], lengths: NDArray[np.float64]) -> None:
-    """Fill the candidate lists of the first n nodes with the cheapest other nodes. Of equally cheap nodes, the lower
-    index comes first.
-    """
+    """Fill the candidate lists of the first n nodes with the cheapest other nodes. Equal costs are sorted by index."""
     nodes, size = np.arange(n, dtype=np.int32), min(candidates.shape[1], n - 1)
     for begin in range(0, n if size > 0 else 0, ROWS_AT_ONCE):
         rows = nodes[begin : begin + ROWS_AT_ONCE]
@@ -161,7 +162,7 @@ class Instance:
     cost
         Cost model over the positions of the clusters, followed by the start, the end and the free node if they exist.
     label
-        int32[n]: cluster of each node; the additional nodes, which come last, have numbers of their own.
+        int32[n]: cluster of each node; the additional nodes, which come last, have higher numbers.
     tree
         k-d tree of all nodes with a position; empty for explicit costs.
     candidates
@@ -169,7 +170,7 @@ class Instance:
     lengths
         float64[n, k]: costs of the candidates, padded with infinity.
     first, second
-        The first two nodes of every constructed tour; -1 for any node.
+        The required first two nodes of every constructed tour; -1 for any node.
     """
 
     problem: RoutingProblem
@@ -188,8 +189,9 @@ class Instance:
 
     @cached_property
     def exchange_lists(self) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-        """Candidate lists for exchanges, without the free node: nodes, int32[n, k], and costs, float64[n, k]. Exchanges
-        that start at the free node already find every improvement that involves it.
+        """Candidate lists for exchanges: nodes, int32[n, k], and costs, float64[n, k], without the free node.
+
+        Exchanges that start at the free node find all improvements with the free node.
         """
         if self.cost.free < 0:
             return self.candidates, self.lengths
@@ -209,9 +211,7 @@ class Instance:
         return float(tour_cost(self.cost, tour))
 
     def costs(self, leave: ArrayLike, arrive: ArrayLike) -> NDArray[np.float64]:
-        """Return the costs of moves between nodes; the arrays are broadcast against each other. The cost of a tied edge
-        is `TIED`.
-        """
+        """Return the costs of moves between nodes, with broadcasting. The cost of a tied edge is `TIED`."""
         pairs = np.broadcast_arrays(np.atleast_1d(leave), np.atleast_1d(arrive))
         return costs_of_edges(self.cost, *(np.ascontiguousarray(nodes, dtype=np.int32) for nodes in pairs))
 
@@ -225,7 +225,7 @@ class Instance:
             rolled = np.roll(rolled[::-1], 1)
         order = rolled[rolled < count]
         if self.problem.closed:
-            # Both directions cost the same: always return the same one.
+            # Both directions cost the same. The direction is normalized, so that equal tours give equal paths.
             return np.concatenate([order[:1], order[:0:-1]]) if order[1] > order[-1] else order
         if self.problem.start is None and (self.problem.end is not None or order[0] > order[-1]):
             return order[::-1].copy()
@@ -259,15 +259,14 @@ def is_directed(problem: RoutingProblem) -> bool:
 
 
 def is_symmetric(problem: RoutingProblem) -> bool:
-    """Return whether each cluster has one node and all costs are equal in both directions, so that a closed tour
-    represents the problem exactly.
-    """
+    """Return whether an `Instance` is exact: each cluster has one node, and costs are equal in both directions."""
     return problem.n_nodes == problem.n_clusters and not is_directed(problem)
 
 
 def add_path_ends(problem: RoutingProblem, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the points of a path, float64[m, 2], with the given start and end of the problem. A closed path ends at
-    its first point.
+    """Add the given start and end of the problem to the points of a path, float64[m, 2].
+
+    A closed path gets its first point as its end.
     """
     if problem.closed:
         return np.concatenate([points, points[:1]])
@@ -276,8 +275,9 @@ def add_path_ends(problem: RoutingProblem, points: NDArray[np.float64]) -> NDArr
 
 
 def build_instance(problem: RoutingProblem, n_candidates: int) -> Instance:
-    """Return the closed-tour form of a problem. With `n_candidates` = 0, all nodes are candidates of each other. A
-    cluster of several nodes is represented by the mean of its entries and exits.
+    """Convert a problem to an `Instance`. With `n_candidates` = 0, all nodes are candidates of each other.
+
+    A cluster of several nodes is represented by the mean of its entries and exits.
     """
     places = cluster_places(problem)
     n = len(places)
@@ -322,9 +322,7 @@ def _add_free_node(
 
 
 def cluster_places(problem: RoutingProblem) -> NDArray[np.float64]:
-    """Return the position of every cluster, float64[clusters, 2], mm: the mean of the entries and exits of its
-    nodes.
-    """
+    """Return the mean position of the entries and exits of every cluster, float64[clusters, 2], mm."""
     middle = (problem.entry + problem.exit) / 2.0
     count = np.bincount(problem.cluster, minlength=problem.n_clusters).astype(np.float64)
     columns = [
@@ -334,9 +332,7 @@ def cluster_places(problem: RoutingProblem) -> NDArray[np.float64]:
 
 
 def nodes_by_cluster(problem: RoutingProblem) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return all nodes sorted by cluster, int32[nodes], and the index of the first node of each cluster, int32[clusters
-    + 1].
-    """
+    """Return all nodes sorted by cluster, int32[nodes], and the start of each cluster there, int32[clusters + 1]."""
     way = np.argsort(problem.cluster, kind="stable").astype(np.int32)
     begin = np.searchsorted(problem.cluster[way], np.arange(problem.n_clusters + 1))
     return way, begin.astype(np.int32)

@@ -1,9 +1,9 @@
 """Iterated local search: perturb a tour locally (a kick) and repair it there. The cost of a kick does not grow with n.
 
 Distant sections of a tour can be kicked at the same time. A large tour is cut into pieces of consecutive nodes. Each
-piece becomes an instance whose two ends are tied. Workers kick the pieces, which are then joined again. Every round
-cuts at different positions. Even a single worker gains a little: its data are close in memory, and a move rewrites at
-most one piece.
+piece becomes an instance with tied ends. Workers kick the pieces, which are then joined again. Every round cuts at
+different positions. This makes even a single worker a little faster: its data are close in memory, and a move rewrites
+at most one piece.
 
 Source: D. S. Johnson and L. A. McGeoch, The traveling salesman problem: a case study in local optimization, in Aarts
 and Lenstra (eds.), Local Search in Combinatorial Optimization, Wiley 1997 (tour-based partitioning).
@@ -30,18 +30,18 @@ from leafcut.order.search import AlgorithmRun, Best, SearchResult, iterate, set_
 from leafcut.order.stop import Stop
 from leafcut.order.workers import Share, Workers
 
-#: Candidates tried at each depth of a move. Measured at 1 and 3 s on pcb3038 and rl11849: (8, 4, 2, 1) with two
-#: neighbours per quadrant was better than (5, 5, 3, 2), (5, 3, 2, 1) and (6, 4, 2, 1) with one.
+#: Number of candidates tried at each depth of a move. At 1 and 3 s on pcb3038 and rl11849, (8, 4, 2, 1) with two
+#: neighbours per quadrant was better than (5, 5, 3, 2), (5, 3, 2, 1) and (6, 4, 2, 1) with one neighbour.
 BREADTH = (0, 8, 4, 2, 1)
 
-#: Maximum number of tour positions that a move may rewrite while shorter moves remain. Measured for equally good tours:
-#: a million nodes take a quarter less time, 86 thousand a fifth less.
+#: Maximum number of tour positions that a move may rewrite while shorter moves remain. For equally good tours, this
+#: saves a quarter of the time with a million nodes, and a fifth with 86,000.
 LONGEST_REWRITE = 1000
 
 #: Nodes processed between two checks of the clock in the first improvement: about 10 ms.
 NODES_PER_LOOK = 5000
 
-#: Maximum steps of one end of a long edge, and maximum positions rewritten by all of them together, per node.
+#: Maximum number of steps of an end of a long edge; maximum number of rewritten positions in total, per node.
 MOST_STEPS, PLACES_PER_NODE = 3000, 50
 
 #: Budget of each preset: kicks per node, and maximum number of kicks.
@@ -52,11 +52,11 @@ PRESETS = {"fast": (10, 2e4), "default": (100, 2e5), "thorough": (2000, math.inf
 OFFER_EVERY = 0.5
 
 
-#: Approximate number of nodes in a piece. Moves across two pieces are not found: pieces of 5,000 nodes allow twice the
-#: kicks per second of a whole tour of 100,000, but gain less.
+#: Approximate number of nodes in a piece. Compared with a whole tour of 100,000 nodes, pieces of 5,000 nodes allow
+#: twice as many kicks per second but gain less, because moves across two pieces are not found.
 PIECE = 20_000
 
-#: Kicks per node in a round: few, so that the next round soon cuts at other positions.
+#: Kicks per node in a round. The number is small, so that the next round soon cuts at other positions.
 KICKS_PER_NODE = 0.1
 
 #: Kicks between two checks of the clock: a few milliseconds.
@@ -70,16 +70,12 @@ _KICKING, _CUTTING = 3, 4
 
 
 def kicks_per_iteration(n: int) -> int:
-    """Return the number of kicks per iteration. It is large enough that evaluating and copying the tour takes little
-    time in comparison.
-    """
+    """Return the number of kicks per iteration, so large that evaluating and copying the tour takes little time."""
     return max(200, n // 100)
 
 
 def tour_with_buffers(node: NDArray[np.int32], queued: bool = True, log: int = 0) -> Tour:
-    """Return a tour, int32[n], with the buffers that the kernels need. The queue contains all nodes if `queued`,
-    otherwise none.
-    """
+    """Return a tour, int32[n], with all buffers for the kernels. If `queued`, the queue contains all nodes."""
     n = len(node)
     tour = Tour(
         node=node.copy(),
@@ -99,16 +95,14 @@ def tour_with_buffers(node: NDArray[np.int32], queued: bool = True, log: int = 0
 
 
 def queue_waiting(tour: Tour) -> None:
-    """Fill the empty queue with the nodes whose exchange was too long for the buffer, in tour order."""
+    """Fill the empty queue, in tour order, with the nodes at which an exchange was too long for the buffer."""
     waiting = tour.node[tour.queued[tour.node] == WAITING]
     tour.queue[: len(waiting)], tour.queued[waiting] = waiting, 1
     tour.counts[:2] = 0, len(waiting)
 
 
 def search_breadth(instance: Instance, breadth: tuple[int, ...]) -> NDArray[np.int64]:
-    """Return the number of candidates tried at each depth, int64[DEPTH], limited to the length of the candidate
-    lists.
-    """
+    """Return the number of candidates tried at each depth, int64[DEPTH], at most the length of the candidate lists."""
     return np.minimum(np.array(breadth, dtype=np.int64), instance.exchange_lists[0].shape[1])
 
 
@@ -119,8 +113,9 @@ def descend(
     stop: Stop,
     look: Callable[[], None] | None = None,
 ) -> bool:
-    """Improve a tour at its queued nodes until `stop`. Return whether the queue is empty. `look` is called regularly,
-    so that the caller can report the unfinished tour.
+    """Improve a tour at its queued nodes until `stop`, and return whether the queue is empty.
+
+    `look` is called regularly, so that the caller can report the unfinished tour.
     """
     tries = search_breadth(instance, breadth)
     for longest in (LONGEST_REWRITE, instance.n):
@@ -137,8 +132,9 @@ def descend(
 
 
 def shorten_long_edges(instance: Instance, tour: Tour) -> bool:
-    """Replace edges that are longer than every candidate edge at their ends, and queue their nodes. Return whether the
-    tour became shorter.
+    """Try to replace edges that are longer than all candidate edges at their ends, and queue the touched nodes.
+
+    Return whether the tour became shorter.
     """
     ahead = np.roll(tour.node, -1)
     candidates, lengths = instance.exchange_lists
@@ -156,9 +152,9 @@ def shorten_long_edges(instance: Instance, tour: Tour) -> bool:
 def first_tour(instance: Instance, breadth: tuple[int, ...], best: Best) -> NDArray[np.int32]:
     """Build the greedy tour, improve it with `descend`, and return it. Intermediate tours are offered to `best`.
 
-    Long edges of a large tour are shortened last. On pla85900, with one thread and 1 s, the result is 2.1 % above the
-    optimum instead of 2.6 %. Ants skip this step, because recombination removes their long edges, and the time is
-    better spent on more ants.
+    The last step shortens the long edges of a large tour. On pla85900, with one thread and 1 s, the result is 2.1 %
+    above the optimum instead of 2.6 %. Ants skip this step: recombination removes their long edges, and more ants use
+    the time better.
     """
     stop, start = best.stop, greedy(instance)
     best.offer(start, float(tour_cost(instance.cost, start)), 0)
@@ -200,8 +196,9 @@ def kick_repeatedly(
 def kick_until(
     instance: Instance, tour: Tour, word: NDArray[np.uint64], kicks: int, stop: Stop, spare: float = 0.0
 ) -> None:
-    """Kick a tour `kicks` times, or until only `spare` seconds remain. Changes: tour, word (random state,
-    uint64[1]).
+    """Kick a tour `kicks` times, or until only `spare` seconds remain.
+
+    Changes: tour, word (random state, uint64[1]).
     """
     breadth = search_breadth(instance, BREADTH)
     for made in range(0, kicks, KICKS_PER_LOOK):
@@ -219,14 +216,15 @@ def split_tour(instance: Instance, tour: Ints, random: np.random.Generator) -> l
         return np.array_split(np.roll(tour, -int(random.integers(n))), count)
     at = int(np.flatnonzero(tour == a)[0])
     begin = at if tour[at - 1] == b else at + 1
-    # The ends of the whole stay where they are: the first cut is at random a quarter to three quarters of a piece away.
+    # The tour keeps its ends. The distance of the first cut from the start is random: 1/4 to 3/4 of a piece.
     cuts = ((np.arange(count) + random.uniform(0.25, 0.75)) * (n / count)).astype(np.int64)
     return np.split(np.roll(tour, -begin), cuts)
 
 
 def piece_instance(instance: Instance, nodes: Ints) -> tuple[Instance, Ints, Ints]:
-    """Return the instance of a piece of a tour, int32[m], with tied ends; also return the piece in the numbering of
-    that instance, and its labels, int32[m].
+    """Return the instance of a piece of a tour, int32[m], with tied ends.
+
+    Also return the piece in the numbering of this instance, and its labels, int32[m].
     """
     cost, m = instance.cost, len(nodes)
     label = np.sort(nodes)
@@ -251,8 +249,9 @@ def piece_instance(instance: Instance, nodes: Ints) -> tuple[Instance, Ints, Int
 
 
 def kick_piece(instance: Instance, nodes: Ints, word: NDArray[np.uint64], kicks: int, stop: Stop) -> Share:
-    """Kick a piece of a tour. Return the piece, int32[1, m], and None instead of costs. Its first and last node do not
-    change. `word` is a random state, uint64[1]. Changes: word.
+    """Kick a piece of a tour, and return the piece, int32[1, m], and an empty array instead of costs.
+
+    The first and the last node of the piece do not change. `word` is a random state, uint64[1]. Changes: word.
     """
     own, start, label = piece_instance(instance, nodes)
     tour = tour_with_buffers(start, queued=False, log=2 * own.n + 1000)

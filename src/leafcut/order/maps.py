@@ -15,8 +15,8 @@ from leafcut.model.problem import Metric, RoutingProblem
 def problem_of_map(part: Part) -> RoutingProblem:
     """Return the closed-tour problem of a map, with the TSPLIB distance function if the file names one.
 
-    A forbidden edge costs more than any tour of allowed edges. Raises PlanError if the first cluster of the tour has a
-    predecessor.
+    The cost of a forbidden edge exceeds the cost of any tour of allowed edges. Raises PlanError if the first cluster of
+    the tour has a predecessor.
     """
     metric = Metric(part.edge_weight_type or "euclidean", matrix=part.matrix)
     problem = RoutingProblem.of_points(part.hole_xy, metric, closed=True, name=part.name)

@@ -1,6 +1,4 @@
-"""Algorithms of other packages. They are loaded from entry points, their exceptions are reported, and their tours are
-checked.
-"""
+"""Algorithms from other packages: load them from entry points, report their exceptions, and check their tours."""
 
 from __future__ import annotations
 
@@ -28,7 +26,7 @@ class PackagedAlgorithm(Protocol):
         ...
 
     def solve(self, instance: Instance, run: AlgorithmRun) -> SearchResult:
-        """Return a tour int32[n] that visits each node once; `first` and `second`, if given, must be neighbours.
+        """Return a tour int32[n] that visits each node once. `Instance.first` and `second`, if given, are neighbours.
 
         Offer each improved tour to `run.best` with its `Instance.length`. Call `run.best.tell` after each iteration
         and `run.stop.reached` before the next. The same seed must give the same tour.
@@ -49,8 +47,9 @@ PACKAGED = PluginKind("algorithm", ALGORITHM_GROUP, lambda: ALGORITHM_TITLES, _a
 
 
 def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResult:
-    """Run an algorithm of another package; each iteration counts as one tour of all nodes. Raises OptionError if the
-    algorithm cannot be loaded, and SolveError if it fails or its result is not a tour.
+    """Run an algorithm from another package. Each iteration counts as one tour of all nodes.
+
+    Raises OptionError if the algorithm cannot be loaded, and SolveError if it fails or its result is not a tour.
     """
     algorithm, best = PACKAGED.load(name), run.best
     set_budget_of_visits(run.stop, run.options, instance.n)

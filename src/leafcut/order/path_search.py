@@ -1,6 +1,8 @@
-"""Search for paths with choices: clusters of several nodes, costs that differ by direction, and precedence. The search
-works as in `order.kicks`, but the path may become longer for a time, because asymmetric costs and precedence create
-many more local optima. Small problems start from a few ants, and alternate with `order.annealing`.
+"""Search for paths with choices: clusters of several nodes, asymmetric costs, and precedence.
+
+The search works as in `order.kicks`, but the path may become longer for a time, because asymmetric costs and precedence
+create many more local optima. For a small problem, the search starts with a few ants, and alternates with
+`order.annealing`.
 """
 
 from __future__ import annotations
@@ -32,32 +34,34 @@ from leafcut.order.workers import WorkerLog, thread_count, thread_pool
 #: Budget of a preset in kicks: per node, fewest and most.
 PRESETS = {"fast": (60, 5e3, 1e5), "default": (250, 2e4, 5e5), "thorough": (2000, 1e5, math.inf)}
 
-#: Kicks per node: first only improving ones (cold), then alternately hot kicks, which may lengthen the path, and cold.
+#: Kicks per node: first cold kicks, which must improve the path; then hot kicks, which may lengthen it, and cold kicks
+#: alternate.
 FIRST_COLD, HOT, COLD = 10, 1, 4
 
-#: Maximum growth of the path by a hot kick, in mean moves between nodes; the values are used in turn. The best value
-#: depends on the precedence: with more precedence, larger values were better.
+#: Maximum growth of the path by a hot kick, as a multiple of the mean move. The values are used in turn, because the
+#: best value depends on the problem: larger values were better with more precedence.
 HEATS = (0.3, 1.0, 3.0)
 
 #: The search returns to the best path after this many turns without improvement.
 TURNS_AWAY = 2
 
-#: Minimum number of nodes assumed for the kicks of a turn.
+#: The number of kicks of a turn is computed for at least this number of nodes.
 FEWEST_KICKS = 50
 
 #: Kicks per node before the first annealing (`PathAnnealing`).
 PHASE = 50
 
-#: Maximum plausible ratio of a greedy path to an improved one; a larger ratio comes from forbidden moves.
+#: Maximum plausible length of a greedy path, relative to an improved path. Forbidden moves cause larger ratios.
 GREEDY = 1.5
 
-#: Assumed time of a kick per square root of the number of nodes, s (one core of 2024, 30 to 3000 nodes). A constant
-#: instead of the clock keeps results reproducible.
+#: Assumed time of a kick per square root of the number of nodes, s (one core of 2024, 30 to 3000 nodes). Results are
+#: reproducible because it is a constant.
 SECONDS_PER_KICK = 5e-6
 
 #: Maximum number of generations of Ant Colony System before the first kick on a small problem, in total and without a
-#: gain. Kicks alone stay near the greedy path: on contours around holes, their paths were 0 to 2.4 % longer than the
-#: paths of published ant algorithms in the same time; after ants, 0 to 0.03 % (tests/order/test_students.py).
+#: gain. Kicks alone stay near the greedy path. On contours around holes, their paths were 0 to 2.4 % longer than the
+#: paths of published ant algorithms in the same time. After ants, they were 0 to 0.03 % longer
+#: (tests/order/test_students.py).
 GENERATIONS, PATIENCE = 20, 10
 
 #: Maximum share of a time limit for these ants.
@@ -82,7 +86,7 @@ class PathSearch:
         layers: Clusters | None = None,
         log: WorkerLog | None = None,
     ) -> None:
-        """Create a search. Searches that share `best`, `layers` and `log` have different numbers."""
+        """Create a search. Parallel searches share `best`, `layers` and `log`, and have different numbers."""
         self.instance, self.stop, self.best, self.layers = instance, best.stop, best, layers
         self.log = log or WorkerLog.of(1)
         self.alone = len(self.log.ants) == 1
@@ -91,7 +95,8 @@ class PathSearch:
         self.iteration = self.kicks = 0
 
     def run(self, most: float, start: Route, phase: float = PHASE) -> int:
-        """Improve a path to a local optimum, then by kicks, until `stop` returns True or `most` kicks have been done.
+        """Improve a path to a local optimum, then by at most `most` kicks or until `stop`.
+
         Return the number of iterations.
         """
         instance = self.instance
@@ -107,8 +112,9 @@ class PathSearch:
         return iterate(self._kick_and_anneal(most, phase), self.best, self.iteration, self._report_progress)
 
     def _kick_and_anneal(self, most: float, phase: float) -> Iterator[None]:
-        """Kick the path. A small problem alternates between kicks and annealing. The first phase has `phase` kicks per
-        node, and each further phase twice as many as the phase before.
+        """Kick the path; for a small problem, alternate between kicks and annealing.
+
+        The first phase has `phase` kicks per node, and each further phase twice as many as the previous phase.
         """
         if not is_small(self.instance):
             yield from self._kick_by_schedule(most)
@@ -128,9 +134,7 @@ class PathSearch:
         return self.kicks >= most or not self._is_worthwhile()
 
     def _is_worthwhile(self) -> bool:
-        """Return whether more kicks are worth their time. Parallel searches end by the clock, so for them the answer is
-        always True.
-        """
+        """Return whether more kicks are worth their time; always True for parallel searches, which end by the clock."""
         seconds = SECONDS_PER_KICK * math.sqrt(self.instance.n) * self.kicks
         return not self.alone or self.stop.payoff_limit.is_worth_continuing(seconds, self.best.cost)
 
@@ -214,7 +218,7 @@ class PathSearch:
 
 
 def _kick_schedule(n: int) -> Iterator[tuple[float, int]]:
-    """Yield the limit for the growth of the path by a kick, and the number of kicks with this limit, without end."""
+    """Yield, without end, a limit for the growth of the path by a kick, and the number of kicks with this limit."""
     yield 0.0, FIRST_COLD * n
     for heat in itertools.cycle(HEATS):
         yield heat, HOT * n
@@ -222,8 +226,9 @@ def _kick_schedule(n: int) -> Iterator[tuple[float, int]]:
 
 
 def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
-    """Run one search per thread; each search may restart from the best path of all searches. With a work budget, only
-    one search runs.
+    """Run a search per thread. Each search may restart from the best path of all searches.
+
+    With a work budget, a single search runs.
     """
     options, stop, best = run.options, run.stop, run.best
     kicks = math.inf if options.is_limited else kicks_of_preset(options.preset, instance.problem.n_clusters)

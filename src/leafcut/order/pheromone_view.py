@@ -1,4 +1,4 @@
-"""Pheromone in a form for observers; memory and time grow with the number of nodes and candidates."""
+"""Pheromone in a form for observers. Memory and time grow with the number of nodes and candidates."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from leafcut.geometry.arrays import Ints, Points
 from leafcut.model.snapshot import Pheromone
 from leafcut.order.instance import Instance, cluster_places
 
-#: Minimum share of the pheromone for an edge to be shown, and maximum number of edges, strongest first.
+#: Minimum strength of a shown edge, and maximum number of shown edges, the strongest first.
 FAINT, MOST_EDGES = 0.02, 60_000
 
 #: Maximum number of ants sampled from a colony, and maximum total number of nodes in their tours.
@@ -17,9 +17,7 @@ MOST_ANTS, MOST_STEPS = 32, 4_000_000
 
 
 def pheromone_on_candidates(instance: Instance, lists: Ints, trails: NDArray[np.float64]) -> Pheromone:
-    """Convert the pheromone trails, float64[n, k], on the candidate edges of an instance, int32[n, k], for
-    observers.
-    """
+    """Convert pheromone trails, float64[n, k], on the candidate edges, int32[n, k], of an instance for observers."""
     label = instance.label
     named = np.where(lists >= 0, label[lists], -1)
     known = label < instance.problem.n_clusters
@@ -27,10 +25,11 @@ def pheromone_on_candidates(instance: Instance, lists: Ints, trails: NDArray[np.
 
 
 def pheromone_on_edges(points: Points, owner: Ints, lists: Ints, trails: NDArray[np.float64]) -> Pheromone:
-    """Convert the pheromone trails, float64[n, k], on edges between clusters for observers. The edges lead from the
-    clusters `owner`, int32[n], to the clusters `lists`, int32[n, k]; negative numbers mean no edge.
+    """Convert pheromone trails, float64[n, k], on edges between clusters for observers.
 
-    The strength of an edge is twice its share of all pheromone at one of its ends; the larger of the two values counts.
+    The edges lead from the clusters `owner`, int32[n], to the clusters `lists`, int32[n, k]. Negative numbers mean no
+    edge. The strength of an edge is twice its share of the pheromone of all edges at one of its ends, whichever end
+    gives the larger value.
     """
     there = (lists >= 0) & (lists < len(points)) & (lists != owner[:, None])
     amount = np.where(there, trails, 0.0)
@@ -53,9 +52,7 @@ def pheromone_of_tours(instance: Instance, tours: Ints) -> Pheromone:
 
 
 def _strongest_edges(points: Points, here: Ints, there: Ints, share: NDArray[np.float64], join: np.ufunc) -> Pheromone:
-    """Return at most `MOST_EDGES` edges, the strongest first; `join` combines the shares of both directions of an
-    edge.
-    """
+    """Return at most `MOST_EDGES` edges, the strongest first. `join` combines the shares of both directions."""
     low, high = np.minimum(here, there).astype(np.int64), np.maximum(here, there).astype(np.int64)
     key = low * len(points) + high
     order = np.argsort(key, kind="stable")

@@ -1,4 +1,4 @@
-"""Precedence of clusters: check its validity, and find implied pairs and impossible moves."""
+"""Precedence of clusters: check its validity, find implied pairs, and find impossible moves."""
 
 from __future__ import annotations
 
@@ -12,13 +12,15 @@ from leafcut.geometry.arrays import Ints
 from leafcut.message import Message
 from leafcut.model.problem import RoutingProblem
 
-#: Maximum number of clusters for computing the transitive closure, in n² bytes; above, only the given pairs are used.
+#: Maximum number of clusters for computing the transitive closure, which takes n² bytes. Above, only the given pairs
+#: are used.
 CLOSURE_LIMIT = 3000
 
 
 def checked_pairs(problem: RoutingProblem) -> Ints:
-    """Return the pairs (before, after) of the problem without duplicates, int32[k, 2]. Raises SolveError if a pair
-    names an unknown cluster, or if the pairs form a cycle, so that no order satisfies them.
+    """Return the pairs (before, after) of the problem without duplicates, int32[k, 2].
+
+    Raises SolveError if a pair names an unknown cluster, or if the pairs form a cycle, so that no order satisfies them.
     """
     given = np.asarray(problem.precedence).reshape(-1, 2)
     if len(given) and not (given.min() >= 0 and given.max() < problem.n_clusters):
@@ -26,7 +28,7 @@ def checked_pairs(problem: RoutingProblem) -> Ints:
         raise SolveError(
             "precedence pair {}: clusters are numbered 0 to {}; correct the pair", tuple(wrong), problem.n_clusters - 1
         )
-    # Without pairs `np.unique` is not called: it would import the masked-array modules of NumPy.
+    # Without pairs, `np.unique` is not called, because it would import masked arrays, which takes time.
     pairs: Ints = (np.unique(given, axis=0) if len(given) else given).astype(np.int32)
     order = _topological_order(pairs, problem.n_clusters)
     if len(order) < problem.n_clusters:
@@ -47,16 +49,14 @@ def broken_pair(pairs: Ints, order: NDArray[np.int32]) -> tuple[int, int] | None
 
 
 def compressed_rows(pairs: Ints, n: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return the pairs in compressed rows: the index of the first partner of each cluster, int32[n + 1], and the
-    partners.
-    """
+    """Return the pairs in compressed rows: the start of each cluster's partners, int32[n + 1], and all partners."""
     ordered = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     begin = np.searchsorted(ordered[:, 0], np.arange(n + 1)).astype(np.int32)
     return begin, np.ascontiguousarray(ordered[:, 1])
 
 
 def transitive_closure(pairs: Ints, n: int) -> NDArray[np.bool_]:
-    """Return the transitive closure of the pairs, bool[n, n]: whether cluster i must come before cluster j."""
+    """Return the transitive closure of the pairs, bool[n, n]. Entry i, j: cluster i must come before cluster j."""
     later = np.zeros((n, n), dtype=np.bool_)
     begin, after = compressed_rows(pairs, n)
     for v in reversed(_topological_order(pairs, n)):
@@ -67,8 +67,9 @@ def transitive_closure(pairs: Ints, n: int) -> NDArray[np.bool_]:
 
 
 def impossible_moves_and_reduction(pairs: Ints, n: int) -> tuple[NDArray[np.bool_], Ints]:
-    """Return the impossible moves, bool[n, n], which go backwards or skip a cluster that must come between, and the
-    transitive reduction of the pairs.
+    """Return the impossible moves, bool[n, n], and the transitive reduction of the pairs.
+
+    A move is impossible if it goes to a predecessor, or skips a cluster that must come between.
     """
     later, between = transitive_closure(pairs, n), np.zeros((n, n), dtype=np.bool_)
     begin, after = compressed_rows(pairs, n)
@@ -78,9 +79,7 @@ def impossible_moves_and_reduction(pairs: Ints, n: int) -> tuple[NDArray[np.bool
 
 
 def _topological_order(pairs: Ints, n: int) -> list[int]:
-    """Return a topological order of the clusters. Clusters on a cycle, and clusters that depend on them, are left
-    out.
-    """
+    """Return a topological order of the clusters, without clusters on a cycle and their successors."""
     begin, after = compressed_rows(pairs, n)
     missing = np.bincount(pairs[:, 1], minlength=n)
     order: list[int] = np.flatnonzero(missing == 0).tolist()

@@ -1,4 +1,4 @@
-"""The search loop of all population algorithms, the budget of a run, the best tour, and snapshots for observers."""
+"""The search loop of all population algorithms, with the budget, the best tour, and snapshots for observers."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from leafcut.order.workers import WorkerLog
 if TYPE_CHECKING:
     from leafcut.order.directed import AnyInstance
 
-#: Relative tolerance of costs: equal tours may be summed in different orders.
+#: Relative tolerance of costs, because the costs of equal tours may be summed in different orders.
 ROUNDING = 1e-12
 
-#: Budget of a preset: nodes visited by ants, and iterations without a better tour after which the search ends.
+#: Budget of a preset: total number of nodes visited by ants, and maximum number of iterations without a better tour.
 PRESETS = {"fast": (2e5, 30), "default": (4e6, 40), "thorough": (1e8, 2000)}
 
-#: Tours int32[m, n] and their costs float64[m]; the cost of a tour that was not finished is infinite.
+#: Tours int32[m, n] and their costs float64[m], infinite for unfinished tours.
 Tours = tuple[NDArray[np.int32], NDArray[np.float64]]
 
 
@@ -68,9 +68,9 @@ class Best:
     Attributes
     ----------
     cost, history
-        The cost of the best tour, and of each earlier best tour, without service times.
+        The costs of the best tour and of each earlier best tour, without service times.
     service
-        Total service time, which is the same for every path, so that the search leaves it out.
+        Total service time. It is the same for every path, so the search ignores it.
     shown_bound
         Lower bound for observers, including service times.
     """
@@ -88,9 +88,7 @@ class Best:
     lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
 
     def offer(self, tour: NDArray[np.int32], cost: float, iteration: int) -> bool:
-        """Keep the tour if its cost is lower than the best cost by more than the tolerance. Return whether the tour was
-        kept.
-        """
+        """Keep a tour if its cost is below the best cost by more than the tolerance; return whether it was kept."""
         with self.lock:
             if not cost + ROUNDING * abs(cost) < self.cost:
                 return False
@@ -99,14 +97,13 @@ class Best:
         return True
 
     def final_bound(self) -> float | None:
-        """Return the bound shown during the search if the search was cancelled, because no other bound is computed
-        then; otherwise None.
-        """
+        """Return the bound shown during a cancelled search, for which no other bound is computed; otherwise None."""
         return self.shown_bound if self.stop.cancelled.is_set() else None
 
     def tell(self, iteration: int, costs: NDArray[np.float64] | None = None, alone: bool = True) -> None:
-        """Report progress after an iteration, with the `costs` of its tours. `alone`: the search waits while this call
-        runs.
+        """Report progress after an iteration, with the `costs` of its tours.
+
+        `alone`: this call blocks the whole search.
         """
         if self.progress is not None:
             shares = (iteration / max(self.stop.iterations, 1), self.stop.elapsed() / self.stop.seconds)
@@ -131,7 +128,7 @@ class Best:
 
 @dataclass(frozen=True)
 class AlgorithmRun:
-    """The arguments of an algorithm other than the instance: options, best tour, and stopping criteria."""
+    """The arguments of an algorithm besides the instance: options, best tour, and stopping criteria."""
 
     options: SolveOptions
     aco: AcoOptions
@@ -154,7 +151,7 @@ class SearchResult:
 
 
 class Population(SearchView):
-    """Base class of population algorithms, which construct tours and learn from them."""
+    """Base class of algorithms that construct a population of tours in each iteration, and learn from the tours."""
 
     def construct(self, iteration: int) -> Tours:
         """Return the tours of an iteration and their costs."""
@@ -186,8 +183,9 @@ def iterate(
 
 
 def search(population: Population, best: Best) -> int:
-    """Run a population algorithm. Return the number of finished iterations. If several tours of an iteration are
-    equally cheap, the first counts, whichever thread found it.
+    """Run a population algorithm, and return the number of finished iterations.
+
+    Of equally cheap tours in an iteration, the first is the best, so that the result does not depend on threads.
     """
     best.view = population
     return iterate(_generations(population, best), best)

@@ -98,8 +98,9 @@ def solve(
 def _order_without_search(
     problem: RoutingProblem, pairs: Ints, options: SolveOptions, stop: Stop
 ) -> tuple[Solution, float | None] | None:
-    """Return an order that needs no search, with its lower bound: the order of the drawing for the algorithm `none`, or
-    the exact optimum for a few clusters. Return None if a search is needed.
+    """Return an order that needs no search, with its lower bound, or None if a search is needed.
+
+    It is the order of the drawing for the algorithm `none`, or the exact optimum for a few clusters.
     """
     name, few, bound = options.algorithm, problem.n_clusters <= TRY_ALL, None
     if name == "none":
@@ -133,9 +134,7 @@ def _order_without_search(
 
 
 def _history(best: Best, seconds: float, cost: float, exact: bool) -> tuple[tuple[float, float], ...]:
-    """Return the time and the cost of the best path at each improvement, including service times. The last cost is
-    `cost`.
-    """
+    """Return time and cost of the best path at each improvement, with service times; the last cost is `cost`."""
     if not best.history or not exact:
         return ((seconds, cost),)
     *before, (last, _) = best.history
@@ -143,9 +142,7 @@ def _history(best: Best, seconds: float, cost: float, exact: bool) -> tuple[tupl
 
 
 def keep_better(problem: RoutingProblem, solution: Solution, other: Ints) -> Solution:
-    """Return `solution` with the nodes `other`, int32[clusters], if they are cheaper and satisfy the precedence;
-    otherwise return it unchanged.
-    """
+    """Replace the nodes of `solution` with `other`, int32[clusters], if these cost less and satisfy the precedence."""
     cost = path_cost(problem, other)
     if cost >= solution.cost or not satisfies_pairs(checked_pairs(problem), problem.cluster[other]):
         return solution

@@ -1,5 +1,6 @@
-"""Stopping criteria of a search (iterations, time limit, cancellation, iterations without improvement), and the time
-limit of a run, shared among its searches.
+"""Stopping criteria of a search, and the time limit of a run, which its searches share.
+
+A search stops by its number of iterations, time limit, cancellation, or iterations without improvement.
 """
 
 from __future__ import annotations
@@ -15,29 +16,30 @@ from leafcut.kernels.compiling import compile_seconds
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import SolveOptions
 
-#: Length of the first period, s: short enough to be acceptable, long enough to judge the progress.
+#: Length of the first period, s. It is short enough for users, and long enough to judge the progress.
 FIRST_STRETCH = 1.0
 
-#: Share of its time that a search gets even if earlier searches overran; the minimum for a search, s.
+#: Share of its time that a search gets even if earlier searches took too long; minimum time of a search, s.
 LEAST_PART, LEAST_SECONDS = 0.05, 0.001
 #: Share of the time limit reserved for lower bounds.
 BOUND_PART = 0.1
 
 
 def clock() -> float:
-    """Return the time for limits and histories, s, without the time to load and compile kernels; its origin is
-    arbitrary.
+    """Return the time for limits and histories, s, without the time to load and compile kernels.
+
+    Its origin is arbitrary.
     """
     return time.perf_counter() - compile_seconds()
 
 
 @dataclass
 class PayoffLimit:
-    """Ends a search when it takes longer than the machine time that it saves.
+    """Ends a search that takes longer than the machine time that it saves.
 
-    A period of the search is not worth its time if it lasts longer than the machine time that the previous period
-    saved. The search time is derived from the work done, so that results are reproducible. If `holds` is False, every
-    period is worth its time.
+    A period of the search is worth its time if it is shorter than the machine time saved by the previous period. The
+    search time is derived from the work done, so that results are reproducible. If `holds` is False, every period is
+    worth its time.
     """
 
     holds: bool = False
@@ -47,23 +49,24 @@ class PayoffLimit:
 
     @classmethod
     def of(cls, options: SolveOptions, problem: RoutingProblem) -> PayoffLimit:
-        """Return the limit for a problem. It is inactive if the options limit the time or the iterations, if the preset
-        is `thorough`, or if costs are not times.
+        """Return the limit for a problem.
+
+        It is inactive if the options limit the time or the iterations, if the preset is `thorough`, or if costs are not
+        times.
         """
         counted = options.iterations is not None or options.time_limit is not None
         return cls(not counted and options.preset != "thorough" and problem.metric.unit == "s")
 
     def is_worthwhile(self, seconds: float, gained: float) -> bool:
-        """Return whether a period of `seconds` is worth its time, given that the previous period saved `gained` s of
-        machine time.
-        """
+        """Return whether a period of `seconds` is worth its time, if the previous period saved `gained` s."""
         if self.holds and gained < seconds:
             self.spared = True
         return not self.spared
 
     def is_worth_continuing(self, seconds: float, cost: float) -> bool:
-        """Return whether to continue the search after `seconds` in total with a path of cost `cost`. Each period is
-        twice as long as the one before.
+        """Return whether to continue the search after `seconds` in total, with a path of cost `cost`.
+
+        Each period is twice as long as the previous period.
         """
         if math.isinf(self._cost):
             self._cost = cost
@@ -103,7 +106,7 @@ class Stop:
         return clock() - self.began
 
     def now(self, spare: float = 0.0) -> bool:
-        """Return whether the search must stop immediately, given that `spare` seconds are needed afterwards."""
+        """Return whether the search must stop immediately. `spare` seconds are needed afterwards."""
         return self.cancelled.is_set() or self.elapsed() + spare >= self.seconds
 
     @contextmanager
@@ -116,15 +119,17 @@ class Stop:
             self.began += clock() - began
 
     def reached(self, iteration: int, since_better: int) -> bool:
-        """Return whether the search must stop before `iteration` (counted from 0), given that the last improvement was
-        `since_better` iterations ago.
+        """Return whether the search must stop before `iteration`, from 0.
+
+        The last improvement was `since_better` iterations ago.
         """
         return iteration >= self.iterations or since_better >= self.patience or self.now()
 
 
 class Deadline:
-    """Time budget of the searches and lower bounds of a run. Each search gets a share of the remaining time. Later
-    searches get the time that an earlier search did not need.
+    """Time budget of the searches, or of the lower bounds, of a run.
+
+    Each search gets a share of the remaining time, so later searches use the time that earlier searches did not need.
     """
 
     def __init__(self, limit: float | None = None, parent: Deadline | None = None) -> None:
@@ -135,7 +140,7 @@ class Deadline:
 
     @classmethod
     def of(cls, options: SolveOptions) -> Deadline:
-        """Return the deadline of all searches of a run: its time limit without the part for lower bounds."""
+        """Return the deadline of all searches of a run: its time limit without the share for lower bounds."""
         if options.time_limit is None:
             return cls()
         return cls((1.0 - BOUND_PART if options.bound else 1.0) * options.time_limit)
@@ -157,7 +162,7 @@ class Deadline:
         return None if math.isinf(self.limit) else max(self.left, LEAST_SECONDS)
 
     def part(self, share: float) -> Deadline:
-        """Return a deadline for searches that do a given share of the remaining work."""
+        """Return a deadline for a given share of the remaining work."""
         if math.isinf(self.limit):
             return Deadline(None, self)
         return Deadline(max(share * self.left, LEAST_PART * share * self.limit, LEAST_SECONDS), self)
@@ -170,7 +175,7 @@ class Deadline:
 
     @contextmanager
     def running(self, cancelled: threading.Event) -> Iterator[Callable[[], bool]]:
-        """Measure the time of a search in the block. Yield a function that returns True when the search must stop."""
+        """Measure the time of a search in the block. Yield a function that returns whether the search must stop."""
         self._started = clock()
         try:
             yield lambda: cancelled.is_set() or self.left <= 0.0

@@ -54,7 +54,7 @@ class WorkerLog:
 
 @dataclass(frozen=True)
 class Workers:
-    """The threads of a search (None: only the current thread), and the stopping criteria of their tasks."""
+    """The thread pool of a search (None: the current thread only), and the stopping criteria of the tasks."""
 
     executor: Executor | None
     count: int
@@ -86,7 +86,7 @@ def thread_count(options: SolveOptions) -> int:
 
 @contextmanager
 def thread_pool(threads: int, stop: Stop) -> Iterator[Executor | None]:
-    """Open a thread pool for the block, or yield None for a single thread. Ctrl-C cancels the search."""
+    """Open a thread pool for the block; yield None for a single thread. Ctrl-C cancels the search."""
     if threads <= 1:
         yield None
         return
@@ -94,7 +94,7 @@ def thread_pool(threads: int, stop: Stop) -> Iterator[Executor | None]:
         try:
             yield executor
         except KeyboardInterrupt:
-            stop.cancelled.set()  # otherwise the pool waits for the tasks that run
+            stop.cancelled.set()  # otherwise the pool would wait for running tasks
             raise
 
 

@@ -39,9 +39,9 @@ def check_clearance(
     1. A rapid in x or y stays at least `LEAST_CLEARANCE` above `surface_z`, and its z is known. After a move to machine
        z (G53, G28) at or above `safe_z`, z counts as high. A move to machine x or y does not start below the clearance
        height, whether or not it rises.
-    2. A rapid does not descend below `surface_z`, except back into a hole: at a position where a feed has gone at least
-       as deep since the tool arrived. This rule does not apply to `milled` areas, where earlier cuts decide
-       (`processes.pocket.proof.pocket`).
+    2. A rapid does not descend below `surface_z`, except back into a hole: a feed at this position must have gone at
+       least as deep since the tool arrived. This rule does not apply to `milled` areas, which
+       `processes.pocket.proof.pocket` checks against earlier cuts.
     3. The spindle turns during every cut. A tool change stops it. A `torch` must instead be off in every rapid in x or
        y; a feed move above the sheet with the torch off is harmless.
 
@@ -69,9 +69,7 @@ DangerCheck = tuple[Message, Mask, Message]
 
 
 def _surface_height_below(path: Toolpath, tops: NDArray[np.float64], highest: float) -> NDArray[np.float64]:
-    """Return the height of the surface below the end of each move, mm: the top of the hole there, or `highest` if there
-    is no hole.
-    """
+    """Return the height of the surface below the end of each move, mm: the top of a hole, or else `highest`."""
     import shapely  # slow to import, and needed only for holes with heights in the drawing
 
     result = np.full(len(path), highest)
@@ -90,8 +88,9 @@ def height_checks(
     milled: bool,
     surface: float | NDArray[np.float64] | None = None,
 ) -> list[DangerCheck]:
-    """Return the first two rules of `check_clearance` as checks. A check has a name, a mask of the rows that violate
-    the rule (bool[n]), and the text of the rule.
+    """Return the first two rules of `check_clearance` as checks.
+
+    A check has a name, a mask of the rows that violate the rule (bool[n]), and the text of the rule.
 
     The cycles in `path` are expanded. `surface` is the surface height below each row if it is not `surface_z`.
     """
@@ -178,8 +177,8 @@ def _returns_to_cut_depth(path: Toolpath) -> Mask:
     """Return a mask of the motions that end no deeper than an earlier feed at this x, y since the tool arrived.
 
     A visit starts at each stop, change of tool or length offset, and block that is not understood. The running minimum
-    is computed per visit: each visit is shifted down by more than the whole range of heights, so that a minimum from an
-    earlier visit is recognised because it is too high.
+    is computed for all visits at once: each visit is shifted down by more than the whole range of heights, so a minimum
+    from an earlier visit is recognisably too high.
     """
     arrives = _moves_in_xy(path) | (path.kind == Kind.MACHINE)
     interruption = np.isin(path.kind, [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.FOREIGN)])

@@ -35,8 +35,7 @@ _RAPID_BATCH = 256
 
 
 class _Cuts(NamedTuple):
-    """Straight cuts: the coordinates of both ends (float64[n, 4], mm), the upper limit of the height (mm), and the row
-    of each cut in the toolpath.
+    """Straight cuts: coordinates of both ends (float64[n, 4], mm), greater height of both ends (mm), and toolpath row.
     """
 
     ends: NDArray[np.float64]
@@ -79,12 +78,11 @@ class _Stages(NamedTuple):
 def find_cleared_descents(
     program: Program, rows: NDArray[np.int32], path: Toolpath, descents: NDArray[np.int64]
 ) -> tuple[Mask, Mask]:
-    """Return two masks of the straight-down rapids: those that end where earlier cuts removed the material, and those
-    that could not be checked.
+    """Return two masks of the straight-down rapids, bool[len(descents)]: cleared rapids, and unchecked rapids.
 
-    Both masks are bool[len(descents)]. A cut clears its own centre line for the same tool of any shape, until the next
-    stop or tool change. Flat mills also clear the area that they sweep: if the diameters are known from the comments,
-    the tool must fit into the union of these areas.
+    A cleared rapid ends where earlier cuts removed the material. Until the next stop or tool change, a cut clears its
+    own centre line for its tool, whatever the shape of the tool. Flat mills also clear the area that they sweep: if the
+    diameters are known from comments, the tool must fit into the union of these areas.
 
     The cycles in `path` are expanded; `rows` contains the row in the program's path for each row of `path`. `descents`
     contains the rows of the straight-down rapids in `path`, in ascending order.
@@ -204,7 +202,7 @@ def _tools_by_stage(
     stages: _Stages,
     descents: NDArray[np.int64],
 ) -> dict[int, Tool]:
-    """Return the tool of each stage, as far as the comments of the program describe it."""
+    """Return stage → tool, for tools that the comments of the program describe."""
     stops = stages.setup[:, 2]
     fed = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
     used = np.union1d(fed[np.isin(stops[fed], stops[descents])], descents)

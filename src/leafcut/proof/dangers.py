@@ -1,5 +1,6 @@
-"""Find dangers in a program of unknown origin. Each kind of danger is one issue, with the number of positions and the
-first position.
+"""Find dangers in a program of unknown origin.
+
+Each kind of danger is one issue, with the number of positions and the first position.
 """
 
 from __future__ import annotations
@@ -80,7 +81,7 @@ def find_dangers(
     heights: bool = True,
     simulated: Mapping[str, Mask] = MappingProxyType({}),
 ) -> list[Issue]:
-    """Return the dangers of a program and the exceeded limits of the machine: worst first, one issue per kind.
+    """Return the dangers of a program and the exceeded limits of the machine, one issue per kind, the worst first.
 
     A rapid counts as unsafe if it is below Z0.05, or if it descends below Z0 where earlier cuts have not cleared the
     depth and width of its tool.
@@ -131,9 +132,7 @@ RANK = {Severity.DANGER: 0, Severity.WARNING: 1, Severity.NOTE: 2}
 
 
 def _cleared_rapids(program: Program, rows: NDArray[np.int32], path: Toolpath, mask: Mask) -> tuple[Mask, Mask]:
-    """Return two masks of the rapids: those that end where earlier cuts removed the material, and those that could not
-    be checked.
-    """
+    """Return two masks of the rapids: those that end where earlier cuts removed the material, and unchecked rapids."""
     cleared, unchecked = np.zeros((2, len(path)), dtype=bool)
     straight = mask & (path.kind == Kind.RAPID) & np.isclose(path.end[:, :2], path.before[:, :2]).all(axis=1)
     descents = np.flatnonzero(straight)

@@ -15,9 +15,7 @@ MOST_LISTED = 50
 
 
 def cap_differences(differences: list[Difference], count: int | None = None) -> list[Difference]:
-    """Return at most `MOST_LISTED` differences. If there are more, the last entry states how many of the `count`
-    differences are not listed.
-    """
+    """Return at most `MOST_LISTED` of `count` differences. If there are more, the last entry states how many more."""
     total = len(differences) if count is None else count
     if total <= MOST_LISTED:
         return differences

@@ -1,6 +1,4 @@
-"""Find commands that are probably mistakes: the controller does not know them, or it executes them although they make
-little sense.
-"""
+"""Find commands that are probably mistakes: unknown to the controller, or valid but implausible."""
 
 from __future__ import annotations
 
@@ -31,9 +29,7 @@ _TAPS = ("G84", "G74")
 
 
 def find_doubts(program: Program, dialect: Dialect, process: str) -> list[Issue]:
-    """Return probable mistakes: M4 in cuts, spindles without time to reach their speed, long dwells, and unsupported
-    commands.
-    """
+    """Return probable mistakes: M4 in cuts, no time for the spindle to start, long dwells, unsupported commands."""
     if dialect.language != "g-code":
         return []
     spindle = [] if process in BEAMS else [*_report_backward_rotation(program), *_report_spindle_restarts(program)]

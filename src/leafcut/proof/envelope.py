@@ -17,7 +17,7 @@ _TOLERANCE = 0.001
 
 
 def check_envelope(path: Toolpath, machine: Machine) -> list[Difference]:
-    """Return one difference for each limit of `machine` that is exceeded, with the first position where it is exceeded.
+    """Return a difference for each exceeded limit of `machine`, with the first position that exceeds it.
 
     If the `work_offset` of the machine is known, every position in the program, including hole bottoms and arc bulges,
     must be inside the travel. Otherwise only the size of the job is compared with the travel. Heights are those of the

@@ -124,9 +124,7 @@ def _has_unknown_path(path: Toolpath) -> NDArray[np.bool_]:
 
 
 def _areas_of_motions(path: Toolpath, rows: NDArray[np.intp], dogleg: bool) -> NDArray[Any]:
-    """Return the area of each motion, seen from above. If the start of a motion is unknown, its area is only its
-    end.
-    """
+    """Return the area of each motion, seen from above. If its start is unknown, the area is only its end."""
     end = path.end[rows, :2]
     start = np.where(np.isnan(path.before[rows, :2]).any(axis=1, keepdims=True), end, path.before[rows, :2])
     shapes: NDArray[Any] = np.asarray(shapely.linestrings(np.stack([start, end], axis=1)))

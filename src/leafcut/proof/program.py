@@ -41,9 +41,7 @@ def read_back(text: str, dialect: Dialect, material_feeds: Mapping[int, float] |
 
 
 def _refuse_obeyed_comments(text: str) -> None:
-    """Raise an error for comments that a controller acts on. leafcut writes none, but a name in the header may look
-    like one.
-    """
+    """Raise an error for comments that a controller acts on. Such a comment can only come from a name in the header."""
     for number, line in numbered_lines(text):
         if "(" not in line and ";" not in line:
             continue

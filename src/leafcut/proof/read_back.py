@@ -48,7 +48,7 @@ def compare_motion(
     wrong = _wrong_offsets(written) if offsets else []
     a, b = (_comparable_rows(path) for path in (planned, written))
     if not np.array_equal(a.kind, b.kind):
-        # A short move may disappear by rounding; the remaining rows are still compared completely.
+        # A short move may disappear by rounding. All remaining rows are compared.
         a, b = (_without_tiny_moves(path, 2.0 * tolerance_mm) for path in (a, b))
     if not np.array_equal(a.kind, b.kind):
         return [*wrong, _first_divergence(a, b, tolerance_mm)]
@@ -204,7 +204,7 @@ def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float) -> Difference:
 
 
 def _wrong_offsets(path: Toolpath) -> list[Difference]:
-    """Return the rows in which a tool cuts, or moves in z, with the length offset of another tool or with none."""
+    """Return the rows in which a tool cuts, or moves in z, without its own length offset."""
     tool, offset = path.tool, path.offset
     before = path.before[:, 2]
     rises = (path.kind == Kind.RAPID) & np.isfinite(path.end[:, 2]) & ~(path.end[:, 2] == before)

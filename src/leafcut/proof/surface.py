@@ -101,9 +101,7 @@ def surface_meets_area(triangles: NDArray[np.float64], area: Any, radius: float,
 def _returns_into_holes(
     path: Toolpath, descending: NDArray[np.bool_], tool_radii: Mapping[int, float]
 ) -> NDArray[np.bool_]:
-    """Return a mask of the straight-down rapids that end no lower than a tool of at least the same width has already
-    cut there.
-    """
+    """Return a mask of the straight-down rapids into holes that a tool of at least the same width has already cut."""
     result = np.zeros(len(path.end), dtype=bool)
     holes: dict[tuple[float, float], list[tuple[float, float]]] = {}
     for row in np.flatnonzero(descending & np.isin(path.kind, [int(Kind.RAPID), int(Kind.FEED)])).tolist():
@@ -129,9 +127,7 @@ def _rows_meeting(
     radius: NDArray[np.float64],
     dogleg: bool,
 ) -> list[int]:
-    """Return the moves that hit the surface: within the radius of the tool, part of the surface is higher than `above`,
-    measured from the tip.
-    """
+    """Return the moves that hit the surface: within the tool radius, the surface is more than `above` above the tip."""
     if not len(rows):
         return []
     lowest = np.minimum(path.before[rows, 2], path.end[rows, 2]) + above

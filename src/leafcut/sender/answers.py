@@ -1,7 +1,4 @@
-"""Answers of a controller in a form that is independent of its firmware.
-
-Each firmware has a parser module for its lines.
-"""
+"""Answers of a controller, independent of its firmware. Each firmware has its own module that parses its lines."""
 
 from __future__ import annotations
 
@@ -20,14 +17,14 @@ class Accepted:
 
 @dataclass(frozen=True)
 class Refused:
-    """A line was refused. Contains the error number, or the reason as text."""
+    """A line was refused, with an error number or a reason as text."""
 
     why: int | str
 
 
 @dataclass(frozen=True)
 class Alarm:
-    """The machine has stopped with an alarm. Contains the alarm number, or the reason as text."""
+    """The machine has stopped with an alarm, with an alarm number or a reason as text."""
 
     why: int | str
 
@@ -81,7 +78,7 @@ class Report:
 
     @property
     def numbers(self) -> tuple[float, ...] | None:
-        """The text of the report as comma-separated numbers; None if it is not a list of numbers."""
+        """The comma-separated numbers in the text of the report; None if the text is not a list of numbers."""
         return numbers_in(self.text)
 
 

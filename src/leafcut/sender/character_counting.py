@@ -1,8 +1,7 @@
-"""Character counting: keep the controller's buffer full without exceeding its size in bytes or lines.
+"""Character counting: keep the controller's receive buffer full, but never send more bytes or lines than it holds.
 
-A controller answers each line once, in order, when it takes the line out of its buffer. The unanswered lines are
-therefore the only lines that can be in the buffer. Source: gnea/grbl wiki, "Grbl v1.1 Interface", streaming
-protocol: character-counting.
+A controller answers each line once, in order, when it takes the line out of its buffer. Therefore only unanswered lines
+can be in the buffer. Source: gnea/grbl wiki, "Grbl v1.1 Interface", streaming protocol: character-counting.
 """
 
 from __future__ import annotations
@@ -14,13 +13,14 @@ from dataclasses import dataclass
 GRBL_BUFFER = 128
 #: Bytes to leave free, because some boards use a byte themselves (gnea/grbl, issue 302).
 SPARED = 1
-#: Maximum number of bytes sent ahead on boards with large buffers: a hold cannot take back buffered lines.
+#: Maximum number of bytes to send ahead to boards with large buffers, because buffered lines cannot be taken back.
 MAX_AHEAD = 256
 
 
 @dataclass(frozen=True)
 class SentLine:
-    """A line to send, without line ending. `number` is its line in the program, or 0 for a line that leafcut adds."""
+    """A line to send, without line ending. `number` is its line number in the program; 0 for a line added by leafcut.
+    """
 
     text: str
     number: int = 0
@@ -52,7 +52,7 @@ class CharacterCounter:
         self.bytes += len(line.data)
 
     def take_answer(self) -> SentLine | None:
-        """Record an answer and return the line that it belongs to (the oldest); None if no line is unanswered."""
+        """Record an answer and return its line, which is the oldest unanswered line; None if there is none."""
         if not self.waiting:
             return None
         line = self.waiting.popleft()

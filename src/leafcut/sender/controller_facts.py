@@ -1,4 +1,4 @@
-"""Facts that a controller reports before a job, independent of its firmware: settings, origins, modes, position."""
+"""Facts that a controller of any firmware reports before a job: settings, origins, modes, position."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Clock:
 
 @dataclass(frozen=True)
 class Facts:
-    """Facts that a controller reports. Lengths are in mm, whatever its report units.
+    """Facts that a controller reports. Lengths are in mm, also if the controller reports inches.
 
     Attributes
     ----------
@@ -67,8 +67,8 @@ class Facts:
     unit
         Size of the report unit, mm.
     homing, homed
-        `homing`: whether the machine can home; only then are machine coordinates meaningful. `homed`: whether it was
-        homed; None if the controller cannot report that.
+        `homing`: whether the machine can home; otherwise its machine coordinates are meaningless. `homed`: whether the
+        machine was homed; None if unknown.
     fastest
         Maximum spindle speed (rpm) or laser power.
     places
@@ -161,7 +161,7 @@ def position_in_mm(place: XYZ, unit: float) -> XYZ:
 
 
 def checked_axis_values(values: XYZ, names: tuple[str, str, str]) -> XYZ:
-    """Return rates, accelerations or steps of the axes; raise `SendError` if one is 0, because its axis cannot move."""
+    """Return the rates, accelerations or steps of the axes; raise `SendError` if an axis cannot move (value 0)."""
     if not all(value > 0.0 for value in values):
         raise SendError("the controller has 0 in one of {}: it cannot move", ", ".join(names))
     return values

@@ -24,12 +24,12 @@ from leafcut.sender.controller_facts import Facts
 from leafcut.sender.error_texts import alarm_in_words, error_in_words, state_in_words
 from leafcut.sender.port import Port
 
-#: Time limits, s: for an answer, for the start of a board that restarts when its port is opened, and for homing.
+#: Time limits, s: for an answer, for a restart of the board when its port is opened, and for homing.
 ANSWER_SECONDS, START_SECONDS, HOMING_SECONDS = 5.0, 5.0, 180.0
 #: Intervals of status queries, s: while waiting for a result, and while idle.
 POLL_SECONDS, SLOW_POLL_SECONDS = 0.1, 0.5
 _READ_SECONDS = 0.02
-#: States in which the machine is at rest and refuses everything until the operator acts.
+#: States in which the machine is at rest and refuses all lines until the operator acts.
 LOCKED = ("Alarm", "ConfigAlarm", "Critical", "Sleep")
 #: State of a machine that was stopped without deceleration. It may have lost steps.
 STOPPED_SHORT = "Stopped"
@@ -41,7 +41,7 @@ class Interrupted(Exception):
 
 #: Called with each line of traffic: direction ("<" or ">") and text.
 Log = Callable[[str, str], None]
-#: Called with each answer that arrives while the caller waits for a different answer.
+#: Called with each answer that arrives while the caller waits for another answer.
 OnAnswer = Callable[[ControllerAnswer], None]
 
 
@@ -55,7 +55,7 @@ class Conversation(ABC):
     Attributes
     ----------
     patience
-        Factor for all time limits, above 1 on a busy computer.
+        Factor for all time limits; above 1 on a busy computer.
     offset
         Last reported offset between machine and work coordinates, in the units of the report.
     restarted
@@ -68,10 +68,10 @@ class Conversation(ABC):
     max_lines
         Maximum number of lines without an answer; None if only the buffer limits it.
     max_ahead
-        Maximum number of lines that are accepted but not executed: planner blocks, and lines without motion between
-        them.
+        Maximum number of lines that the board accepts before it executes them: planner blocks, and lines without
+        motion between them.
     check_line
-        Command that turns on check mode (lines are read, nothing moves); empty if there is none.
+        Command that turns on check mode, in which lines are read but nothing moves; empty if there is none.
     """
 
     patience = 1.0
@@ -101,14 +101,14 @@ class Conversation(ABC):
     def connect(self) -> Status:
         """Wait until the controller answers, and return its status.
 
-        Raise `SendError` if another firmware answers, or no firmware.
+        Raise `SendError` if nothing answers, or the board has another firmware.
         """
 
     @abstractmethod
     def ask_status(self, *, more: bool = False) -> None:
         """Request the status, which arrives like any other answer.
 
-        `more` means that the caller will send further lines at once.
+        `more`: the caller is about to send further lines.
         """
 
     @abstractmethod
@@ -125,7 +125,7 @@ class Conversation(ABC):
 
     @abstractmethod
     def hold(self) -> None:
-        """Hold the feed: bring the machine to rest so that it can continue later."""
+        """Bring the machine to rest (feed hold) so that it can continue later."""
 
     @abstractmethod
     def resume(self) -> None:
@@ -161,7 +161,7 @@ class Conversation(ABC):
 
     @abstractmethod
     def stop_unanswered(self) -> str:
-        """Send a stop to a machine that no longer answers; return the names of the commands that were sent."""
+        """Send a stop to a machine that no longer answers; return the names of the commands."""
 
     @abstractmethod
     def prepare(self) -> None:
@@ -214,7 +214,7 @@ class Conversation(ABC):
     ) -> Iterator[ControllerAnswer]:
         """Yield answers for `seconds`. With `every`, query the status at this interval, in s.
 
-        `ask` replaces the status query. The first query is sent at once, or with `later` after the first interval.
+        `ask` replaces the status query. The first query is sent at once; with `later`, it is sent after an interval.
         """
         until, next_query = self._deadline(seconds), self.clock() + (every or 0.0) * later
         while self.clock() < until:
@@ -320,7 +320,7 @@ class Conversation(ABC):
 
 
 class NotThisFirmware(SendError):
-    """Error for a port at which another firmware answers, or none. `answers` holds the lines received."""
+    """A port at which no firmware or an unexpected firmware answers. `answers` contains the received lines."""
 
     def __init__(self, message: str, answers: list[str]) -> None:
         super().__init__(message)
@@ -328,7 +328,7 @@ class NotThisFirmware(SendError):
 
 
 def wrong_firmware(port: str, answers: list[str], firmware: str) -> NotThisFirmware:
-    """Return the error for a port at which another firmware answers, or none."""
+    """Return the error for a port at which no firmware or an unexpected firmware answers."""
     if not answers:
         words = Message("no response on {}; is the machine on, and are port and --baud right?", port)
     else:
@@ -340,7 +340,7 @@ def wrong_firmware(port: str, answers: list[str], firmware: str) -> NotThisFirmw
 
 
 def answer_text(answer: ControllerAnswer) -> str:
-    """Return an answer in the form in which a controller writes it."""
+    """Return an answer as a line of text, in the form ``ok``, ``error:20`` or ``ALARM:1`` if possible."""
     match answer:
         case Accepted():
             return "ok"

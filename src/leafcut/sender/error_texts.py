@@ -194,7 +194,7 @@ _STATES = {
     "Sleep": Message("asleep"),
     "Tool": Message("waiting for a tool change"),
     "Stopped": Message("stopped without deceleration, and may have lost steps"),
-    # FluidNC, Types.h: `State`. Most versions report Alarm for both.
+    # FluidNC, Types.h: `State`. Most versions report Alarm instead of these two.
     "ConfigAlarm": Message("locked, as its configuration is invalid: see its messages at start-up"),
     "Critical": Message("locked by a critical event: check its switches, and reset it"),
 }

@@ -1,4 +1,4 @@
-"""The firmwares to which leafcut can send programs, selected by the controller of the machine."""
+"""The firmwares to which leafcut can send programs. The controller of the machine selects the firmware."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ ASKED: dict[str, type[Conversation]] = {
 def query_settings(port: Port, kind: str | None = None, clock: Callable[[], float] = time.monotonic) -> tuple[str, str]:
     """Return the kind of the settings of the board at a port, and their text in the format of a settings file.
 
-    Without a kind, GRBL is tried first, then Marlin, which ignores GRBL's query as an unknown command. Raise
-    `OptionError` if boards of this kind cannot be queried. Raise `SendError` if the board does not answer, has
-    another firmware, is moving, or does not report its settings.
+    Without a kind, try GRBL first, then Marlin, which ignores GRBL's query as an unknown command. Raise `OptionError`
+    if boards of this kind cannot be queried. Raise `SendError` if the board does not answer, has another firmware, is
+    moving, or does not report its settings.
     """
     if kind is not None and kind not in ASKED:
         raise OptionError(

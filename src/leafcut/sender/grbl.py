@@ -1,7 +1,7 @@
 """Communication with GRBL 1.1, grblHAL and FluidNC.
 
-Most actions are realtime bytes. grblHAL has bytes of its own above 0x7F, and leafcut uses these: on grblHAL, ``?``,
-``!`` and ``~`` may be disabled (``[NEWOPT:…,RT-``) and would then become part of a line.
+Most actions are realtime bytes. For grblHAL, leafcut uses grblHAL's own bytes above 0x7F, because ``?``, ``!`` and
+``~`` may be disabled there (``[NEWOPT:…,RT-``) and would then become part of a line.
 
 Source: gnea/grbl 1.1, config.h, protocol.c and its wiki, "Grbl v1.1 Commands"; grblHAL/core, grbl.h (CMD_…) and
 protocol.c, `protocol_enqueue_realtime_command`; bdring/FluidNC, RealtimeCmd.h (same bytes as GRBL).
@@ -39,13 +39,13 @@ from leafcut.sender.port import Port
 
 #: Soft reset; the same byte for all three firmwares.
 RESET = b"\x18"
-#: Time limit for coming to rest, s; time from the hold to the reset of a machine that no longer answers, s.
+#: Time limit for coming to rest, s; time from hold to reset if the machine no longer answers, s.
 REST_SECONDS, UNANSWERED_SECONDS = 15.0, 3.0
-#: Time within which the cause of an alarm is reported, s; interval at which an unanswered reset is repeated, s.
+#: Time limit for the report of an alarm's cause, s; interval at which an unanswered reset is repeated, s.
 ALARM_SECONDS, RESET_SECONDS = 3.0, 2.0
 #: Time limit for the answer of another firmware to an empty line, s.
 _LINE_SECONDS = 1.0
-#: States of rest that the machine does not leave by itself.
+#: States in which the machine is at rest until the next command.
 _AT_REST = ("Idle", "Check", *LOCKED)
 _FEED_NORMAL = b"\x90"
 #: Override step, percent → byte.
@@ -73,11 +73,11 @@ class GrblConversation(Conversation):
         super().__init__(port, log, clock)
         self.act = _LEGACY
         self._knocks = 0
-        #: Raw lines of an answer that is not in GRBL's format (a configuration); None otherwise.
+        #: Lines of FluidNC's configuration while it is being received; otherwise None.
         self._raw: list[str] | None = None
 
     def parse(self, line: str) -> ControllerAnswer:
-        """Convert a line to an answer, and record the firmware that it names."""
+        """Convert a line to an answer. If the line names the firmware, record it."""
         answer = grbl_lines.parse(line)
         if not self.family and isinstance(answer, Greeting | Report) and (family := firmware_family(line)):
             self.family = family
@@ -90,8 +90,9 @@ class GrblConversation(Conversation):
         self.port.write(self.act.ask)
 
     def connect(self) -> Status:
-        """Wait for the controller and return its status; raise `SendError` if it does not answer or has another
-        firmware.
+        """Wait for the controller and return its status.
+
+        Raise `SendError` if the controller does not answer or has another firmware.
         """
         replies: list[str] = []
         for answer in self.receive(START_SECONDS, SLOW_POLL_SECONDS, self._query_board):
@@ -157,7 +158,7 @@ class GrblConversation(Conversation):
         return "grbl", "\n".join(lines) + "\n"
 
     def _end_partial_line(self) -> None:
-        """End a partial line that may be in the controller's buffer, and wait for the answer."""
+        """Complete a partial line that may be in the controller's buffer, and wait for the answer."""
         self.write(b"\n")
         if not any(isinstance(answer, Accepted | Refused) for answer in self.receive(ANSWER_SECONDS)):
             raise SendError(
@@ -233,11 +234,10 @@ class GrblConversation(Conversation):
         return locked
 
     def stop(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Hold the machine, wait until it is at rest, then reset it, which stops the spindle and discards all lines.
-        Return the status.
+        """Hold the machine, wait until it is at rest, reset it, and return the status.
 
-        `on_answer` is called with every answer that arrives meanwhile. Raise `SendError` if the controller no longer
-        answers.
+        The reset stops the spindle and discards all lines. `on_answer` is called with every answer that arrives
+        meanwhile. Raise `SendError` if the controller no longer answers.
         """
         try:
             self.hold()
@@ -280,17 +280,15 @@ class GrblConversation(Conversation):
         return self.fresh_status()
 
     def halt(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Wait until the alarm is fully reported, then reset.
+        """Wait until GRBL has reported the alarm, then reset.
 
-        GRBL ignores resets during the report, for half a second.
+        The report takes half a second, during which GRBL ignores resets.
         """
         self.wait_for_alarm_report(ALARM_SECONDS)
         return self.reset(on_answer)
 
     def stop_unanswered(self) -> Message:
-        """Send a hold, wait until the machine should be at rest, and send a reset, in case the board still receives
-        commands.
-        """
+        """Send a hold, wait until the machine should be at rest, and send a reset. The board may still receive them."""
         self.hold()
         self.discard_answers(UNANSWERED_SECONDS)
         self.write(RESET)

@@ -1,8 +1,8 @@
 """Facts from the reports of GRBL, grblHAL and FluidNC.
 
-FluidNC has a configuration instead of numbered settings. The numbers that it emulates are not enough: ``$20`` is the
-soft limit of X only, and no number gives the homing position or the maximum spindle speed. Therefore its
-configuration is requested (``$CD``) and read as in `leafcut machine import`.
+FluidNC has a configuration file. It emulates only some of GRBL's numbered settings: ``$20`` is the soft limit of X
+only, and no setting contains the homing position or the maximum spindle speed. Therefore leafcut requests the
+configuration (``$CD``) and reads it as in `leafcut machine import`.
 
 Source: gnea/grbl wiki, "Grbl v1.1 Configuration", and system.c, `system_check_travel_limits`; grblHAL/core, report.c
 (`report_build_info`, `report_home_position`); bdring/FluidNC, Report.cpp (`report_build_info`), ProcessSettings.cpp
@@ -26,7 +26,7 @@ from leafcut.units import MM_PER_INCH
 _LOCK, _DEVIATION, _ARC_TOLERANCE, _INCHES = 1, 11, 12, 13
 _SOFT_LIMITS, _HOMING, _HOME_TO_MIN, _FASTEST, _LASER = 20, 22, 23, 30, 32
 _STEPS, _RATES, _ACCELERATIONS, _TRAVELS = 100, 110, 120, 130
-#: Value of `$1` that keeps the motors on all the time.
+#: Value of `$1` that keeps the motors always on.
 _ALWAYS_ON = 255
 #: Letters in ``[OPT:``. Z: machine zero is the homing position. L: the machine is not locked until it is homed.
 _ZERO_AT_HOME, _NO_LOCK = "Z", "L"
@@ -150,7 +150,7 @@ def _reports_homed(reports: list[Report], letters: str) -> bool | None:
 
 
 def _facts_of_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
-    """Return the facts, completed from FluidNC's configuration. Without ``must_home``, `homed` may stay unknown."""
+    """Add the facts in FluidNC's configuration. `homed` may stay unknown if ``must_home`` is off."""
     try:
         configuration: FluidConfiguration = configuration_of(text, "$CD")
     except ReadError as problem:

@@ -25,7 +25,7 @@ from leafcut.sender.answers import (
 
 _NUMBERED = re.compile(r"(error|ALARM):\s*(\d{1,3})", re.IGNORECASE)
 _GREETING = re.compile(r"Grbl(?:HAL)?\s+([0-9][^\s\['\"]{0,20})(?:\s+\[([^\]]{1,60})\])?", re.IGNORECASE)
-#: A setting. grblHAL also has settings that are texts and may be empty: network name, password.
+#: A setting. In grblHAL, the value may be a text or empty, such as a network name or a password.
 _SETTING = re.compile(r"\$(\d{1,4})=(.*)")
 #: Remark in parentheses after the value of a setting.
 _REMARK = re.compile(r"\s+\(.*\)\s*$")
@@ -47,7 +47,7 @@ def parse(line: str) -> ControllerAnswer:
         return Greeting(match[1], match[2] or "")
     if match := _SETTING.match(line):
         return Report(f"${match[1]}", _plain(_REMARK.sub("", match[2]).strip()))
-    # Start-up lines, echoed when they are executed, and additional output of grblHAL and FluidNC.
+    # Start-up lines, which are echoed when they are executed, and additional output of grblHAL and FluidNC.
     if line.startswith((">", "$N")):
         return Report("", printable(line))
     return InvalidAnswer(printable(line))

@@ -1,4 +1,4 @@
-"""A program that is ready for sending: read for its machine, all lines understood, with cycle times and holes."""
+"""A program that is ready for sending to its machine. All of its lines were checked, and it has times and holes."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ from leafcut.sender.lines import Pause, SentStep, lines_in_dialect, steps_of
 from leafcut.timing.grbl import sent_lines
 from leafcut.timing.toolpath import time_rows
 
-#: Codes that need --accept whatever their severity: dangers, limits of the machine, unknown effects.
+#: Codes of issues that need --accept at any severity: dangers, limits of the machine, unknown effects.
 _NEVER = ("L803", "L806", "L808")
-#: Kinds of rows that make later lines uncheckable: they move the origin, or only the machine knows their effect.
+#: Kinds of rows after which lines cannot be checked: they move the origin, or only the machine knows their effect.
 _LOST = {
     Kind.FOREIGN: Message("is not understood"),
     Kind.SHIFT: Message("moves the origin, so later lines cannot be checked"),
 }
-#: Modes that the program reader assumes before the first line, and the words for its default units.
+#: Modes that the program reader assumes before the first line; words for its default units.
 _AT_FIRST = "G17 G90 G94 G40 G49 G80"
 _UNITS = {"mm": "G21", "in": "G20"}
 #: Tolerance for equal positions, mm.
@@ -83,13 +83,13 @@ class SendJob:
     def holes(self) -> tuple[DrilledHole, ...]:
         """The holes of the program. Repeated plunges (pecks) at a position are one hole.
 
-        A hole is a straight plunge at feed after a rapid, unless a sideways cut follows.
+        A hole is a vertical plunge at feed rate after a rapid, unless a sideways cut follows.
         """
         return tuple(_holes(self.program))
 
     @cached_property
     def seconds(self) -> tuple[Floats, Floats]:
-        """Seconds of feed moves, and all other seconds, of each line: float64[lines + 1] each, by line number."""
+        """Time of feed moves and other time of each line, s: float64[lines + 1] each, indexed by line number."""
         timed = time_rows(self.program.path, self.machine, sent_lines(self.program.lines))
         at_feed = (timed.path.kind >= Kind.FEED) & (timed.path.kind <= Kind.ARC_CCW)
         lines = np.clip(timed.path.line, 0, len(self.program.lines))
@@ -145,7 +145,7 @@ def read_job(
 
 
 def program_text(file: str | Path, name: str) -> str:
-    """Return the text of a program; raise `ReadError` if it is not readable G-code. `name` names it in messages."""
+    """Return the text of a program; raise `ReadError`, with `name`, if it is not readable G-code."""
     text = read_program(file)
     if problem := other_language(text):
         raise ReadError(name, problem)
@@ -185,7 +185,7 @@ def job_of(
 
 
 def _opening_lines(program: Program, controller_dialect: Dialect, units: str) -> list[SentLine]:
-    """Return the lines that set the modes with which the program was read, whatever modes the controller is in."""
+    """Return lines that switch the controller to the modes that the program reader has assumed."""
     if not lines_in_dialect(controller_dialect, _UNITS[units]):
         raise OptionError("{} has no {}; write the program in millimetres", controller_dialect.name, _UNITS[units])
     blocks = [_AT_FIRST, "G54", _UNITS[units]]
@@ -231,7 +231,7 @@ def _holes(program: Program) -> list[DrilledHole]:
 
 
 def tools_of(job: SendJob, line: int = 0) -> list[str | None]:
-    """Return the tool of the first cut from a line on, then the later tools: ``T1 drill 3 mm``, None if unnamed."""
+    """Return the tools of all cuts from a line on, in order of use: ``T1 drill 3 mm``; None for an unnamed tool."""
     path = job.program.path
     cuts = path.line[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & (path.line >= line)]
     first = int(cuts.min()) if len(cuts) else line

@@ -1,4 +1,4 @@
-"""Check whether the machine can run a program in its current state: mode, homing, travel, speeds."""
+"""Check whether the machine can run a program in its current state (mode, homing, travel, speeds)."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ _UNSURE = Message("the controller does not report whether it was homed, and does
 def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family: str = "") -> None:
     """Raise `SendError`, with the state and the remedy, if the machine is not idle or its position is unknown.
 
-    `unhomed` means that the operator has confirmed the position of a machine that was not homed. `restarted` means that
-    the board has just restarted, so its position is wrong unless it is homed. `family` is the firmware, which selects
-    the list of alarms.
+    `unhomed`: the operator has confirmed the position of a machine that was not homed. `restarted`: the board has just
+    restarted, so that its position is wrong until it is homed. `family` is the firmware, which selects the list of
+    alarms.
     """
     state = state_in_words(facts.status, family)
     if facts.status.state == "Alarm":
@@ -76,7 +76,7 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
 def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = False) -> list[Issue]:
     """Return warnings; raise `SendError`, with the line, if the machine cannot run the program in its current state.
 
-    `begun` means that the program has reached a pause, so its first move was checked earlier.
+    `begun`: the program is at a pause, so its first move was checked earlier.
     """
     if job.laser != facts.laser_mode:
         name = facts.names.laser
@@ -195,11 +195,10 @@ def _end_in_machine_coordinates(job: SendJob, facts: Facts, path: Toolpath, row:
 
 
 def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
-    """Return the path with each move in machine coordinates (G28, G30, G53) as a rapid in program coordinates.
+    """Replace moves in machine coordinates (G28, G30, G53) with rapids in program coordinates.
 
-    The program alone does not determine the coordinates after such a move. With the origins and stored positions of
-    the machine they are known. Raise `SendError` if a move goes to a stored position that the controller does not
-    report.
+    The program alone does not determine the coordinates after such a move. They follow from the origins and the stored
+    positions of the machine. Raise `SendError` if the controller does not report the stored position of a move.
     """
     path = expand(job.program.path)
     in_machine = path.kind == Kind.MACHINE
@@ -228,7 +227,7 @@ def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
 def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
     """Raise `SendError` if a move in machine coordinates causes a rapid below the surface.
 
-    `find_dangers` has checked all other rapids, because their heights are known without the machine.
+    `find_dangers` has checked all other rapids: their heights are known without the machine.
     """
     original = expand(job.program.path)
     moved = original.kind == Kind.MACHINE
@@ -290,9 +289,7 @@ def arc_extremes_or_none(path: Toolpath, row: int) -> list[XYZ]:
 
 
 def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
-    """Raise `SendError` if a program leaves the machine's travel. If the machine is not homed, only the size is
-    checked.
-    """
+    """Raise `SendError` if a program leaves the machine's travel; for an unhomed machine, if it exceeds the size."""
     places, lines = machine_places(job, facts)
     low, high = facts.travel()
     for axis, name in enumerate("XYZ"):
@@ -333,7 +330,7 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
 
 
 def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
-    """Raise `SendError` if the program moves in X or Y before it sets Z, and the tool is below its greatest Z."""
+    """Raise `SendError` if the program moves in X or Y before Z while the tool is below the program's greatest Z."""
     place = facts.machine_place()
     program_path = expand(job.program.path)
     heights = program_path.end[np.isin(program_path.kind, (Kind.RAPID, Kind.FEED)), 2]

@@ -1,7 +1,7 @@
-"""Manual operation of the machine: jog, probe the top of the workpiece, trace the frame of a part.
+"""Manual operation of the machine: jog, probe the top of the workpiece, trace the bounding box of a part.
 
-All moves except the probing move are jogs (``$J=``). A jog respects the soft limits and leaves the modes unchanged,
-and one byte cancels it without a reset. Source: gnea/grbl wiki, "Grbl v1.1 Jogging".
+All moves except the probing move are jogs (``$J=``). A jog respects the soft limits and keeps the modes. A single byte
+cancels it without a reset. Source: gnea/grbl wiki, "Grbl v1.1 Jogging".
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _AXES = "XYZ"
 
 
 def jog_line(moves: dict[str, float], feed: float, *, machine: bool = False) -> str:
-    """Return a jog command. `moves` maps axes to distances or, with `machine`, to machine coordinates, mm.
+    """Return a jog command. `moves` maps axes to distances, or with `machine` to machine coordinates, mm.
 
     `feed` is in mm/min. Raise `OptionError` if an axis, a length or the feed is invalid.
     """
@@ -105,7 +105,7 @@ def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, tra
     place_now = facts.machine_place(talk.fresh_status())
     if contact is None or touched.strip() != "1" or place_now is None:
         raise SendError("the controller does not report the position of the contact")
-    # The tool comes to rest slightly below the point of contact.
+    # Z0 is set from the reported point of contact, because the tool comes to rest slightly below it.
     talk.ask("G54")
     talk.ask(f"G10 L20 P1 Z{number_in_mm(plate + place_now[2] - contact[2] * facts.unit)}")
     talk.ask(jog_line({"Z": _RETRACT}, max(feed, 100.0)))
@@ -130,7 +130,7 @@ class FrameBox:
 def frame_of_program(job: SendJob, facts: Facts) -> FrameBox:
     """Return the frame of a program, at the program's greatest Z or at the current Z of the tool if that is higher.
 
-    `checking.check_program` has checked that the program, and therefore the frame, stays within the travel. Raise
+    `job_checks.check_program` has checked that the program, and therefore the frame, stays within the travel. Raise
     `SendError` if the program cuts nothing, or the machine does not report its position.
     """
     places, _ = machine_places(job, facts, fed=True)

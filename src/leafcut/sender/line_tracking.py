@@ -1,4 +1,4 @@
-"""Find the line that a program executes from the position of the machine, because boards do not report the line."""
+"""Infer the line in execution from the position of the machine, because boards do not report the line."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
 
 #: Maximum chord error for arcs, mm; maximum number of chords per arc.
 _SAGITTA, _MAX_CHORDS = 0.02, 360
-#: Maximum distance of a position from the nearest move, mm. A more distant position lies before the first move.
+#: Maximum distance of a position from the nearest move, mm. A more distant position counts as before the first move.
 _MAX_DISTANCE = 0.25
-#: Tolerance for equal distances, mm. Of equally near moves the first counts, so that resuming skips no move.
+#: Tolerance for equal distances, mm. The first of several equally near moves is chosen, so that resuming skips no move.
 _TIE_TOLERANCE = 0.02
 
 
@@ -48,7 +48,15 @@ class LineTracker:
 
 
 def _chords(path: Toolpath) -> tuple[Floats, Floats, NDArray[np.int64]]:
-    """Return the chords of all moves with known ends: starts and ends, float64[k, 3] mm, and the row of each."""
+    """Return the chords of all moves with known ends.
+
+    Returns
+    -------
+    start, end
+        Ends of each chord, float64[k, 3] mm.
+    row
+        Row of the move of each chord.
+    """
     before = path.before
     starts: list[Floats] = []
     ends: list[Floats] = []

@@ -1,6 +1,6 @@
-"""Convert a program to lines to send, without comments, blanks and words that the dialect lacks. Pauses are separate.
+"""Convert a program to the lines to send, without comments, blanks, and words that the dialect lacks.
 
-M0 and M6 are never sent. When the machine is at rest, the operator is asked, and then the program continues.
+M0 and M6 are never sent but become pauses: when the machine is at rest, the operator is asked to continue.
 """
 
 from __future__ import annotations
@@ -59,8 +59,8 @@ _DWELL_UNITS = {"s": 1.0, "ms": 0.001, "cs": 0.01}
 def lines_in_dialect(dialect: Dialect, *texts: str) -> list[str]:
     """Return lines such as ``G21 G90 F100`` in a controller's dialect, without the words that it lacks.
 
-    If the controller accepts one command per line, ``F100`` alone becomes ``G1 F100``, which moves nothing; any
-    other word without a command is dropped.
+    If the controller accepts only one command per line, ``F100`` alone becomes ``G1 F100``, which moves nothing. All
+    other words without a command are dropped.
     """
     return [line for text in texts for line in _line_in_dialect(dialect, text)]
 
@@ -118,7 +118,7 @@ def pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[HoleLines]) -> li
 def steps_of(lines: Sequence[str], dialect: Dialect, file: str, first: int = 1) -> list[SentStep]:
     """Return the steps of a program, including its pauses, from line `first` to its end (M2, M30).
 
-    Raise `ReadError` if a line has a word or a letter that the controller lacks, is a command of the controller
+    Raise `ReadError` if a line has a word or a letter that the controller lacks, is a command to the controller
     itself ($), or is too long.
     """
     reader = _LineReader(dialect)

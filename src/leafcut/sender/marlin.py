@@ -1,9 +1,9 @@
 """Communication with Marlin 2, one numbered line at a time.
 
 Every line has a number and a checksum: ``N7 G1 X10*95``. Noise may turn ``G1 X10`` into ``G1 X1``, and Marlin would
-execute it. If a numbered line is corrupted, Marlin requests it again (``Resend: 7``), and it executes no numbered
-line twice. The next line is sent when the last one is answered. Marlin answers when a move is planned, not when it
-is finished. Its look-ahead buffer (BLOCK_BUFFER_SIZE, 16 blocks, up to 64 on large boards) therefore stays full.
+execute it. If a numbered line is corrupted, Marlin requests it again (``Resend: 7``). It never executes a numbered
+line twice. The next line is sent when the previous line is answered. Marlin answers when a move is planned, not when
+it is finished. Therefore its look-ahead buffer (BLOCK_BUFFER_SIZE, 16 blocks, up to 64 on large boards) stays full.
 
 Marlin has no realtime byte for a status query. ``M400`` and ``M114`` report whether it is at rest, and its position.
 They wait in the queue like any other line, so they are sent only if no other line is waiting. While a program runs, its
@@ -61,16 +61,16 @@ from leafcut.sender.port import Port
 
 #: Start-up time of a board with a boot loader, s; interval of the attempts to reach it, s.
 START_SECONDS, KNOCK_SECONDS = 12.0, 1.0
-#: After a ``Resend:``, an ``ok`` follows that answers no line. After this time of silence, in s, it has arrived.
+#: After a ``Resend:``, Marlin sends an ``ok`` that answers no line. It has arrived after this time of silence, s.
 QUIET_SECONDS = 0.15
-#: A line that gets no answer and no ``busy:`` (sent every 2 s) for this time, in s, is repeated, at most this many
-#: times.
+#: A line is repeated if neither an answer nor a ``busy:`` (sent every 2 s) arrives within this time, s; maximum number
+#: of repeats.
 LOST_SECONDS, MAX_RESENDS = 3.0, 3
 #: Time for which Marlin drops moves after a quick stop, with a margin, s (`Planner::quick_stop`).
 DROPPED_SECONDS = 1.3
 #: Maximum time for the planned moves without a ``busy:``, s.
 PLANNED_SECONDS = 30.0
-#: Words that the firmware may lack: it then has one plane, only millimetres, and no outputs to turn off.
+#: Words that the firmware may lack. They are then unnecessary: it has one plane, only mm, and no outputs to turn off.
 _NOTHING_TO_DO = ("G17", "G21", "M5", "M9")
 
 _NO_BUSY = Message("the firmware does not report that it is busy; turn on M113 S2 (HOST_KEEPALIVE_FEATURE)")
@@ -102,7 +102,7 @@ class NotBuiltIn(SendError):
 
 @dataclass(frozen=True)
 class NumberedLine:
-    """A sent line: its number and its text. `is_query` marks a query of this module, which is not part of a program."""
+    """A sent line: its number and its text. `is_query` marks a query by this module."""
 
     number: int
     text: str
@@ -142,13 +142,13 @@ class MarlinConversation(Conversation):
         self._queries: deque[str] = deque()
         #: (time until which an ``ok`` answers no line, number of the requested line).
         self._wanted: tuple[float, int] | None = None
-        #: Number of answers that may still arrive for lines without a number; the error of the unanswered line.
+        #: Number of pending answers to lines without a number; error of the unanswered line.
         self._stray, self._wrong = 0, ""
         self._place: XYZ | None = None
         self._percent = 100
-        #: Whether the machine is held, a status was requested, and the firmware has halted itself.
+        #: Whether the machine is held; whether a status was requested; whether the firmware has halted itself.
         self._held = self._asked = self._killed = False
-        #: Whether the machine may be moving, and whether the board has restarted its position counter.
+        #: Whether the machine may be moving; whether the board has restarted, which loses its position.
         self._moved = self._anew = False
 
     # Receiving.
@@ -262,7 +262,7 @@ class MarlinConversation(Conversation):
     def _repeat_line(self, number: int) -> list[ControllerAnswer]:
         """Record the request to repeat a line.
 
-        It is sent after a pause, because the controller may repeat the request.
+        The line is sent after a pause, because the controller may repeat its request.
         """
         flying, last = self._flying, self._answered_last
         if flying is not None and last is not None and self._next is None and number == last.number == self._number - 1:
@@ -301,7 +301,7 @@ class MarlinConversation(Conversation):
         self._write_line(self._flying)
 
     def _forget(self) -> None:
-        """Restart the bookkeeping: no line is unanswered, and the next number is 1."""
+        """Reset the record of sent lines: no line is unanswered, and the next number is 1."""
         self._flying, self._wanted, self._number, self._times, self._wrong = None, None, 0, 0, ""
         self._answered_last = self._next = None
         self._queries.clear()
@@ -362,7 +362,7 @@ class MarlinConversation(Conversation):
         self.write(b"\n" + _FIRST.data)
 
     def _synchronise(self) -> None:
-        """Wait until no more answers to earlier lines arrive, and restart the line numbers at 1."""
+        """Wait until no more answers to earlier lines arrive, then restart the line numbers at 1."""
         self._forget()
         self._stray = 0
         quiet = self.clock()
@@ -476,7 +476,7 @@ class MarlinConversation(Conversation):
         return False
 
     def stop(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Stop the spindle if the machine has not moved; otherwise stop the motors at once, and then the spindle.
+        """Stop the spindle. If the machine may be moving, first stop the motors at once.
 
         Raise `SendError` if the controller no longer answers.
         """
@@ -498,7 +498,7 @@ class MarlinConversation(Conversation):
         for answer in self.receive(DROPPED_SECONDS / self.patience):
             on_answer(answer)
         self._forget()
-        self._stray = 0  # its answer may have been counted for a line that had none
+        self._stray = 0  # the answer to M410 may have been assigned to another line
         if not any(
             isinstance(answer, Accepted) for answer in self.receive(ANSWER_SECONDS, KNOCK_SECONDS, self._query_board)
         ):

@@ -29,7 +29,7 @@ class Port(Protocol):
     name: str
 
     def read(self, seconds: float) -> bytes:
-        """Return the bytes received, after a wait of up to `seconds` for the first.
+        """Wait up to `seconds` for the first byte, and return all received bytes.
 
         Raise `PortLost` if the port is lost.
         """

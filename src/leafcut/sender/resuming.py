@@ -1,8 +1,8 @@
 """Resume a program at a line after an interruption. The state of the program at that line is restored first.
 
-The tool rises to the program's greatest height and moves above its position, the spindle starts, and the tool
-descends. It descends with a rapid only if the program itself uses a rapid at that height, otherwise at the program's
-feed. The lines to send are read again, and their moves must equal those of the program from that line on.
+The tool rises to the greatest height in the program and moves above its position. The spindle starts, and the tool
+descends. The descent is a rapid only if the program itself uses a rapid at that height; otherwise it has the feed of
+the program. The lines to send are read again, and their moves must equal the moves of the program from that line on.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ def steps_from_resume(
 ) -> tuple[int, Sequence[SentStep], int | None]:
     """Return the resume line, the steps to send, and the tool that must be in the spindle (None if not named).
 
-    Without a hole or line, return line 0 and all steps. Raise `OptionError` if the hole or line does not exist, both
-    are given, or the program cannot be resumed there.
+    Without a hole or line, return line 0 and all steps. Raise `OptionError` if both are given, if the hole or line does
+    not exist, or if the program cannot be resumed there.
     """
     check_place(from_hole, from_line)
     if from_hole is None and from_line is None:
@@ -134,7 +134,7 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
             lines.append(dwell(job.dialect, job.machine.spindle_start_s))
     if len(known):
         lines.append(_descent_line(job, modal, row, z))
-    # The remaining lines are in the modes of the program.
+    # From here on, the lines are in the units and modes of the program.
     lines += _units_and_feed(modal)
     lines.append(f"G{modal.plane} G{91 if modal.incremental else 90}")
     if job.laser:
@@ -170,7 +170,7 @@ def _descent_line(job: SendJob, modal: Modal, row: int, z: float) -> str:
 
 
 def _arrived_by_rapid(path: Toolpath, row: int) -> bool:
-    """Return whether the last move before a row was a rapid up or sideways, which ends clear of material."""
+    """Return whether the last move before a row is a rapid up or sideways, which ends clear of material."""
     moves = np.flatnonzero(path.kind[:row] <= Kind.ARC_CCW)
     if not len(moves):
         return False
@@ -194,7 +194,7 @@ def modes_before(job: SendJob, line: int) -> tuple[int | None, list[SentLine]]:
 
 
 def _units_and_feed(modal: Modal) -> list[str]:
-    """Return the units and the feed as two lines. In one line, the unit of F would be ambiguous."""
+    """Return the units and the feed as two lines, because the unit of F would be ambiguous in a common line."""
     if modal.unit is None:
         return []
     return [f"G{21 if modal.unit == 1.0 else 20}", *[f"F{modal.feed:.10g}"] * bool(modal.feed)]
@@ -239,7 +239,7 @@ def add_motion_mode(rest: list[SentStep], motion: int | None) -> list[SentStep]:
 
 
 def _prove(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: int) -> None:
-    """Read the lines to send; raise `OptionError` if their moves differ from the rest of the program."""
+    """Read the lines to send; raise `OptionError` if their moves differ from the remaining moves of the program."""
     texts = [*lead, *(step.text for step in rest if isinstance(step, SentLine))]
     resumed = job_of("\n".join(texts) + "\n", job.file, job.machine, job.dialect, None, _EVERY)
     original_path, resumed_path = job.program.path, resumed.program.path

@@ -30,7 +30,7 @@ from leafcut.sender.resuming import add_motion_mode, modes_before, resumed, spin
 STATUS_SECONDS = 0.25
 #: Time without any answer after which the connection counts as lost, s.
 SILENCE_SECONDS = 5.0
-#: Time for which an idle machine may leave a line unanswered, s; after it, the answer was lost.
+#: Time after which an idle machine must have answered a line, s. Otherwise the answer was lost.
 OWING_SECONDS = 3.0
 _MAX_ERRORS = 20
 
@@ -57,9 +57,9 @@ _CHANGES = {
 }
 #: Limits of the feed override, percent (gnea/grbl 1.1, config.h).
 _SLOWEST, _FASTEST = 10, 200
-#: GRBL's status while it decelerates to a hold. It ignores a resume until it is at rest.
+#: GRBL's state during the deceleration of a hold. GRBL ignores a resume until the machine is at rest.
 _SLOWING = ("Hold", 1)
-#: Number of statuses to await after a hold; the first may have been sent before the request arrived.
+#: Number of status reports to await after a hold, because the first may have been sent before the hold arrived.
 _HELD_BY = 2
 
 
@@ -70,7 +70,7 @@ class RunView:
     Attributes
     ----------
     line, taken
-        The line in execution, and the last line that the controller has accepted; both counted from 1.
+        The line in execution, and the last line that the controller has accepted, both from 1.
     hole
         Number of the current hole; 0 before the first.
     place
@@ -103,7 +103,7 @@ class RunResult:
     taken, sent, line
         Last accepted line, last sent line, and line in execution.
     hole
-        The hole being drilled or the next hole; None if there is none.
+        The current hole, or else the next hole; None if there is none.
     state
         State of the machine in words; assumed if the connection is lost.
     homed
@@ -113,9 +113,9 @@ class RunResult:
     errors
         Result of a check: (line, error).
     lost
-        Whether the machine can no longer be reached, so that `state` is assumed.
+        Whether the connection is lost, so that `state` is assumed.
     sure
-        False if the machine did not report its position; it was then in `line` or in a later line.
+        Whether `line` is certain. If the machine did not report its position, it was in `line` or a later line.
     """
 
     complete: bool
@@ -166,9 +166,9 @@ class _StopRequested(Exception):
 class SendRun:
     """A run of a program on a controller.
 
-    `prompt` asks the operator at a pause; it is None if nobody can be asked. `observe` is called at every status.
-    With `check`, nothing moves and errors are collected. With `by_hole`, a `Pause` precedes every hole. A prompt
-    that has moved the machine sets `touched`; the program then returns to its position.
+    `prompt` asks the operator at a pause; it is None if there is no operator to ask. `observe` is called at every
+    status. With `check`, nothing moves, and errors are collected. With `by_hole`, a `Pause` precedes every hole. If a
+    prompt moves the machine, it sets `touched`, so that the run moves the tool back before it continues.
     """
 
     talk: Conversation
@@ -240,9 +240,9 @@ class SendRun:
             return self._stop_and_report(str(problem), at_once=isinstance(problem, _AlarmStop))
 
     def _skip_first_tool(self) -> None:
-        """Assume that the first tool is mounted; raise `OptionError` if the program has another pause.
+        """For a run without an operator, assume that the first tool is mounted.
 
-        This is for runs in which nobody can be asked.
+        Raise `OptionError` if the program has another pause.
         """
         fed = self.path.line[(self.path.kind >= Kind.FEED) & (self.path.kind <= Kind.ARC_CCW)]
         cut = int(fed[0]) if len(fed) else self._first
@@ -407,7 +407,7 @@ class SendRun:
         return max(self._passed, self._history[0] if len(self._history) == self.talk.max_ahead else self._first)
 
     def _settle_line(self) -> None:
-        """If the position is unknown, set the earliest possible line, so that resuming skips no line."""
+        """If the position is unknown, assume the earliest possible line, so that resuming skips no line."""
         if not self._sure:
             self.line = min(self._earliest_line, max(self.taken, self._first))
 
@@ -435,8 +435,8 @@ class SendRun:
     def _pause(self, pause: Pause) -> None:
         """Ask the operator, then continue.
 
-        Changes that the operator has made are undone first, except zeros. A tool change stops the spindle; it is
-        restarted if it is on in the program.
+        Before that, all changes by the operator are undone except new zeros. A tool change stops the spindle; the
+        spindle is restarted if it is on in the program.
         """
         assert self.prompt is not None
         if pause.change and not self.job.laser:
@@ -559,9 +559,7 @@ class SendRun:
         )
 
     def _result_of_lost_machine(self, reason: str) -> RunResult:
-        """Return the result for a machine that cannot be reached: it executes the lines in its buffer, then comes to
-        rest.
-        """
+        """Return the result for an unreachable machine, which executes its buffered lines and then comes to rest."""
         self._settle_line()
         last = self.talk.status
         state = (

@@ -27,7 +27,7 @@ OWN, BUILT_IN = "mine:", ("example:", "random:")
 LARGEST_UPLOAD = 64 * 1024 * 1024
 #: Maximum length of a file name, bytes; file systems allow 255.
 _LONGEST_NAME = 160
-#: Age after which unused uploads are deleted, s. Browsers may still have pages with younger ones.
+#: Age after which unused uploads are deleted, s. Pages that are still open may need younger uploads.
 _UNUSED_SECONDS = 14 * 24 * 3600.0
 _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\.|\Z)")
 
@@ -92,7 +92,7 @@ class Folder:
         return files[0]
 
     def source(self, word: str) -> str:
-        """Return the source for an input that a page names: the path of an upload, or a built-in source."""
+        """Return the source of a page's input: the path of an upload, or the name of a built-in source."""
         return word if word.startswith(BUILT_IN) else str(self.input_path(word))
 
     def drop_inputs(self, ids: Iterable[str]) -> None:
@@ -146,7 +146,7 @@ class Folder:
         return self.own_path(kind, name).with_suffix(".draft")
 
     def without_paths(self, line: str) -> str:
-        """Return a message with file names as the user knows them, without the folder names of the studio."""
+        """Return a message with the user's file names instead of paths in the studio's folder."""
         folder = re.escape(str(self.root) + os.sep)
         inner = r"(inputs[/\\][A-Za-z0-9_-]{16}[/\\]|machines[/\\]|tools[/\\])?"
         return map_text(line, lambda text: re.sub(folder + inner, "", text))

@@ -1,8 +1,8 @@
 """Access to the studio: single-use addresses, a token for programs, and cookies that expire.
 
-Every user of this computer can read the command lines of its processes, including the address that is passed to the
-browser. Therefore the browser opens a file that only its owner can read, which redirects to the address (as Jupyter
-does), and each address works only once.
+Every user of this computer can read the command lines of all processes, including the address that is passed to a
+browser. Therefore the browser opens a file that only its owner can read. This file redirects to the address, as in
+Jupyter. Each address works only once.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class StudioKeys:
 
 
 def kept_secret(root: Path) -> bytes:
-    """Return the secret of a studio's folder; create it if necessary. Raise `OutputError` if it cannot be saved."""
+    """Return the secret of a studio's folder. Create it if necessary; raise `OutputError` if it cannot be saved."""
     file = root / "key"
     try:
         if not file.is_file() or file.stat().st_size != 32:
@@ -82,7 +82,7 @@ def kept_secret(root: Path) -> bytes:
 
 
 def write_private(file: Path, data: bytes) -> None:
-    """Write a file that only its owner can read, at any time."""
+    """Write a file that only its owner can read, even during writing."""
     with suppress(FileNotFoundError):
         file.unlink()
     number = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)

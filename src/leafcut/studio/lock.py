@@ -1,4 +1,7 @@
-"""Lock of the studio's folder. A second studio would mark running jobs as interrupted and delete their files."""
+"""Lock of the studio's folder.
+
+Without it, a second studio in the same folder would mark running jobs as interrupted and delete their files.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +18,9 @@ from leafcut.message import Message
 def lock_folder(root: Path, address: str) -> Iterator[None]:
     """Lock a folder during the context; create the folder if necessary.
 
-    The operating system releases the lock, however the process ends. A second studio shows `address`, the address of
-    this studio. Raise `OutputError` if another studio holds the lock, or the folder cannot be written.
+    The operating system releases the lock even if the process is killed. `address` is the address of this studio, for
+    the message of a second studio. Raise `OutputError` if another studio holds the lock, or the folder cannot be
+    written.
     """
     with closing(_locked(root, address)):
         yield

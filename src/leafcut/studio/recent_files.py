@@ -40,11 +40,11 @@ class RecentFiles:
         return [recent for recent in self._read() if self._path(recent.source) is not None]
 
     def add(self, source: str, name: str) -> None:
-        """Add an opened file. It replaces an entry with the same name and content."""
+        """Add an opened file. An entry with the same name and content is replaced."""
         with self._lock:
             kept = [recent for recent in self.newest() if not self._is_same(recent, source, name)]
             rows = [RecentFile(source, name, time.time()), *kept][:MAX_RECENT]
-            with suppress(LeafcutError):  # the list is only a convenience
+            with suppress(LeafcutError):  # opening a file must not fail because of this list
                 write_whole(self._file, json.dumps([asdict(recent) for recent in rows]))
 
     def clear(self) -> None:

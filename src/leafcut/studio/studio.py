@@ -16,12 +16,12 @@ from leafcut.studio.keys import StudioKeys, kept_secret
 from leafcut.studio.recent_files import RecentFiles
 
 HOST, PORT = "127.0.0.1", 8173
-#: Policy for a static document, such as a report: no scripts, no loading.
+#: Content security policy for a static document, such as a report: no scripts, no external files.
 STILL_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox; frame-ancestors 'none'"
 
 
 class Room(Protocol):
-    """A view with a package of its own, which is loaded when the view is first shown.
+    """A view in its own package. The package is loaded when the view is first shown.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Room(Protocol):
         """Create its view for a `Page` in the current container; return it as a `RoomView`."""
 
     def add_bar(self, page: Any) -> Callable[[], None]:
-        """Add what every page shows; return the function that updates it."""
+        """Add the elements of this room that every page shows; return the function that updates them."""
 
     def close(self) -> None:
         """Stop its activities."""
@@ -60,9 +60,9 @@ class Studio:
     keys: StudioKeys
     port: int
     recent: RecentFiles
-    #: Name → view with a package of its own, in the order in which they are closed.
+    #: Name → room. The rooms are closed in this order.
     rooms: dict[str, Room] = field(default_factory=dict)
-    #: The pages (`page.pages.Page`) by the names of their choices in a browser's history.
+    #: The pages (`page.pages.Page`) by the names of their steps in the browser's history.
     open_pages: WeakValueDictionary[str, Any] = field(default_factory=WeakValueDictionary)
 
     def close(self) -> None:
@@ -88,7 +88,7 @@ class Studio:
 
 
 def open_studio(root: Path, port: int = PORT, workers: StudioWorkers | None = None) -> Studio:
-    """Open the studio's folder and its history. Jobs that the last shutdown interrupted are marked.
+    """Open the studio's folder and its history, and mark unfinished jobs as interrupted.
 
     `workers` replaces the studio's own processes. Raise `OutputError` if the folder or the history cannot be
     written.

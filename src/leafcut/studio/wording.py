@@ -20,7 +20,7 @@ _FLAG = re.compile(r"(?<![\w-])--(?:process\b(?: (?P<process>[a-z]+))?|(?P<flag>
 
 
 class Words:
-    """The texts of a language: ``words("run.begin")``, ``words("open.large", mib=64)``."""
+    """The texts in a language: ``words("run.begin")``, ``words("open.large", mib=64)``."""
 
     def __init__(
         self,
@@ -58,11 +58,11 @@ class Words:
         return self.named("option", name)
 
     def help(self, name: str, english: str, work: str = "") -> str:
-        """Return the help text of an option; `work` may have a text of its own."""
+        """Return the help text of an option. A kind of work may have its own text for the option."""
         return self.translation(f"{work}_help", name, self.translation("help", name, english))
 
     def default(self, name: str, english: str, work: str = "") -> str:
-        """Return the description of an option's default; `work` may have a text of its own."""
+        """Return the description of an option's default. A kind of work may have its own description."""
         return self.translation(f"{work}_default", name, self.translation("default", name, english))
 
     def translation(self, kind: str, name: str, english: str) -> str:
@@ -74,9 +74,9 @@ class Words:
         return _FLAG.sub(self._field, self.translate(line))
 
     def translate(self, text: str) -> str:
-        """Return a message in this language; its values are translated if they are messages.
+        """Return a message in this language, including values that are messages themselves.
 
-        Any other text, such as the name of a file or an answer of a controller, is unchanged.
+        Any other text, such as a file name or an answer from a controller, is returned unchanged.
         """
         if not isinstance(text, Message):
             return text
@@ -84,7 +84,7 @@ class Words:
         return template.format(*(self.translate(value) for value in text.values))
 
     def language_of(self, line: str) -> str:
-        """Return the language of the result of `plain`. A line without a translation remains English."""
+        """Return the language in which `plain` returns a line: "en" if the line has no translation."""
         known = self.language == "en" or self.translate(line) != line
         return self.language if known else "en"
 
@@ -103,7 +103,7 @@ class Words:
         return f"“{self.option(stem)}” {self('form.off')}" if stem in known else match[0]
 
     def issue(self, code: str) -> str:
-        """Return the meaning of an issue code; "" in English, where the message gives the meaning."""
+        """Return the meaning of an issue code; "" in English, because the message itself explains the issue."""
         meaning = self.translated.get(f"issue.{code}", "")
         return meaning[:1].upper() + meaning[1:]
 
@@ -146,7 +146,7 @@ def _flat(prefix: str, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def preferred_language(accepted: str) -> str:
-    """Return the first language in a browser's ``Accept-Language`` that the studio has."""
+    """Return the first language in a browser's ``Accept-Language`` header that the studio supports."""
     for part in accepted.split(","):
         tag = part.partition(";")[0].strip().lower().partition("-")[0]
         if tag in LANGUAGES:

@@ -16,9 +16,7 @@ from leafcut.order.workers import thread_count, thread_pool
 
 
 def check_ants(algorithm: str, aco: AcoOptions, _: FireflyOptions, choices: bool) -> None:
-    """Raise SolveError if the options request a kind of parallel ants that the algorithm, the problem or the machine
-    does not support.
-    """
+    """Raise SolveError if the algorithm, the problem or the machine does not support the requested parallel ants."""
     if aco.parallel == "processes" and algorithm == "acs":
         raise SolveError(
             "--parallel processes: the ants of acs update the shared pheromone in turn; use --parallel exchange or "

@@ -1,4 +1,4 @@
-"""Ant algorithms in the search loop: ants construct tours of points, or orders of clusters, and deposit pheromone."""
+"""Ant algorithms as populations: ants construct tours of points, or orders of clusters, and deposit pheromone."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def move_set(instance: AnyInstance, local_search: bool, workers: int = 1) -> Mov
 
 
 def initial_trails(moves: MoveSet, parameters: AntParameters, c_nn: float, seed: int) -> Trails:
-    """Return the pheromone trails with which an algorithm starts."""
+    """Return the initial pheromone trails of an algorithm."""
     trails = TRAILS[parameters.algorithm](moves.lists, parameters, c_nn, moves.one_way, seed=seed)
     moves.fill_nearness(trails)
     trails.update_weights()
@@ -77,9 +77,7 @@ class Ants(AntColony):
         self.seed, self.stop, self.executor, self.workers = seed, stop, executor, workers
 
     def construct(self, iteration: int) -> Tours:
-        """Return the tours of the ants, int32[m, n], and their costs, float64[m]. The cost of a tour that was not
-        finished in time is infinite.
-        """
+        """Return the tours of the ants, int32[m, n], and their costs, float64[m], infinite for unfinished tours."""
         words = self._random_states(iteration)
         built = self._construct_all(words)
         on_all_workers(self.executor, self.workers, lambda w: self._run_ants(w, words, built, self.workers))
@@ -96,14 +94,16 @@ class Ants(AntColony):
         return random_words(self.seed, iteration, count=len(self.costs))
 
     def _construct_all(self, words: NDArray[np.uint64]) -> int | None:
-        """Return the number of tours constructed before the workers start, or None if each worker constructs its own
-        tours.
+        """Construct tours before the workers start, if necessary.
+
+        Return their number, or None if each worker constructs its own tours.
         """
         return self._construct_in_turn(words, 0, 1)
 
     def _construct_in_turn(self, words: NDArray[np.uint64], first: int, step: int) -> int | None:
-        """If ants change the pheromone while they move, construct every `step`-th tour in turn. Return the index of the
-        first ant for which there was no time.
+        """If ants change the pheromone while they move, construct every `step`-th tour in turn.
+
+        Return the index of the first ant for which there was no time.
         """
         if not self.trails.parameters.local_rate:
             return None
@@ -114,9 +114,7 @@ class Ants(AntColony):
         return len(self.tours)
 
     def _run_ants(self, worker: int, words: NDArray[np.uint64], built: int | None, step: int) -> None:
-        """Construct and improve the tour of every `step`-th ant. If `built` is set, only improve the first `built`
-        tours.
-        """
+        """Construct and improve the tour of every `step`-th ant; if `built` is set, only improve the first `built`."""
         began, ants, mine = clock(), 0, worker % self.workers
         for ant in range(worker, len(self.costs) if built is None else built, step):
             if ant >= step and self.stop.now():

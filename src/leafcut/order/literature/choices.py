@@ -1,5 +1,6 @@
-"""The move set *choices*: ants construct orders of clusters within the precedence, and dynamic programming chooses
-their nodes. With local search, the exchanges of `order.path_search` improve the path.
+"""The move set *choices*: ants construct orders of clusters that respect the precedence.
+
+Dynamic programming chooses the nodes. With local search, the exchanges of `order.path_search` improve the path.
 """
 
 from __future__ import annotations
@@ -44,8 +45,9 @@ class Choices:
         self.breadth = np.array(BREADTH, dtype=np.int64)
 
     def nearest_neighbour(self) -> tuple[Ints, float]:
-        """Return the order, int32[m], that always continues with the cheapest cluster whose predecessors have been
-        visited, and its length.
+        """Return the nearest-neighbour order, int32[m], and its length.
+
+        It always continues with the cheapest cluster, among those with all predecessors visited.
         """
         order = (greedy_path(self.instance) if self.greedy is None else self.greedy).node.copy()
         return order, self.length(order)
@@ -99,6 +101,7 @@ class Choices:
 
     def finish(self, order: Ints, stop: Stop) -> float:
         """Choose the nodes of an order, int32[m], improve the order and the nodes if requested, and return the length.
+
         Changes: order.
         """
         length = self.length(order)
@@ -114,16 +117,12 @@ class Choices:
         return self.length(order)
 
     def result(self, order: Ints) -> Ints:
-        """Return the problem's nodes, int32[clusters], of the shortest path with a given order of clusters,
-        int32[m].
-        """
+        """Return the problem's nodes, int32[clusters], on the shortest path with this order of clusters, int32[m]."""
         self.length(order)
         return self.nodes()
 
     def parts(self, trails: Trails, best: Best) -> dict[str, Any]:
-        """Return the pheromone and the last step for observers. The step contains no example of a move, because moves
-        have a direction.
-        """
+        """Return the pheromone and the last step for observers. Moves are directed, so the step has no example move."""
         problem = self.instance.problem
         m = problem.n_clusters
         owner = np.arange(m, dtype=np.int32)

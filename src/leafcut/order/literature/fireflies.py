@@ -6,22 +6,26 @@ nodes with A different edges have the distance r = 10·A/h. The attractiveness o
 decreases with the distance. A firefly moves towards the most attractive of the shorter tours, by inversions of runs of
 2 to A nodes at random positions. The firefly with the shortest tour moves at random.
 
-The sources leave some points open, which are decided as follows.
+The sources leave some points open. This module decides them as follows.
 
-- β is the number of inversions of a flight; an iteration has one flight per node (`FLIGHTS`).
+- β is the number of inversions of a flight. An iteration has one flight per node (`FLIGHTS`).
 - Long inversions have 2 to A nodes. Short inversions have at most a given share of all nodes, or 50 nodes with repair.
   The search switches from long to short after a given share of the iterations or of the time limit: coarse first, then
   fine.
 
-Differs: inversions are applied sequentially, and each is kept unless it lengthens the tour. The published algorithm
-makes all inversions of the same tour and keeps the n shortest results (`published_fireflies`). All fireflies see the
-swarm as it was at the start of the iteration, so they can move in parallel threads. With local search, a move consists
-of two nearby inversions, repaired by sequential exchanges (`kernels.lin_kernighan`) at their nodes; the exchanges would
-undo a single inversion. For orders of clusters, the distance counts directed steps, runs fixed by precedence are not
-inverted, and an iteration is one flight per firefly, because all nodes are chosen again after each inversion. Copying
-edges of the brighter tour instead (G. K. Jati, R. Manurung and Suyanto, Discrete firefly algorithm for traveling
-salesman problem: a new movement scheme, in: Swarm Intelligence and Bio-Inspired Computation, Elsevier 2013, 295–312)
-was no better on grids of 344 to 849 points.
+Differs:
+
+- Inversions are applied one after the other, and each is kept unless it lengthens the tour. The published algorithm
+  applies all inversions to the same tour and keeps the n shortest results (`published_fireflies`).
+- All fireflies see the swarm as it was at the start of the iteration, so they can move in parallel threads.
+- With local search, a move consists of two nearby inversions, repaired by sequential exchanges
+  (`kernels.lin_kernighan`) at their nodes. The exchanges would undo a single inversion.
+- For orders of clusters, the distance counts directed steps, and runs fixed by precedence are not inverted. An
+  iteration is one flight per firefly, because all nodes are chosen again after each inversion.
+
+Copying edges of the brighter tour instead (G. K. Jati, R. Manurung and Suyanto, Discrete firefly algorithm for
+traveling salesman problem: a new movement scheme, in: Swarm Intelligence and Bio-Inspired Computation, Elsevier 2013,
+295–312) was no better on grids of 344 to 849 points.
 """
 
 from __future__ import annotations
@@ -51,7 +55,7 @@ from leafcut.order.search import AlgorithmRun, Best, SearchResult, Tours, search
 from leafcut.order.stop import Stop
 from leafcut.order.workers import on_all_workers, thread_count, thread_pool
 
-#: Flights per iteration and node, without and with repair. A repaired move does the work of about a hundred others.
+#: Flights per iteration and node, without and with repair. A repaired move replaces about a hundred simple moves.
 FLIGHTS, FLIGHTS_MENDED = 1.0, 0.05
 
 #: Budget of each preset: inversions, and repaired moves.
@@ -60,12 +64,12 @@ PRESETS = {"fast": (2e7, 2e4), "default": (4e8, 2e5), "thorough": (1e10, 1e7)}
 #: Maximum number of inversions, and of repaired moves, between two checks of the clock: about 10 ms.
 MOVES_PER_LOOK, MENDED_PER_LOOK = 500_000, 500
 
-#: Maximum number of nodes without local search: the costs between all nodes then take 0.1 GB.
+#: Maximum number of nodes without local search. The costs between all nodes then take 0.1 GB.
 MOST_NODES = 5000
 
 
 class PlaceFireflies(Swarm):
-    """Fireflies that are closed tours of points. The number of threads does not change a flight."""
+    """Fireflies that are closed tours of points. The number of threads does not change their moves."""
 
     def __init__(
         self,
@@ -167,8 +171,9 @@ def all_costs(instance: Instance) -> NDArray[np.float32]:
 
 
 class ChoiceFireflies(Swarm):
-    """Fireflies that are orders of clusters. Each firefly moves towards the most attractive shorter order; the firefly
-    with the shortest order moves at random.
+    """Fireflies that are orders of clusters.
+
+    Each firefly moves towards the most attractive shorter order. The firefly with the shortest order moves at random.
     """
 
     def __init__(self, instance: DirectedInstance, flight: Flight, options: SolveOptions, stop: Stop) -> None:
@@ -218,7 +223,7 @@ class ChoiceFireflies(Swarm):
         return max(1, round(attraction))
 
     def _fly(self, f: int, words: NDArray[np.uint64]) -> None:
-        """Make the moves of one flight. A move is kept unless it makes the order longer."""
+        """Make the moves of a flight. A move is kept unless it makes the order longer."""
         if self.size < 4:
             return
         moves, longest = self.moves_to_target(f)

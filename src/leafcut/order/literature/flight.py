@@ -1,4 +1,4 @@
-"""Parameters of the firefly algorithm, and the base class of its variants. `fireflies` names the sources."""
+"""Parameters of the firefly algorithm, and the base class of its variants. The sources are in `fireflies`."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from leafcut.order.search import Best, Population
 from leafcut.order.stop import Stop
 from leafcut.order.workers import WorkerLog
 
-#: Number of fireflies and β0 by the value of `--variant`; 11 and 20 are published for simple pockets, 10 and 15 for
-#: complex ones.
+#: Value of `--variant` → number of fireflies, and β0. Published values: 11 and 20 for simple pockets, 10 and 15 for
+#: complex pockets.
 MODES = {"leafcut": (11, 20.0), "published": (11, 20.0), "published-complex": (10, 15.0)}
 
-#: Share of the search after which the inversions of leafcut's variant are short.
+#: In leafcut's variant, inversions are short after this share of the search.
 SWITCH = 0.27
 
 #: Iterations without a shorter tour after which the published system ends.
@@ -36,9 +36,10 @@ SHORT_SHARE, SHORT_MENDED = 0.25, 50
 
 @dataclass(frozen=True)
 class Flight:
-    """Options of the firefly algorithm, with the defaults of its variant. `at_random` selects the published algorithm,
-    which starts from random tours; `complex`, `darker_moves` and `short_by_distance` are its rules
-    (`published_fireflies`).
+    """Options of the firefly algorithm, with the defaults of the selected variant.
+
+    `at_random` selects the published algorithm, which starts from random tours. `complex`, `darker_moves` and
+    `short_by_distance` are rules of the published algorithm (`published_fireflies`).
     """
 
     fireflies: int
@@ -52,8 +53,9 @@ class Flight:
 
     @classmethod
     def of(cls, options: FireflyOptions, limited: bool) -> Flight:
-        """Return the parameters for the given options. A search that is `limited` in time or iterations does not end
-        early for lack of improvement.
+        """Return the parameters for the given options.
+
+        A search that is `limited` in time or iterations does not end early if it finds no improvement.
         """
         count, attractiveness = MODES[options.variant]
         moving, short_limit = options.reading.split("-")
@@ -75,15 +77,16 @@ class Flight:
 
     def target(self, lengths: NDArray[np.float64], f: int, apart: dict[int, int], h: int) -> int:
         """Return the index of the most attractive brighter firefly; brightness is 1 / length."""
-        # Costs from a table may be negative; then all fireflies are equally bright.
+        # Costs from a table may be negative. Then all fireflies are equally bright.
         floor = max(float(lengths[f]), 1e-300)
         return max(apart, key=lambda j: self.attraction(apart[j], h) * floor / max(float(lengths[j]), 1e-300))
 
     def aim(
         self, lengths: NDArray[np.float64], f: int, apart: Callable[[int], int], h: int, done: float, mended: bool
     ) -> tuple[float, int]:
-        """Return the attractiveness of a firefly's target, and the maximum number of nodes in an inversion. `apart`
-        returns the number of edges that differ from those of another firefly.
+        """Return the attractiveness of a firefly's target, and the maximum number of nodes in an inversion.
+
+        `apart` returns the number of edges by which the firefly differs from another firefly.
         """
         short = SHORT_MENDED if mended else math.ceil(SHORT_SHARE * h)
         seen = {j: apart(j) for j in np.flatnonzero(lengths < lengths[f]).tolist()}
@@ -130,9 +133,7 @@ class Swarm(Population):
         raise NotImplementedError
 
     def moves_to_target(self, f: int) -> tuple[int, int]:
-        """Return the number of moves of a firefly towards its target, and the maximum number of nodes in an
-        inversion.
-        """
+        """Return the number of moves of a firefly to its target, and the maximum number of nodes in an inversion."""
         attraction, longest = self.flight.aim(
             self.lengths, f, lambda j: self.apart(f, j), self.size, self.done, self.mended
         )

@@ -1,6 +1,8 @@
-"""Tour construction on a GPU, one ant per thread, from the source code of the CPU kernel
-`kernels.construct.construct_tour`. An ant draws the same random numbers as on the CPU, but fused multiply-add may
-change the last digit. The same seed gives the same result on the same GPU.
+"""Tour construction on a GPU, with one thread per ant.
+
+The GPU code is compiled from the source of the CPU kernel `kernels.construct.construct_tour`. Ants use the same random
+numbers as on the CPU, but fused multiply-add may change the last digit of a result. The same seed gives the same result
+on the same GPU.
 """
 
 from __future__ import annotations
@@ -23,10 +25,10 @@ from leafcut.order.literature.pheromone import Trails
 from leafcut.order.literature.places import Places
 from leafcut.order.stop import Stop
 
-#: Placeholder for `numba.cuda` in the source of the kernel; the module is loaded only when a GPU is used.
+#: Placeholder for `numba.cuda` in the source of the kernel. The module is loaded only when a GPU is used.
 cuda: Any = None
 
-#: Threads per block. Ants diverge at every step, so larger blocks would wait for their slowest thread.
+#: Number of threads per block. Ants diverge at every step, so a larger block would wait for its slowest thread.
 _BLOCK = 32
 #: Maximum share of the free GPU memory for one batch of ants.
 _OF_FREE_MEMORY = 0.5
@@ -47,8 +49,9 @@ def check_gpu() -> None:
 
 
 class GpuAnts(Ants):
-    """Ants whose tours are constructed on a GPU. Threads on the CPU do the local search and compute the costs. Raises
-    SolveError with the first line of an error of the GPU.
+    """Ants that construct tours on a GPU. Threads on the CPU do the local search and compute the costs.
+
+    Raises SolveError with the first line of an error from the GPU.
     """
 
     def __init__(
@@ -77,7 +80,7 @@ class _Builder:
         self.tree = _copied_to_gpu(instance.tree)
         self.weights = there.to_device(trails.weights)
         candidates, nearness = there.to_device(instance.candidates), there.to_device(trails.nearness)
-        # Only Ant Colony System, which does not run on a GPU, needs the pheromone for its decay.
+        # The weights also stand for the pheromone: only Ant Colony System, which does not run on a GPU, uses it.
         self.edges = WeightedEdges(candidates, self.weights, nearness, self.weights)
         self.unvisited = [there.device_array((self.share, len(array)), array.dtype) for array in buffers]
         self.made = there.device_array((self.share, n), tours.dtype)
@@ -153,7 +156,7 @@ def for_gpu(function: Any) -> Any:
 
 
 def _bound_to_gpu_kernels(function: Any, more: dict[str, Any]) -> Any:
-    """Return a copy of a function whose global names refer to GPU versions of the kernels."""
+    """Return a copy of a function in which the names of kernels refer to their GPU versions."""
     source = getattr(function, "py_func", function)
     names = {**source.__globals__, **more}
     for name in source.__code__.co_names:
@@ -169,9 +172,7 @@ def _copied_to_gpu(arrays: Any) -> Any:
 
 
 def _run_on_gpu(work: Any) -> Any:
-    """Run a function on the GPU. Convert an exception of the driver to a `SolveError` with the first line of its
-    message.
-    """
+    """Run a function on the GPU. Convert an exception of the driver to a `SolveError` with its first line."""
     try:
         return work()
     except (ImportError, MemoryError, RuntimeError, OSError) as problem:

@@ -25,8 +25,8 @@ from leafcut.order.search import Best
 class Recommended:
     """Recommended number of ants (0: one per node) and evaporation rate ρ, without and with local search.
 
-    The values without local search are from box 3.1 of M. Dorigo and T. Stützle, Ant Colony Optimization (2004). With
-    local search, fewer ants are used, as in section 3.7 of that book and in ACOTSP, the authors' program.
+    The values without local search are from box 3.1 of the book. With local search, fewer ants are used, as in section
+    3.7 of the book and in ACOTSP.
     """
 
     ants: int
@@ -46,7 +46,7 @@ RECOMMENDED = {
 #: Number of ranks that deposit (w of ASrank) and local evaporation rate (ξ of ACS), from the book.
 RANKS, LOCAL_RATE = 6, 0.1
 
-#: Maximum number of ants if there is one per node: the rule is meant for hundreds of nodes.
+#: Maximum number of ants if the rule is one per node, which is meant for hundreds of nodes.
 MOST_ANTS = 1000
 
 #: λ of the branching factor.
@@ -71,7 +71,7 @@ Deposit = tuple[Ints, float]
 
 @dataclass(frozen=True)
 class AntParameters:
-    """Options of an ant algorithm; the recommended values for an instance are the defaults."""
+    """Options of an ant algorithm. The defaults are the recommended values for an instance."""
 
     algorithm: str
     ants: int
@@ -118,18 +118,19 @@ class Trails:
     def __init__(
         self, lists: Ints, parameters: AntParameters, c_nn: float, one_way: bool = False, *, seed: int = 1
     ) -> None:
-        """Create trails with equal pheromone, or with random pheromone (`seed`). `c_nn` is the cost C_nn of the
-        nearest-neighbour tour.
+        """Create trails with equal pheromone, or with random pheromone (`seed`).
+
+        `c_nn` is the cost C_nn of the nearest-neighbour tour.
         """
         self.lists, self.parameters, self.c_nn, self.one_way = lists, parameters, c_nn, one_way
         self.initial = self._initial_pheromone()
         self.highest, self.lowest = math.inf, 0.0
         self.pheromone = np.full(lists.shape, self.initial)
         if parameters.initial == RANDOM_TRAILS:
-            # From 0 to twice the mean, the level to which trails of Ant Colony System decay.
+            # Random values from 0 to 2 τ0. Their mean τ0 is the level to which trails of Ant Colony System decay.
             self.pheromone *= 2.0 * _random_pheromone(lists, one_way, seed)
         self.nearness, self.weights = np.zeros(lists.shape), np.zeros(lists.shape)
-        # A thousandth of the mean edge: the attraction between nodes at the same position is finite.
+        # A thousandth of the mean edge, so that the attraction between nodes at the same position is finite.
         self.offset = max(1e-12, 1e-3 * c_nn / len(lists))
         self.depositor, self.iteration_best = "", math.inf
         self.changes: list[Deposit] | None = None
@@ -143,7 +144,7 @@ class Trails:
         raise NotImplementedError
 
     def algorithm_parameters(self) -> dict[str, float]:
-        """Return the parameters that only this algorithm has, for observers."""
+        """Return the parameters that only this algorithm has, for display."""
         return {}
 
     def reinforce(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
@@ -153,7 +154,7 @@ class Trails:
         self.update_weights()
 
     def update_weights(self) -> None:
-        """Update the weights from which ants choose their next node."""
+        """Update the weights by which ants choose their next node."""
         trails.fill_weights(self.pheromone, self.nearness, self.parameters.alpha, self.weights)
 
     def evaporate(self) -> None:
@@ -167,7 +168,7 @@ class Trails:
         self._add(tour, amount)
 
     def add_deposits(self, changes: list[Deposit]) -> None:
-        """Add the deposits of other colonies. Each colony evaporates its pheromone by itself."""
+        """Add the deposits of other colonies. Each colony evaporates its own pheromone."""
         for tour, amount in changes:
             self._add(tour, amount)
         self.update_weights()
@@ -190,9 +191,7 @@ class Trails:
         return float(trails.branching_factor(self.lists, self.pheromone, BRANCHING_SHARE))
 
     def step(self, best: Best, here: int = 0, choices: tuple[NextPlace, ...] = ()) -> SearchStep:
-        """Return the variables of the last iteration, and an example of a choice: a node and its possible next
-        nodes.
-        """
+        """Return the variables of the last iteration, and an example choice: a node and its possible next nodes."""
         p = self.parameters
         values = {
             "alpha": p.alpha, "beta": p.beta, "rho": p.rate, "m": p.ants, "tau_0": self.initial,
@@ -204,8 +203,9 @@ class Trails:
 
 
 def _random_pheromone(lists: Ints, one_way: bool, seed: int) -> NDArray[np.float64]:
-    """Return a random number from 0 to 1 for each edge of the candidate lists, int32[n, k]. Both entries of an edge
-    have the same number.
+    """Return a random number from 0 to 1 for each edge of the candidate lists, int32[n, k].
+
+    Both entries of an edge have the same number.
     """
     n = len(lists)
     here, there = np.broadcast_to(np.arange(n, dtype=np.int64)[:, None], lists.shape), lists.astype(np.int64)
@@ -248,9 +248,7 @@ class ElitistAntSystem(AntSystem):
 
 
 class RankBasedAntSystem(Trails):
-    """Rank-based Ant System: the w - 1 best ants deposit by rank, and the best-so-far tour deposits with weight w
-    (equation 3.6).
-    """
+    """Rank-based Ant System (equation 3.6): the w - 1 best ants deposit by rank, the best-so-far tour with weight w."""
 
     def usual_pheromone(self) -> float:
         """Return the initial pheromone, w(w - 1) / 2 / (ρ C_nn)."""
@@ -272,8 +270,9 @@ class RankBasedAntSystem(Trails):
 
 
 class MaxMinAntSystem(Trails):
-    """MAX–MIN Ant System (section 3.3.4): one ant deposits, pheromone stays within trail limits, and trails are reset
-    when the search has converged.
+    """MAX–MIN Ant System (section 3.3.4).
+
+    Only one ant deposits, pheromone stays within trail limits, and trails are reset when the search has converged.
     """
 
     restarted_at = 0
@@ -289,7 +288,7 @@ class MaxMinAntSystem(Trails):
         self.lowest = self.highest * trail_limit_ratio(p, *self.lists.shape)
         since = iteration - self.restarted_at
         stuck = since >= RESTART_AFTER and iteration - best.iteration >= RESTART_AFTER
-        # An edge in both lists counts at both nodes: converged trails keep two edges per node.
+        # An edge in the lists of both nodes counts twice, so converged trails have two edges per node.
         if stuck and iteration % 100 == 0 and self.branching() <= 2.0 * CONVERGED_BRANCHING:
             self.pheromone[:] = self.highest
             self.restarted_at, self.depositor = iteration, "restart"
@@ -308,9 +307,7 @@ class MaxMinAntSystem(Trails):
 
 
 def trail_limit_ratio(p: AntParameters, n: int, k: int) -> float:
-    """Return the ratio τ_min / τ_max: 1/(2n) with local search (ACOTSP), otherwise the value that follows from p_best
-    (equation 3.9).
-    """
+    """Return the ratio τ_min / τ_max: 1/(2n) with local search (ACOTSP), otherwise computed from p_best (eq. 3.9)."""
     if p.local_search:
         return float(1.0 / (2.0 * n))
     root = float(BEST_PROBABILITY ** (1.0 / n))
@@ -318,9 +315,7 @@ def trail_limit_ratio(p: AntParameters, n: int, k: int) -> float:
 
 
 def deposit_interval(since_restart: int, local_search: bool) -> int:
-    """Return the interval, in iterations, at which the best-so-far tour deposits instead of the best tour of the
-    iteration.
-    """
+    """Return the interval, in iterations, at which the best-so-far tour deposits instead of the iteration-best tour."""
     if not local_search or since_restart < 25:
         return 25
     for limit, every in ((75, 5), (125, 3), (250, 2)):
@@ -330,8 +325,9 @@ def deposit_interval(since_restart: int, local_search: bool) -> int:
 
 
 class AntColonySystem(Trails):
-    """Ant Colony System: evaporation and deposit affect only the edges of the best-so-far tour (equation 3.11). The
-    local update (equation 3.12) is part of the construction (`kernels.construct.Decay`).
+    """Ant Colony System: evaporation and deposit affect only the edges of the best-so-far tour (equation 3.11).
+
+    The local update (equation 3.12) is part of the construction (`kernels.construct.Decay`).
     """
 
     def usual_pheromone(self) -> float:

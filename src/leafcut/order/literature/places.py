@@ -1,6 +1,4 @@
-"""The move set *places*: ants construct closed tours of points on candidate lists, and improve them by 2-opt and
-Or-opt.
-"""
+"""The move set *places*: ants construct closed tours of points, and improve them by 2-opt and Or-opt."""
 
 from __future__ import annotations
 
@@ -37,8 +35,9 @@ def improve_locally(instance: Instance, tour: Ints, stop: Stop) -> None:
 
 
 def first_tour(instance: Instance, local_search: bool, stop: Stop, best: Best) -> float:
-    """Offer the nearest-neighbour tour as the first solution, and with `local_search` also the improved tour. Return
-    the cost of the nearest-neighbour tour, C_nn.
+    """Offer the nearest-neighbour tour as the first solution, and with `local_search` also the improved tour.
+
+    Return the cost of the nearest-neighbour tour, C_nn.
     """
     tour = nearest_neighbour(instance)
     c_nn = float(tour_cost(instance.cost, tour))

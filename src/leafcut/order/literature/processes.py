@@ -1,13 +1,14 @@
 """Ants in processes without shared memory: a master and workers that exchange messages.
 
-``processes``: the master holds the pheromone. In each iteration it sends the pheromone to the workers, and each
-constructs the tours of its ants. The master waits for all of them and updates. The result is the same as with threads.
+``processes``: the master holds the pheromone. In each iteration, it sends the pheromone to the workers. Each worker
+constructs the tours of its ants. The master waits for all tours and updates the pheromone. The result is the same as
+with threads.
 
-``exchange``: each worker has its own pheromone. It constructs the tours of its ants, updates its pheromone with its own
-best tour, and sends its deposits to all others, which add them before their next tours. The result depends only on the
-seed and the number of workers.
+``exchange``: each worker has its own pheromone. In each iteration, it constructs the tours of its ants, updates its
+pheromone with its own best tour, and sends its deposits to all other workers, which add them before their next tours.
+The result depends only on the seed and the number of workers.
 
-``partners``: as ``exchange``, but each worker sends its deposits to one other worker, drawn anew in each iteration.
+``partners``: as ``exchange``, but each worker sends its deposits to one random other worker per iteration.
 
 Source: for ``processes``, the thesis on parallel ant colony optimisation for drilling (2011); for ``exchange``,
 M. Bolondi and M. Bondanza, Parallelizzazione di un algoritmo per la risoluzione del problema del commesso viaggiatore,
@@ -81,8 +82,10 @@ class AntWorker:
     def iterate(
         self, iteration: int, seconds: float, pheromone: NDArray[np.float64] | None, changes: list[Deposit]
     ) -> WorkerAnswer:
-        """Construct the tours of an iteration within the given time, from the pheromone, float64[n, k], or the deposits
-        of the other workers. In ``exchange`` mode, also update the worker's own pheromone.
+        """Construct the tours of an iteration within the given time.
+
+        The master sends the pheromone, float64[n, k], or the deposits of other workers (`changes`). In the second case,
+        also update the worker's own pheromone.
         """
         trails = self.ants.trails
         if pheromone is not None:
@@ -112,9 +115,7 @@ def iterate(packed: bytes, *task: Any) -> WorkerAnswer:
 
 
 class AntProcesses(AntColony):
-    """The master of the workers. Each worker has an executor with one process, which starts with the first
-    iteration.
-    """
+    """The master of the workers. Each worker has an executor with one process, which the first iteration starts."""
 
     def __init__(self, moves: MoveSet, run: AlgorithmRun, parameters: AntParameters, c_nn: float) -> None:
         """Create the workers. The options set their number, which is at most the number of ants."""
@@ -133,8 +134,9 @@ class AntProcesses(AntColony):
         self.executors: list[WatchedExecutor] = []
 
     def construct(self, iteration: int) -> Tours:
-        """Return the tours of all ants, int32[m, n], and their costs, float64[m]; the cost of a tour that was not
-        finished in time is infinite. Raises SolveError if a worker cannot be started, has ended, or has failed.
+        """Return the tours of all ants, int32[m, n], and their costs, float64[m], infinite for unfinished tours.
+
+        Raises SolveError if a worker cannot be started, has ended, or has failed.
         """
         while len(self.executors) < len(self.colonies):
             self.executors.append(self._stack.enter_context(open_executor(PROCESSES, 1)))

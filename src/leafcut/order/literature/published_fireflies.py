@@ -1,16 +1,16 @@
 """The discrete firefly algorithm as published for pocket milling; `fireflies` is leafcut's own variant.
 
 Source: the published system for milling pockets, after G. K. Jati and Suyanto, ICAIS 2011, LNAI 6943, 393–403. A swarm
-of n random tours of h nodes. Two tours with different nodes at A of their places have the distance r = 10·A/h and the
-attractiveness β = β0·exp(-γ·r²). In an iteration each pair (i, j), i <= j, makes β0 moves: β of one firefly, then
-β0 - β of the other. A move inverts the run between two places of the tour. The n shortest results are the new swarm.
+of n random tours of h nodes. Two tours with different nodes at A of the h positions have the distance r = 10·A/h and
+the attractiveness β = β0·exp(-γ·r²). In an iteration, each pair (i, j), i <= j, makes β0 moves: β of one firefly, then
+β0 - β of the other. A move inverts the run between two positions. The n shortest results are the new swarm.
 
 - Complex pockets: moves are long during the first 27 % of the iterations. During the first 37 %, a firefly explores: it
   makes all moves of the pair, whatever the brightness. Simple pockets use neither percentage.
-- Fireflies of equal brightness make long moves, among them each firefly with itself (i = j).
+- Fireflies of equal brightness make long moves. This includes each firefly with itself (i = j).
 - All other moves are short.
 
-The source contradicts itself or is silent about two points, which `--reading` decides.
+About two points, the source is contradictory or silent. The option `--reading` decides them.
 
 - In the listing of the algorithm, j moves towards i if I(i) < I(j), so the `brighter` firefly moves first. In the text,
   the less bright firefly (`darker`) moves towards the brighter one.
@@ -65,7 +65,7 @@ class PublishedFireflies(Swarm):
         self.lengths = np.array([tour_cost(instance.cost, tour) for tour in self.tours])
 
     def set_budget(self, stop: Stop, options: SolveOptions) -> None:
-        """Set the number of iterations that the publication uses."""
+        """Set the number of iterations of the preset."""
         set_budget(stop, options, PRESETS[options.preset])
 
     def construct(self, iteration: int) -> Tours:
@@ -89,9 +89,7 @@ class PublishedFireflies(Swarm):
         )
 
     def _move(self, words: NDArray[np.uint64], done: float) -> None:
-        """Replace the swarm by the n shortest results. If there are fewer results, the swarm keeps some of its
-        tours.
-        """
+        """Replace the swarm with the n shortest results. If there are fewer results, some of the old tours remain."""
         n, rules = len(self.tours), self.rules(done)
         kept, lengths = np.zeros((n, 3), dtype=np.int32), np.full(n, math.inf)
         rows = max(1, STEPS_PER_CHECK // (n * (self.size + rules.moves)))

@@ -62,9 +62,7 @@ def _comments(areas: AvoidedAreas) -> list[str]:
 
 
 def _new_dangers(work: ForeignWork, program: Program) -> tuple[Issue, ...]:
-    """Return the dangers of kinds that the original program does not have. Each of them reveals a gap in the
-    verification.
-    """
+    """Return dangers of kinds that do not occur in the original program. They reveal gaps in the verification."""
     if program is work.program:
         return ()
     dangers = replace(work.read, program=program).find_dangers()
@@ -74,8 +72,7 @@ def _new_dangers(work: ForeignWork, program: Program) -> tuple[Issue, ...]:
 
 
 def reordering_issues(plan: Plan, best: Candidate) -> list[Issue]:
-    """Return the issues of a reordered program: first the dangers, then the reasons why cuts and holes keep their
-    position.
+    """Return the issues of a reordered program: first dangers, then the reasons why cuts and holes keep their position.
     """
     work, detail = plan.work, best.detail
     issues = [*work.before]

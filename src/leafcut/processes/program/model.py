@@ -87,7 +87,7 @@ class ProgramDetail:
     certificate
         The proof that the work is unchanged.
     barriers
-        Number of groups of blocks that stay in their position, and past which no cut or hole may move.
+        Number of groups of fixed blocks, past which no cut or hole may move.
     pieces
         Number of pieces of work (holes, cuts …).
     staying

@@ -41,9 +41,7 @@ def operations_of(work: ForeignWork, order: Order) -> tuple[OperationOutcome, ..
 
 
 def _fixed_holes(path: Toolpath, rows: NDArray[np.intp], tools: list[int], starts: list[int]) -> list[list[int]]:
-    """Return the fixed holes of each operation as hole numbers. Holes are assigned by their tool and their position in
-    the program.
-    """
+    """Return the numbers of the fixed holes of each operation, assigned by tool and position in the program."""
     changes = np.flatnonzero(path.kind == Kind.TOOL)
     last = np.searchsorted(changes, rows) - 1
     tool = np.where(last >= 0, path.ref[changes[last]], 0) if len(changes) else np.zeros(len(rows))
@@ -59,9 +57,7 @@ def _fixed_holes(path: Toolpath, rows: NDArray[np.intp], tools: list[int], start
 
 
 def _main_feed(path: Toolpath, works: NDArray[np.intp]) -> float:
-    """Return the feed that applies to the largest part of the XY length of a cut, mm/s. For a hole, return the feed of
-    its first row.
-    """
+    """Return the feed of the largest share of the XY length of a cut, or of the first row of a hole, mm/s."""
     if not len(works):
         return 0.0
     places = np.concatenate([path.before[works[:1]], path.end[works]])
@@ -75,9 +71,7 @@ def _main_feed(path: Toolpath, works: NDArray[np.intp]) -> float:
 
 
 def _operation(program: Program, section: Section, process: str, first: int, solution: Solution) -> OperationOutcome:
-    """Return the operation of a section. Its feed, speed and cycle are those of its first hole, or else of its first
-    cut.
-    """
+    """Return the operation of a section, with feed, speed and cycle of its first hole, or else of its first cut."""
     path, holes = program.path, [k for k, c in enumerate(section.pieces) if c.kind == "hole"]
     piece = section.pieces[holes[0] if holes else 0]
     rows = np.arange(program.first[piece.begin], program.first[piece.end])

@@ -64,7 +64,7 @@ _ROUNDED = 1e-4
 _SAME = 1e-6
 #: Minimum width of a full slot, as a share of the tool diameter; the grid of the model leaves a little at its sides.
 _SLOT = 0.95
-#: Maximum number of rounds that undo changes which cost time, and number of adjacent motions timed together per side.
+#: Maximum number of rounds that undo changes which cost time; number of motions on each side that are timed together.
 _TRIALS, _NEAR = 3, 2
 #: Minimum clearance of new rapids in the simulation of the new text, as a share of the requested clearance. The new
 #: text divides slopes into other pieces, so that the simulated clearance differs.
@@ -202,9 +202,7 @@ class _PaceSteps:
 
     @property
     def stock_with_surroundings(self) -> StockBefore:
-        """The stock, with the surrounding area as high as its top, because the positions of the fixtures are
-        unknown.
-        """
+        """The stock, surrounded by material up to its top, because the positions of the fixtures are unknown."""
         return replace(self.stock, beside=self.top)
 
     @property
@@ -235,9 +233,7 @@ class _PaceSteps:
     # -- heights -----------------------------------------------------------------------------------------------------
 
     def lower_retracts(self, found: PacedProgram) -> PacedProgram:
-        """Return the program with lower retracts, cycle returns and R planes. The program is unchanged if no lower
-        height is proved to be safe.
-        """
+        """Return the program with lower retracts, cycle returns and R planes, where these are proved to be safe."""
         found = replace(found, change=replace(found.change, retracts_s=0.0))
         before = self.seconds(found.program)
         kept: set[int] = set()
@@ -277,9 +273,7 @@ class _PaceSteps:
         return found
 
     def check_heights(self, program: Program, new: Program) -> None:
-        """Raise VerifyError unless the new program differs only in lower moves, and these moves stay clear of the
-        material.
-        """
+        """Raise VerifyError unless the new program differs only in lower moves, which stay clear of the material."""
         bent = self.top if self.job.machine.rapid_style == "dogleg" else -math.inf
         check_lowered(
             program.path,
@@ -299,9 +293,7 @@ class _PaceSteps:
     # -- speeds ------------------------------------------------------------------------------------------------------
 
     def raise_speeds(self, found: PacedProgram, loads: Loads) -> PacedProgram:
-        """Return the program with new speeds. The program is unchanged if the speeds cannot be verified, or save no
-        time.
-        """
+        """Return the program with new speeds, or unchanged if these cannot be verified or save no time."""
         program, rules = found.program, self.rules
         pace = self.pace(program, loads, rules)
         issues = (*found.issues, *self.unknown_limit_notes(pace, loads))
@@ -347,9 +339,7 @@ class _PaceSteps:
         )
 
     def arcs_as_chords(self, program: Program, loads: Loads) -> Collection[int]:
-        """Return the rows of arcs through air that a rapid along the chord can replace without touching material or
-        obstacles.
-        """
+        """Return the rows of arcs through air whose chords are clear of material and obstacles for a rapid."""
         path = program.path
         rows = [
             row
@@ -373,10 +363,9 @@ class _PaceSteps:
         return text, self.read(text) if pace.stretches else program
 
     def undo_losses(self, program: Program, pace: Pace) -> tuple[Pace, str, Program]:
-        """Undo raised speeds that cost time. Return the remaining speeds, the text of the program, and the program as
-        read back.
+        """Undo raised speeds that cost time, because a divided cut changes the look-ahead of the controller.
 
-        A raised speed may cost time because a divided cut changes the look-ahead of the controller.
+        Return the remaining speeds, the text of the program, and the program as read back.
         """
         machine, path = self.job.machine, program.path
         own = _seconds_by_row(time_rows(path, machine), np.arange(len(path)))
@@ -408,8 +397,9 @@ class _PaceSteps:
     def prove_speeds(
         self, program: Program, new: Program, loads: Loads, pace: Pace
     ) -> tuple[Floats, dict[int, tuple[PaceStretch, ...]], float]:
-        """Verify new speeds. Return the speed of each simulated move (mm/s), the changed segments, and the smallest
-        clearance (mm).
+        """Verify new speeds.
+
+        Return the speed of each simulated move (mm/s), the changed segments, and the smallest clearance (mm).
 
         Raises VerifyError if the path or the stock changes, or if a new rapid comes too near to the material.
         """
@@ -527,9 +517,7 @@ class _PaceSteps:
     def unchanged_feed_notes(
         self, program: Program, loads: Loads, pace: Pace, change: PaceChange, speed: Floats
     ) -> list[Issue]:
-        """For each tool whose feeds are all unchanged, return a note with the reason. Tools above a limit are left
-        out.
-        """
+        """Return a note with the reason for each tool with only unchanged feeds, except tools above a limit."""
         issues, above = list[Issue](), {tool.number for tool in change.tools if _exceeded_limits(tool)}
         for number, limit in sorted(pace.limits.items()) if self.rules.feeds else ():
             mine = loads.cuts_of(number) & np.isfinite(speed)
@@ -658,9 +646,7 @@ def _exceeded_limits(tool: ToolPace) -> list[str]:
 
 
 def _cap_at_feed(parts: tuple[PaceStretch, ...], own: float) -> tuple[PaceStretch, ...]:
-    """Return the segments of a cut, with their speeds limited to its original feed. Return nothing if none of them is
-    slower than that feed.
-    """
+    """Limit the speeds of a cut's segments to its original feed. Return no segments if none is slower than that."""
     kept: list[PaceStretch] = []
     for part in parts:
         speed = min(part.speed, own)

@@ -1,6 +1,4 @@
-"""Plan the reordering of a program from another CAM system: its sections become stages, and its pieces of work become
-tasks.
-"""
+"""Plan the reordering of a program: its sections become stages, and its pieces of work become tasks."""
 
 from __future__ import annotations
 
@@ -42,7 +40,7 @@ if TYPE_CHECKING:
 
 #: Maximum number of planning steps. If planning takes more, the program keeps its order.
 MOST_STEPS = 1_000_000
-#: The cost of a path around an obstacle of unknown height is estimated as the cost of a retract by this height, mm.
+#: A path around an obstacle of unknown height is estimated to cost as much as a retract by this height, mm.
 _AROUND = 50.0
 #: Kinds of rows with a position in program or machine coordinates.
 _PLACES = [int(k) for k in (*PLACES, Kind.MACHINE)]
@@ -232,8 +230,9 @@ def _tool_diameter(job: Job) -> float:
 
 
 def _stages(job: Job, sequence: Sequence, obstacles: Obstacles | None, start: Point | None) -> tuple[Stage, ...]:
-    """Return a stage for each section. A stage starts at the end of the previous stage if no move between them has a
-    known position.
+    """Return a stage for each section.
+
+    If no move between two stages has a known position, the second stage starts at the end of the first.
     """
     from leafcut.processes.program.plan.resequencing import build_problem
 
@@ -250,9 +249,7 @@ def _stages(job: Job, sequence: Sequence, obstacles: Obstacles | None, start: Po
 
 
 def _metric(job: Job, section: Section, obstacles: Obstacles | None) -> Metric:
-    """Return the travel metric of a section. A move across an obstacle costs a rise above the obstacle, or a path
-    around it.
-    """
+    """Return the travel metric of a section. At an obstacle, it includes a rise above it or a path around it."""
     objective = job.settings.solve.objective
     if obstacles is None:
         return travel_metric(job.machine, objective)
@@ -304,9 +301,7 @@ def with_few_speed_changes(plan: Plan, order: Order) -> Order:
 
 
 def _few_speed_changes(program: Program, section: Section, solution: Solution) -> Solution:
-    """Return the solution if it has few changes of the spindle speed. Otherwise, group the work by speed, or keep the
-    given order.
-    """
+    """Return the solution if it has few speed changes; otherwise group the work by speed, or keep the given order."""
     from leafcut.processes.program.plan.resequencing import piece_order, speeds_of
 
     speeds = speeds_of(program, section)

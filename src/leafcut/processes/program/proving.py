@@ -41,9 +41,7 @@ _MOST_TRIALS = 6
 
 @dataclass(frozen=True, eq=False)
 class Rewritten:
-    """A reordered program with its proof. `avoided` contains the new moves across areas that the original program
-    avoided.
-    """
+    """A reordered program with its proof. `avoided`: new moves across areas that the original program avoided."""
 
     program: Program
     certificate: Certificate | None = None

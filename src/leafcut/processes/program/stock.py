@@ -78,8 +78,7 @@ def cut_stock(
     *,
     same_as: Input | None = None,
 ) -> StockCut:
-    """Simulate the material removal of a program. With `same_as`, compare the remaining stock with that of another
-    program.
+    """Simulate the material removal of a program. With `same_as`, compare the stock with that of another program.
 
     Raises
     ------
@@ -180,8 +179,7 @@ def _read(program: Input, settings: Settings, dialect: str | None, check_cancell
 
 
 def _simulate(one: _Cuts, field: HeightField, check_cancelled: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
-    """Simulate a program in its stock. Return the remaining stock, the moves, and the material that each move
-    removes.
+    """Simulate a program in its stock. Return the remaining stock, the moves, and the material removed by each move.
     """
     from leafcut.material.cutting import cut
 

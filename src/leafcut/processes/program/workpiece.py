@@ -136,9 +136,7 @@ def _load_cached(path: str, which: ChosenSolid, _changed: int) -> Mesh:
 
 
 def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBlock | None:
-    """Return a block around the cuts below Z0, or None without such cuts, because the top of the stock is then
-    unknown.
-    """
+    """Return a block around the cuts below Z0; None without such cuts, because the top of the stock is unknown."""
     deep = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < 0.0)
     if not deep.any():
         return None

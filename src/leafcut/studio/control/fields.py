@@ -1,4 +1,4 @@
-"""Fields of the machine panel, whose values the page keeps."""
+"""Form fields of the machine panel. Their values survive a redraw of the panel."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from leafcut.studio.wording import Words
 
 
 class MachineForm(Form):
-    """A form that keeps its values. An empty field has its default.
+    """A form that remembers the values of its fields. An empty field means the default.
 
-    Texts are reported while they are typed, because the jog pad acts before a field loses the focus.
+    A text field reports every keystroke, because the user may press the jog pad while the field has the focus.
     """
 
     def __init__(self, words: Words) -> None:
@@ -29,13 +29,13 @@ class MachineForm(Form):
         self.props.update(live=True, prefix="machine")
 
     def add(self, name: str, label: str, value: str = "", kind: str = "text", **given: Any) -> None:
-        """Add a field (`plain_field`), or replace it and keep its value."""
+        """Add a field (`plain_field`). If the field exists, replace it but keep its value."""
         self._fields[name] = plain_field(name, label, kind, **given)
         self._values.setdefault(name, value)
         self.draw()
 
     def hide(self, *names: str) -> None:
-        """Hide some of the fields, and show the others."""
+        """Hide the named fields and show all others."""
         if set(names) != self._hidden:
             self._hidden = set(names)
             self.draw()
@@ -64,7 +64,7 @@ class MachineForm(Form):
         return str(self._values[name]).strip() or str(self._fields[name]["default"])
 
     def number(self, name: str) -> float:
-        """Return a number; a decimal comma is accepted. Raise `OptionError` if the text is not a number."""
+        """Return the number in a field, which may have a decimal comma; raise `OptionError` for any other text."""
         text = self.text(name)
         try:
             return float(text.replace(",", "."))
@@ -72,7 +72,7 @@ class MachineForm(Form):
             raise OptionError("{}: '{}' is not a number", self._fields[name]["label"], text) from None
 
     def count(self, name: str) -> int | None:
-        """Return a whole number, None for an empty field; raise `OptionError` if the text is not a whole number."""
+        """Return the whole number in a field, or None if it is empty; raise `OptionError` for any other text."""
         text = self.text(name)
         if text and (not text.isdecimal() or len(text) > 9):
             raise OptionError("{}: '{}' is not a whole number", self._fields[name]["label"], text)
@@ -80,7 +80,7 @@ class MachineForm(Form):
 
 
 class JogPad(Element, component="../static/jog.js"):
-    """Buttons and keys that move a machine. `on_jog` receives axis, sign, and whether a key is held down."""
+    """Buttons and keys that jog a machine. `on_jog` receives the axis, the sign, and whether a key is held down."""
 
     def __init__(
         self, label: str, hint: str, on_jog: Callable[[str, int, bool], Any], on_release: Callable[[], Any]

@@ -1,10 +1,10 @@
 """The studio's connection to a controller. One thread talks to the controller; all others send requests to this thread.
 
-`leafcut.sender` implements the communication. This module decides who may command the machine, which command is sent
-next, and which state the pages see. Only Stop and requests during a program bypass the queue.
+`leafcut.sender` implements the communication. This module decides which page may command the machine, which command
+is sent next, and which state the pages show. Only Stop and requests during a program bypass the queue.
 
-A page that shows the machine reports regularly. After `GRACE` seconds without a report, a running program is held
-(unless it was started to run unattended), and a jog or a frame is ended.
+A page that shows the machine reports this at intervals. After `GRACE` seconds without a report, the link holds a
+running program (unless it was started to run unattended) and ends a jog or a frame.
 """
 
 from __future__ import annotations
@@ -43,11 +43,11 @@ from leafcut.studio.control.state import (
     ProgramProgress,
 )
 
-#: Time without a page that shows the machine, after which a program is held, s.
+#: A program is held if no page has shown the machine for this time, s.
 GRACE = 5.0
 #: Maximum number of queued jogs, so that the machine does not lag behind a key.
 _MAX_JOGS = 2
-#: Maximum time for which jogs are queued ahead while a key is held, s.
+#: Maximum duration of the queued jogs while a key is held, s.
 _JOG_AHEAD = 0.3
 #: Alarms that keep the position: soft limit and probe alarms. Source: gnea/grbl 1.1, alarm codes.
 _KEPT = (2, 4, 5)
@@ -59,7 +59,7 @@ _Act = Callable[[Callable[[], None]], Any]
 
 @dataclass
 class _Task:
-    """A request to the thread. `act` calls its argument when the checks have passed and the action has started."""
+    """A request to the thread. `act` receives a function; it calls this function once the action has started."""
 
     doing: MachineTask
     act: _Act
@@ -70,10 +70,11 @@ class _Task:
 
 @dataclass(frozen=True)
 class RunWishes:
-    """Options of a run: start at a hole or a line, counted from 1, or at the first line if both are None.
+    """Options of a run.
 
-    `by_hole`: ask before every hole. `unhomed`: the machine cannot home, so the user has set its zero. `alone`:
-    continue if no page shows the machine.
+    The run starts at a hole or a line, counted from 1, or at the first line if both are None. `by_hole`: ask before
+    every hole. `unhomed`: the machine cannot home, so the user has set its zero. `alone`: continue even if no page
+    shows the machine.
     """
 
     from_hole: int | None = None
@@ -139,7 +140,7 @@ class MachineLink:
     # Requests; called from any thread.
 
     def record_page(self, holder: str, *, adopt: bool = False) -> None:
-        """Record that a page shows the machine. With `adopt`, it takes control if no other page has control."""
+        """Record that a page shows the machine. With `adopt`, the page takes control if no other page has it."""
         with self._lock:
             if self.state.holder == holder or (
                 adopt and self.state.connection is not Connection.CLOSED and self._is_abandoned()
@@ -149,7 +150,7 @@ class MachineLink:
                     self._publish(holder=holder)
 
     def take(self, holder: str) -> None:
-        """Take control of the machine, also from another page."""
+        """Take control of the machine, even if another page has it."""
         with self._lock:
             self._alive_at = self._clock()
             self._publish(holder=holder)
@@ -188,7 +189,7 @@ class MachineLink:
     def jog(self, holder: str, moves: dict[str, float], feed: float, *, held: bool = False) -> Future[Any]:
         """Jog by distances in mm at a feed in mm/min.
 
-        If the jog comes from a key that is `held`, it is skipped while enough jogs are queued.
+        A jog from a `held` key is skipped while enough jogs are queued.
         """
         with self._lock:
             if held and (len(self._tasks) >= _MAX_JOGS or self._jog_until - self._clock() > _JOG_AHEAD):
@@ -216,14 +217,14 @@ class MachineLink:
     def probe(self, holder: str, plate: float, feed: float, travel: float) -> Future[Any]:
         """Set Z0 with a probe plate of thickness `plate`, mm.
 
-        The probe moves down at most `travel` mm, at a feed in mm/min.
+        The tool moves down at most `travel` mm, at a feed in mm/min.
         """
         return self._submit_task(holder, MachineTask.PROBING, lambda _: self._probe(plate, feed, travel), by_hand=True)
 
     def frame(self, holder: str, job: SendJob, wishes: RunWishes, feed: float) -> Future[Any]:
         """Check a program, then trace its bounding box above the part at a feed in mm/min.
 
-        The result is available at the start.
+        The result is available when the tracing starts.
         """
         return self._submit_task(holder, MachineTask.FRAMING, lambda on_start: self._frame(on_start, job, wishes, feed))
 
@@ -236,14 +237,14 @@ class MachineLink:
         return self._submit_task(holder, MachineTask.RUNNING, lambda on_start: self._send(on_start, job, wishes))
 
     def answer(self, holder: str, words: str | None) -> None:
-        """Answer the program's question: empty to continue, ``all`` to stop asking before holes, None to stop."""
+        """Answer the program's question: "" to continue, ``all`` to end hole-by-hole mode, None to stop."""
         self._check_control(holder)
         if self.state.question is None:
             raise SendError("no question is open")
         self._answers.append(words)
 
     def request(self, holder: str, request: Request) -> None:
-        """Hold or resume a program, or change its feed. During a jog or a frame, a hold ends it."""
+        """Hold or resume a program, or change its feed. A hold ends a jog or a frame."""
         self._check_control(holder)
         if self._run is not None:
             if request is Request.RESUME:
@@ -255,7 +256,7 @@ class MachineLink:
             raise SendError("no program is running")
 
     def stop(self) -> None:
-        """Stop the machine, whichever page has control: hold, wait for rest, reset."""
+        """Stop the machine on behalf of any page: hold, wait until it is at rest, reset."""
         with self._lock:
             waiting, talk = [*self._tasks], self._talk
             self._tasks.clear()
@@ -382,7 +383,7 @@ class MachineLink:
             if not self._tasks:
                 return
             task = self._tasks.popleft()
-            # Manual actions during a program's question do not replace the state "running".
+            # The state stays "running" during manual actions while the program waits for an answer.
             previous = self.state.doing
             self._publish(doing=task.doing if self._run is None else previous)
         future = task.future
@@ -633,7 +634,7 @@ class MachineLink:
             self._show_message(Message("no page shows the machine any more, so the machine is on hold"), bad=True)
 
     def _prompt(self, pause: Pause, messages: Sequence[str]) -> str | None:
-        """Ask the user and wait for the answer. Manual actions are executed meanwhile."""
+        """Ask the user, and execute manual actions until the answer arrives."""
         talk, run = self._talk, self._run
         assert talk is not None and run is not None
         kind = "hole" if pause.hole else "tool" if pause.change else "pause"

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
     from leafcut.studio.page.pages import Page
 
-#: CSS class by state of the controller: at rest, moving, stopped with an error.
+#: State of the controller → CSS class.
 _COLOURS = {"Idle": "done", "Run": "running", "Jog": "running", "Home": "running", "Alarm": "failed"}
-#: Number of ticks between two reports that the page is open.
+#: Number of ticks between two reports to the link that the page is open.
 _EVERY = 10
 
 
@@ -38,7 +38,7 @@ class MachinePanel:
         self.link, self.key = link, str(client.id)
         self._number, self._ticks = -1, 0
         state = self.link.state
-        # While a machine is connected, repeat the last message.
+        # A page that is opened while a machine is connected shows the last message.
         self._shown_message = -1 if state.open else state.saying
         self._drawing = False
         w = view.words
@@ -88,7 +88,7 @@ class MachinePanel:
     async def ask(self, request: Callable[..., Any], *given: Any, **named: Any) -> Any:
         """Send a request to the machine, and show a refusal.
 
-        Return the answer (True if the request has none), or None if it was refused.
+        Return the answer, or True if the request has no answer; return None if the machine refused.
         """
         try:
             answer = request(self.key, *given, **named)
@@ -107,7 +107,7 @@ class MachinePanel:
         return self.by_hand.jog_feed()
 
     async def list_ports(self) -> None:
-        """Offer the serial ports of this computer."""
+        """List the serial ports of this computer in the menu."""
         try:
             names = await asyncio.to_thread(ports)
         except LeafcutError as problem:
@@ -146,7 +146,7 @@ class MachinePanel:
             self._drawing = False
 
     def tick(self, *, shown: bool) -> None:
-        """Show changes of the state. While the page is connected, also report at intervals that it is open."""
+        """Show changes of the state. While the page is connected, also report to the link that the page is open."""
         self._ticks += 1
         connected = self._client.has_socket_connection
         if connected and self._ticks % _EVERY == 0:
@@ -188,7 +188,7 @@ class MachinePanel:
 
 
 def status_words(state: MachineState, view: View) -> str:
-    """Return the state of the machine in a word."""
+    """Return the state of the machine as a short label."""
     w = view.words
     if state.connection is not Connection.OPEN:
         return w(f"machine.{state.connection.value}")

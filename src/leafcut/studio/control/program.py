@@ -38,7 +38,7 @@ def machine_of(word: str, folder: Folder) -> Machine:
 
 
 def sendable(folder: Folder) -> dict[str, Head]:
-    """Return the machines to which the page can send programs, the user's own first, with their kind of head."""
+    """Return machine → kind of head, for all machines to which the page can send programs; the user's own first."""
     heads = {}
     for word in [*(OWN + name for name in folder.own_names("machines")), *machine_names()]:
         try:
@@ -49,9 +49,9 @@ def sendable(folder: Folder) -> dict[str, Head]:
 
 
 def program_of_job(history: History, folder: Folder, job: str, machine: str, accept: Collection[str] = ()) -> SendJob:
-    """Return the program of a finished run as a job.
+    """Return the program of a finished run, ready for sending.
 
-    Raise `LeafcutError` if it is unverified or not for this machine.
+    Raise `LeafcutError` if the program is unverified or was created for another machine.
     """
     answer, program = history.answer(job), history.artefact(job, "program")
     if answer is None or program is None:
@@ -72,7 +72,7 @@ def program_of_job(history: History, folder: Folder, job: str, machine: str, acc
 def program_of_file(
     folder: Folder, source: str, machine: str, units: str | None = None, accept: Collection[str] = ()
 ) -> SendJob:
-    """Return an opened program as a job with all lines checked.
+    """Check all lines of an opened program and return it, ready for sending.
 
     Raise `LeafcutError` if the program is unreadable or may not be sent.
     """

@@ -44,9 +44,9 @@ class MachineProgramPanel:
     def __init__(self, view: View, panel: MachinePanel, drawing: Element) -> None:
         self.view, self.panel, self.link = view, panel, panel.link
         self.job: SendJob | None = None
-        #: Key of the loaded program. `problem` shows why it cannot be sent.
+        #: Key of the loaded program. `problem` shows why the program cannot be sent.
         self._key: tuple[str, ...] = ()
-        #: The program in the drawing. A running program takes precedence, whichever page has started it.
+        #: The program in the drawing. A running program takes precedence, even if another page has started it.
         self._drawn: SendJob | None = None
         self._box: tuple[XYZ, XYZ] | None = None
         self._tool: object = None

@@ -1,8 +1,7 @@
 """Routes for the machine: its state and all actions.
 
 A refused request is answered with an error. Long actions, such as homing or a program, are answered when they start;
-the state shows their progress. Stop is answered at once. It works with any valid key, whoever has control of the
-machine.
+the state shows their progress. Stop is answered at once and does not require control of the machine.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from leafcut.studio.control.program import program_of_file, program_of_job
 if TYPE_CHECKING:
     from leafcut.studio.studio import Studio
 
-#: Holder name of the clients of these routes.
+#: Name of other programs as holders of the control of the machine.
 PROGRAM = "program"
 
 Length = Annotated[float, Field(allow_inf_nan=False, ge=-10_000.0, le=10_000.0)]
@@ -49,7 +48,7 @@ class JogBody(BaseModel):
 
 
 class ZeroBody(BaseModel):
-    """Axes whose zero is set to the current position, such as ``XY``."""
+    """The axes to zero at the current position, such as ``XY``."""
 
     axes: Annotated[str, Field(max_length=3)]
 
@@ -76,7 +75,7 @@ class ProgramBody(BaseModel):
 
 
 class FrameBody(ProgramBody):
-    """The program whose bounding box is traced, and the feed in mm/min."""
+    """A program, and the feed in mm/min for tracing its bounding box."""
 
     feed: Feed
 

@@ -1,4 +1,4 @@
-"""The state of the machine at one moment, identical for all pages and programs."""
+"""The state of the machine at one moment, as all pages and API clients see it."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class ProgramProgress:
 
 @dataclass(frozen=True)
 class ProgramEnd:
-    """The end of the last program. It can be resumed at `line` or at hole `go_on_hole`; 0 means not possible."""
+    """The end of the last program, and the `line` or hole `go_on_hole` at which it can be resumed; 0 if it cannot."""
 
     name: str
     complete: bool
@@ -85,9 +85,9 @@ class MachineState:
     travel
         Lowest and highest machine coordinates, mm.
     unsure
-        Whether the position may be wrong, after an alarm or a reset.
+        Whether the position may be wrong because of an alarm or a reset.
     holder
-        The page that has control, or "program"; empty for none.
+        The page in control; "program" for an API client; empty for none.
     said, saying, bad
         The last message, its number, and whether it is an error.
     """

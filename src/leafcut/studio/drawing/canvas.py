@@ -62,8 +62,8 @@ class Canvas(DataServer, component="../static/canvas_element.js"):
         on_origin: Handler | None = None,
     ) -> None:
         super().__init__()
-        #: Scenes by layer, their version numbers and their addresses. The address of a layer is constant, so that a
-        #: slow browser fetches the newest scene.
+        #: Scene, version number and address of each layer. A layer keeps its address, so that a slow browser fetches
+        #: the newest scene.
         self._scenes: dict[str, Shown] = {}
         self._numbers: dict[str, int] = {}
         self._addresses: dict[str, str] = {}
@@ -75,7 +75,7 @@ class Canvas(DataServer, component="../static/canvas_element.js"):
     def show(self, scene: Shown, layer: str) -> None:
         """Show a scene in one of `LAYERS`.
 
-        A function is called in a thread. Raise `OptionError` for an unknown layer.
+        If `scene` is a function, it is called in a thread. Raise `OptionError` for an unknown layer.
         """
         if layer not in LAYERS:
             raise OptionError("the drawing has no layer '{}'; its layers are: {}", layer, ", ".join(LAYERS))
@@ -117,15 +117,15 @@ class Canvas(DataServer, component="../static/canvas_element.js"):
         self.run_method("fit")
 
     def clear_selection(self) -> None:
-        """Clear the selection without an event, because a late event would clear a newer selection."""
+        """Clear the selection. No event is sent, because a late event would clear a newer selection."""
         self.run_method("clearSelection")
 
     def select_stop(self, stop: int) -> None:
-        """Select a stop of the edited order, without an event. `stop` is its number in the toolpath, from 1."""
+        """Select a stop of the edited order without sending an event. `stop` is its number in the toolpath, from 1."""
         self.run_method("selectStop", stop)
 
     def select_difference(self, index: int) -> None:
-        """Select a difference of two programs by its index, and pan to it."""
+        """Select a difference between two programs by its index, and pan to it."""
         self.run_method("selectDifference", index)
 
     def show_line(self, line: int) -> None:
@@ -135,7 +135,7 @@ class Canvas(DataServer, component="../static/canvas_element.js"):
     def set_tool(
         self, place: tuple[float, float] | None, *, cuts: bool = False, going_to: tuple[float, float] | None = None
     ) -> None:
-        """Show the machine's position (mm in program coordinates, filled if the tool `cuts`), and the next hole."""
+        """Show the tool at `place` (mm, program coordinates), as a filled mark if it `cuts`, and the next hole."""
         tool = None if place is None else {"x": place[0], "y": place[1], "cuts": cuts, "next": going_to}
         self.run_method("setTool", tool)
 

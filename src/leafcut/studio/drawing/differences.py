@@ -1,12 +1,12 @@
-"""The scene with the differences of two programs: missing and added moves, drawn over both toolpaths.
+"""The scene with the differences between two programs: missing and added moves, drawn over both toolpaths.
 
-The scene is of kind ``differences`` (format: `studio.drawing.scene`). Its header has ``differences``, a list with an
-entry for each difference: kind, text, and line in the original and in the new program (0: none). Its blocks are
+The scene has the kind ``differences`` (format: `studio.drawing.scene`). Its header lists the ``differences``, each
+with its kind, its text, and its lines in the original and the new program (0: none). Its blocks are
 
 =========== ======== ============================================================================================
 ``mark``    f4 × 4   position, index of the difference, and change (0 missing, 1 added, 2 changed)
-``missing`` f4 × 2   points of moves that only the original has, separated by NaN
-``added``   f4 × 2   points of moves that only the new program has, separated by NaN
+``missing`` f4 × 2   points of moves that exist only in the original, separated by NaN
+``added``   f4 × 2   points of moves that exist only in the new program, separated by NaN
 =========== ======== ============================================================================================
 """
 
@@ -25,12 +25,12 @@ from leafcut.report.wording import replace_unprintable
 from leafcut.studio.drawing.scene import pack_scene
 
 _CHORDS = 32
-#: Maximum number of pairs of lines that are drawn for a difference.
+#: Maximum number of line pairs to draw per difference.
 _MAX_MARKS = 200
 
 
 class Change(IntEnum):
-    """The kinds of differences that the drawing distinguishes."""
+    """The kinds of differences in the drawing."""
 
     MISSING = 0
     ADDED = 1
@@ -38,7 +38,7 @@ class Change(IntEnum):
 
 
 def differences_scene(differences: Sequence[Difference], original: Toolpath, new: Toolpath) -> bytes:
-    """Return the scene with the differences of two programs. The toolpaths must have line numbers."""
+    """Return the scene with the differences between two programs. The toolpaths must have line numbers."""
     marks: list[tuple[float, float, int, Change]] = []
     strokes: dict[Change, list[NDArray[np.float64]]] = {Change.MISSING: [], Change.ADDED: []}
     moves = {side: path.kind <= Kind.DRILL for side, path in zip(strokes, (original, new), strict=True)}
@@ -95,7 +95,7 @@ def change_of(difference: Difference) -> Change:
 
 
 def _way(path: Toolpath, row: int) -> NDArray[np.float64]:
-    """Return the points of a row in plan view, float64[k, 2] mm; empty if its end is unknown."""
+    """Return the points of a toolpath row in plan view, float64[k, 2] mm; empty if the end of its move is unknown."""
     start, end = path.before[row, :2], path.end[row, :2]
     end = np.where(np.isfinite(end), end, start)
     if not np.isfinite(end).all():

@@ -15,7 +15,7 @@ from leafcut.geometry.arrays import Point
 from leafcut.read.order_file import drawing_of, order_text
 
 State = TypeVar("State")
-#: Limits for a stored order: number of undo steps, and characters of all steps together.
+#: Limits for a stored order: number of undo steps, and total number of characters of all steps.
 _MAX_STEPS, _MAX_LETTERS = 30, 300_000
 
 
@@ -30,12 +30,11 @@ class OrderStop:
     place
         Position, mm.
     held
-        Whether the rank in the order is fixed; otherwise the search chooses it.
+        Whether the rank in the order is fixed. Otherwise the search chooses the rank.
     sign
-        Mark of another change: ``↻`` or ``↺`` for a clockwise or counter-clockwise direction, ``⇄`` for any other
-        changed direction; empty for none.
+        Mark of a changed direction: ``↻`` clockwise, ``↺`` counter-clockwise, ``⇄`` any other; empty if unchanged.
     moved
-        Whether the position differs from that in the toolpath.
+        Whether the position differs from the position in the toolpath.
     """
 
     name: int
@@ -80,7 +79,7 @@ class UndoableState(Generic[State]):
         return {"state": self.state, "before": list(before), "after": list(after)}
 
     def take_plain(self, plain: Mapping[str, Any]) -> None:
-        """Restore the result of `as_plain`. Invalid states and states with other parts are ignored."""
+        """Restore the result of `as_plain`, unless a state is invalid or has different parts."""
         steps = [_frozen(plain.get(name)) for name in ("before", "after")]
         state = _frozen(plain.get("state"))
         try:
@@ -88,12 +87,12 @@ class UndoableState(Generic[State]):
         except (TypeError, ValueError, KeyError):
             return
         if fits:
-            # If the oldest states were dropped, the initial state is still the first.
+            # The initial state is always the first undo step, even if the oldest steps were dropped.
             first = [self.state] if self.state != (steps[0] or [state])[0] else []
             self.state, self._before, self._after = state, [*first, *steps[0]], list(steps[1])
 
     def parts(self, state: State) -> Any:
-        """Return the parts of a state, independent of their order. States with equal parts are compatible."""
+        """Return the parts of a state in a canonical order. States are compatible if their parts are equal."""
         raise NotImplementedError
 
     def undo(self) -> bool:
@@ -156,7 +155,7 @@ class HoleOrder(UndoableState[HoleOrders]):
         self._with(k, holes, n_fixed + (new_rank < n_fixed) - (old_rank < n_fixed))
 
     def to_end(self, stop: int, first: bool) -> None:
-        """Move a hole to the start or the end of its operation. As the last hole, it fixes the order of all others."""
+        """Move a hole to the start or the end of its operation. A move to the end fixes the order of all its holes."""
         k, hole = self._at(stop)
         holes, n_fixed = self.state[k]
         rest = [h for h in holes if h != hole]
@@ -273,7 +272,7 @@ class CutOrder(UndoableState[tuple[str, ...]]):
         self._keep(rows)
 
     def free_after(self, stop: int) -> None:
-        """Fix the order up to this cut, and release later cuts, which only have to follow it."""
+        """Fix the order up to this cut. Later cuts must follow this cut, in any order."""
         rows = self._rows()
         at = rows.index(self._find(rows, stop))
         for row in rows:
@@ -286,7 +285,7 @@ class CutOrder(UndoableState[tuple[str, ...]]):
     def stops(self) -> list[OrderStop]:
         """Return all cuts in their current order, at their start points.
 
-        Until part of the order is fixed, all cuts count as held.
+        If no cut has a fixed rank, all cuts count as held.
         """
         rows = self._rows()
         free = any("order" in row["fixed"] for row in rows)

@@ -1,4 +1,4 @@
-"""Matching of the lines of two programs that do the same work in a different order."""
+"""Match the lines of two programs that do the same work in a different order."""
 
 from __future__ import annotations
 
@@ -15,9 +15,14 @@ _UNKNOWN = -(1 << 40)
 
 
 def line_pairs(before: Toolpath, after: Toolpath, original: str, new: str) -> NDArray[np.uint32]:
-    """Return pairs (old line, new line), from 1, of the lines in both programs, uint32[k, 2], sorted by old line.
+    """Match the lines of an original and a new program.
 
-    Lines that do the same work are matched first, then adjacent lines with equal text (travel moves, comments).
+    Lines that do the same work are matched first. Lines next to them (travel moves, comments) match by equal text.
+
+    Returns
+    -------
+    uint32[k, 2]
+        Line in the original and line in the new program, both from 1, sorted by the original line.
     """
     old, current = _numbered(original.split("\n"), new.split("\n"))
     new_of, old_of = np.zeros(len(old) + 1, dtype=np.int64), np.zeros(len(current) + 1, dtype=np.int64)
@@ -45,7 +50,7 @@ def _numbered(*texts: list[str]) -> tuple[list[int], ...]:
 
 
 def _work_pairs(before: Toolpath, after: Toolpath) -> NDArray[np.int64]:
-    """Return pairs of lines with the same work, int64[k, 2]. Equal lines are matched in their order of occurrence."""
+    """Return (old line, new line) of lines with the same work, int64[k, 2]. Repeated work is matched in file order."""
     sides = [_work(path) for path in (before, after)]
     _, number = np.unique(np.concatenate([keys for _, keys in sides]), axis=0, return_inverse=True)
     number = number.reshape(-1)
@@ -57,16 +62,13 @@ def _work_pairs(before: Toolpath, after: Toolpath) -> NDArray[np.int64]:
 
 
 def _work(path: Toolpath) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Return the line and the work (kind, tool, both ends) of every working row.
-
-    The work is independent of direction.
-    """
+    """Return the line of every working row, and its work: kind, tool, and both ends in a canonical order."""
     rows = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL))
     kind = path.kind[rows]
     sort = np.where(kind == Kind.FEED, 0, np.where(kind == Kind.DRILL, 2, 1))
     ends = np.stack([path.before[rows], path.end[rows]], axis=1) / _SAME
     ends = np.where(np.isfinite(ends), np.rint(np.nan_to_num(ends)), _UNKNOWN).astype(np.int64)
-    ends[sort == 2, 0] = 0  # a hole is the same from whichever side the tool approaches
+    ends[sort == 2, 0] = 0  # the direction of approach to a hole does not matter
     backward = np.zeros(len(rows), dtype=bool)
     equal_so_far = np.ones(len(rows), dtype=bool)
     for axis in range(3):
@@ -77,7 +79,7 @@ def _work(path: Toolpath) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
 
 
 def _counted(number: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return a unique key per row: its number, and the count of earlier rows with the same number."""
+    """Return a unique key per row, from its number and the count of earlier rows with the same number."""
     order = np.argsort(number, kind="stable")
     starts = np.flatnonzero(np.diff(number[order], prepend=-1))
     nth = np.arange(len(number)) - np.repeat(starts, np.diff(np.append(starts, len(number))))
@@ -87,7 +89,7 @@ def _counted(number: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _spread(new_of: NDArray[np.int64], old_of: NDArray[np.int64], old: list[int], now: list[int]) -> None:
-    """Match lines of equal text next to matched lines, and at both ends of the programs."""
+    """Match lines with equal text, starting at both ends of the programs and next to matched lines."""
     ahead, back = new_of.tolist(), old_of.tolist()
     n, m = len(old), len(now)
 

@@ -5,12 +5,12 @@ It sends a scene of kind ``program`` (format: `studio.drawing.scene`) with the b
 =========== ======== =============================================================================================
 ``text``    u1       the program, UTF-8
 ``other``   u1       the original, UTF-8; empty without an original
-``pair``    u4 × 2   old line and new line, from 1, of all lines in both (`line_match.line_pairs`)
-``missing`` u4       lines of the original whose work the program lacks
-``added``   u4       lines of the program whose work the original lacks
+``pair``    u4 × 2   matching lines in the original and the program, from 1 (`line_match.line_pairs`)
+``missing`` u4       lines of the original with work that is missing in the program
+``added``   u4       lines of the program with work that is missing in the original
 =========== ======== =============================================================================================
 
-and ``beside`` in the header if both programs are visible initially.
+The header has ``beside`` if both programs are visible initially.
 """
 
 from __future__ import annotations
@@ -49,10 +49,10 @@ def program_scene(
 
 
 class ProgramText(DataServer, component="../static/gcode_element.js"):
-    """The lines of a program. Selection and playback are linked with a drawing in both directions.
+    """The lines of a program. Selection and playback are synchronized with a drawing.
 
-    By default, the program of `drawing` is shown. `source` returns another `program_scene`; it is called in a thread
-    when a browser requests it. `words` are the texts of the element by key.
+    The element shows the program of `drawing`, or the `program_scene` that `source` returns. `source` is called in a
+    thread when a browser requests the scene. `words` are the texts of the element by key.
     """
 
     def __init__(self, drawing: Canvas, words: Mapping[str, str], source: Callable[[], bytes] | None = None) -> None:

@@ -11,7 +11,7 @@ All numbers are little-endian. The header has
 
 - ``kind``: ``part``, ``toolpath``, ``path``, ``pheromone``, ``differences`` (`studio.drawing.differences`), ``solid``
   (`studio.drawing.solid`) or ``program`` (`studio.drawing.program_text`), and a ``name`` to display;
-- ``origin``: x and y in mm, subtracted from all float32 positions to keep the precision of distant ones;
+- ``origin``: x and y in mm, subtracted from all float32 positions so that distant positions keep their precision;
 - ``extents``: smallest x and y, largest x and y, mm, including the origin; null for an empty scene;
 - ``blocks``: name → [type, offset from the first block in bytes, number of items, items in a row]; types are
   ``f8``, ``f4``, ``i4``, ``u4`` and ``u1``.
@@ -23,9 +23,9 @@ Blocks of a ``part``:
 ``hole_tool``        i4       number of the last tool that works on it, 0 if unknown
 ``slot``             f4 × 5   both ends of the centre line, width
 ``vertex``           f4 × 3   x, y and bulge of all outlines, concatenated
-``hole_layer``       u4       layer of a hole: index into the header's ``layers``, from 1; 0: none
-``slot_layer``       u4       the same for slots
-``outline_layer``    u4       the same for outlines
+``hole_layer``       u4       layer of each hole: index into the header's ``layers``, from 1; 0: none
+``slot_layer``       u4       layer of each slot
+``outline_layer``    u4       layer of each outline
 ``outline``          u4 × 4   first vertex, number of vertices, kind (``OUTLINES``) plus 16 if closed, part number
 ``issue``            f4 × 3   position of an issue, and its index in the header's ``issues``
 ==================== ======== =======================================================================================
@@ -93,7 +93,7 @@ CLOSED = 16
 
 #: Chord tolerance for arcs of missing work, mm.
 MISSING_CHORDS = 0.05
-#: Maximum number of issues that are shown individually, and of positions of one issue.
+#: Maximum number of issues in a scene, and maximum number of positions per issue.
 MAX_ISSUES = 500
 
 _LEAD_TOLERANCE = 0.02
@@ -104,7 +104,7 @@ Columns = dict[str, tuple[str, NDArray[Any]]]
 
 
 def part_scene(part: Part, tools: dict[int, int] | None = None, *, filled: bool = False) -> bytes:
-    """Return the scene of a part, `filled` as metal if requested.
+    """Return the scene of a part. A `filled` part is drawn as sheet metal.
 
     `tools` maps hole indices to tool numbers, if known.
     """
@@ -198,7 +198,7 @@ def outcome_scene(outcome: Outcome, which: Which) -> bytes:
 
 
 def outcome_part_scene(outcome: Outcome) -> bytes:
-    """Return the part scene of an outcome. Every hole has the number of the last tool that works on it."""
+    """Return the part scene of an outcome, with the last tool that works on each hole."""
     tools = {hole: o.tool.number for o in outcome.operations if not o.slots for hole in o.holes}
     part = outcome.part
     planned = (issue for issue in outcome.missing if issue not in part.issues)
@@ -219,9 +219,9 @@ def toolpath_scene(
 ) -> bytes:
     """Return the scene of a toolpath as the machine runs it.
 
-    `text` is its program, `part` the part that it machines, and `cleared` the width that a mill clears, mm.
-    `measured` is a measurement that determines the time. For an `untimed` path, the player shows the progress but no
-    time. Raise `PlanError` if the drilling cycles expand to too many moves.
+    `text` is the program of the toolpath, `part` the machined part, and `cleared` the width that a mill clears, mm.
+    The times come from `measured`, if given. For an `untimed` path, the player shows the progress but no time. Raise
+    `PlanError` if the drilling cycles expand to too many moves.
     """
     return _toolpath(
         playback(path, machine, beam, measured=measured),

@@ -16,7 +16,7 @@ _FAREWELL = 30.0
 
 
 class DataServer(Element):
-    """An element that serves data at secret addresses, which expire with the element."""
+    """An element that serves data at secret addresses. The addresses expire when the element is removed."""
 
     def __init__(self) -> None:
         super().__init__()

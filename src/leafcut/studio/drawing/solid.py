@@ -1,9 +1,9 @@
-"""The stock of a run for the browser, which cuts it move by move during playback.
+"""Scene of the stock of a run. The browser cuts the stock move by move during playback.
 
-A scene (`studio.drawing.scene`) of the kind ``solid``. Its header has
+The scene (`studio.drawing.scene`) has the kind ``solid``. Its header has
 
-- ``refused``: why the stock cannot be shown; the header then has no other key, except ``message``, the same text with
-  its template and values;
+- ``refused``: the reason if the stock cannot be shown; the header then has only one other key, ``message``: the
+  reason as template and values;
 - ``origin``: x and y, mm, subtracted from all positions;
 - ``grid``: ``x`` and ``y`` of the middle of the first cell and ``cell``, its side, mm; ``rows`` and ``columns``;
 - ``of``: number of rows of the toolpath's scene;
@@ -12,9 +12,9 @@ A scene (`studio.drawing.scene`) of the kind ``solid``. Its header has
   ``length`` of its cutting part, mm, and ``bodies``, the known parts above: kind, lower end above the tip, radius;
 - ``collisions``: kind and line of each;
 - ``differs``: None for a single program. For two programs: ``count``, the number of positions with different
-  heights, and ``places``, the x, y and the heights in both programs of the largest differences, mm.
+  heights, and ``places``, the largest differences: x, y, and the heights in both programs, mm.
 
-Blocks, a row for each straight move except in the last four:
+Blocks; all except the last four have a row for each straight move:
 
 =============== ======= =============================================================================================
 ``move``        f4 × 6  start and end of the tip, mm
@@ -62,14 +62,17 @@ from leafcut.studio.drawing.scene import Columns, pack_scene
 
 #: Length of a tool's cutting part, in diameters, if its library does not state it.
 _FLUTES = 3.0
-#: Maximum number of drawn segments of a shank and a holder.
+#: Maximum number of segments in the drawing of a shank and a holder.
 _MAX_BODIES = 4
 #: Tolerance for equal heights, mm; maximum number of listed differences.
 _TOLERANCE, _MAX_PLACES = 0.01, 200
 
 
 def outcome_solid_scenes(outcome: Outcome) -> tuple[bytes, bytes]:
-    """Return the scenes of an outcome's stock before and after, or scenes with the reason why it cannot be shown."""
+    """Return the scenes of the stock as cut by the original and the new toolpath of an outcome.
+
+    If the stock cannot be shown, the scenes contain the reason.
+    """
     stock = report_of(outcome).stock()
     return _scenes(
         _ShownRun(outcome.path_before, stock, lambda: outcome_playback(outcome, "before")),
@@ -92,7 +95,7 @@ def compared_solid_scenes(
 def solid_scene(path: Toolpath, machine: Machine, stock: ShownStock, measured: Measure | None = None) -> bytes:
     """Return the scene of the stock that a toolpath cuts, or a scene with the reason why it cannot be shown.
 
-    `measured` is a measurement that determines the time.
+    The times come from `measured`, if given.
     """
     shown = _shown_run(path, machine, stock, measured)
     try:
@@ -145,7 +148,7 @@ def _scenes(first: _ShownRun, second: _ShownRun) -> tuple[bytes, bytes]:
 
 
 def translate_refusal(scene: bytes, say: Callable[[str], str]) -> bytes:
-    """Return the scene; if it contains a reason why no stock is shown, translate the reason with `say`."""
+    """Return a scene of the stock. If it contains a refusal instead of a stock, translate the refusal with `say`."""
     size = int.from_bytes(scene[8:12], "little")
     header = messages_from_json(scene[16 : 16 + size])
     # Scenes of leafcut 0.2 have no template.
@@ -157,7 +160,7 @@ _HEAD: dict[str, Any] = {"kind": "solid", "name": "solid", "origin": [0.0, 0.0],
 
 
 def _place_of(cells: NDArray[np.int64], left: Sequence[HeightField]) -> tuple[float, float, list[float]]:
-    """Return x and y of the cell nearest to the middle of a group of cells, and its height in both fields, mm."""
+    """Return the cell nearest to the middle of a group of cells: x, y, and the height in both fields, mm."""
     row, column = cells[np.argmin(np.hypot(*(cells - cells.mean(axis=0)).T))].tolist()
     field = left[0]
     heights = [float(each.heights[row, column]) for each in left]

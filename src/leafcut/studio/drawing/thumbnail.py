@@ -1,4 +1,4 @@
-"""Thumbnails of a drawing for each kind of work. The objects of that work are emphasized, the rest is faint."""
+"""Thumbnails of a drawing, one per kind of work, that emphasize the objects to be machined."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SMALL = 1.0
 
 
 class Thumbnails:
-    """Thumbnails of a drawing. The SVG paths of its objects are built once."""
+    """Thumbnails of a drawing. All of them share the SVG paths of its objects."""
 
     def __init__(self, whole: Part) -> None:
         frame = _Frame(_around(whole))
@@ -39,8 +39,8 @@ class Thumbnails:
     ) -> dict[str, str]:
         """Return a thumbnail as SVG path data: ``strong``, ``faint``, and ``style``.
 
-        `contours` and `holes`, bool[n], mark the emphasized objects; None marks none. The styles
-        (`Process.pictured`) ``holes`` and ``areas`` are filled, ``lines`` are not.
+        `contours` and `holes`, bool[n], mark the emphasized objects; None marks none. The styles ``holes`` and
+        ``areas`` (`Process.pictured`) are filled; the style ``lines`` is not.
         """
         paths: dict[bool, list[str]] = {True: [], False: []}
         for drawn, chosen in ((self._contours, contours), (self._holes, holes)):
@@ -82,7 +82,7 @@ class _Frame:
 
 
 def _around(whole: Part) -> tuple[float, float, float, float]:
-    """Return the bounding box of a drawing with its hole edges; `Part.extents` contains only hole centres."""
+    """Return the bounding box of a drawing, including whole holes; `Part.extents` contains only their centres."""
     x0, y0, x1, y1 = whole.extents
     for hole in whole.holes:
         r = 0.5 * hole.diameter

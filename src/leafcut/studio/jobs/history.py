@@ -44,9 +44,9 @@ CREATE TABLE IF NOT EXISTS message (
     PRIMARY KEY (job, number)
 );
 """
-#: Columns that schema 1 lacks: a message with its template and values, as JSON; "" for the plain text.
+#: Columns that schema 1 lacks: the template and the values of a message as JSON; "" for a plain text.
 _ADDED = {"job": "line_parts", "message": "parts"}
-#: zlib level with most of the compression in a tenth of the time.
+#: zlib level. Higher levels need ten times longer for slightly smaller data.
 _LEVEL = 3
 
 
@@ -104,8 +104,8 @@ class JobRecord:
 class SearchTerm:
     """A search term.
 
-    It matches if the word occurs in the title, command, option values, message or date, or if the job has one of the
-    given `options` or `states`.
+    It matches a job if the word occurs in its title, command, option values, message or date, or if the job has one of
+    the given `options` or `states`.
     """
 
     word: str
@@ -117,7 +117,7 @@ class History:
     """The stored jobs, newest first; thread-safe.
 
     Raise `OutputError` if the file cannot be opened or written. A damaged file is renamed, and a new file is
-    created. Raise `DataError` if a newer leafcut wrote the file, which stays unchanged.
+    created. Raise `DataError`, and leave the file unchanged, if a newer leafcut wrote it.
     """
 
     def __init__(self, path: Path) -> None:
@@ -155,7 +155,7 @@ class History:
     def _keep_private(self) -> None:
         """Create the file with owner-only permissions before SQLite opens it.
 
-        SQLite copies them to its companion files.
+        SQLite copies the permissions to its companion files.
         """
         try:
             os.close(os.open(self._path, os.O_RDWR | os.O_CREAT, 0o600))
@@ -167,7 +167,7 @@ class History:
             raise OutputError("{}: cannot open the history ({})", self._path, problem.strerror) from None
 
     def _set_aside(self) -> None:
-        """Rename a damaged file and its companion files, which must not be used with the new file."""
+        """Rename a damaged file and its companion files, because SQLite must not apply them to the new file."""
         mark = f"damaged-{time.time():.0f}"
         for suffix in BESIDE:
             file = self._path.with_name(self._path.name + suffix)
@@ -265,7 +265,7 @@ class History:
 
     def of_sheets(self, job: str) -> list[JobRecord]:
         """Return the jobs that cut the sheets of a nest, newest first."""
-        # LIKE treats an underscore as a wildcard, so the origin is checked again.
+        # The origin is compared again below, because LIKE treats an underscore as a wildcard.
         query = f"SELECT {_COLUMNS} FROM job WHERE task LIKE ? ORDER BY created DESC, rowid DESC"
         records = [_record(row) for row in self._read(query, (f'%"origin": "{job}/%',))]
         return [record for record in records if record.task.origin.startswith(f"{job}/")]
@@ -276,7 +276,7 @@ class History:
         return [(seconds, messages_from_json(parts) or words) for seconds, words, parts in self._read(query, (job,))]
 
     def answer(self, job: str) -> dict[str, Any] | None:
-        """Return the answer of a job with the schema number under which it was stored, or None."""
+        """Return the stored answer of a job, including its schema number, or None."""
         rows = self._read("SELECT answer FROM job WHERE id = ? AND answer IS NOT NULL", (job,))
         # leafcut 0.2 stored schema 1 without a number.
         return {ANSWER.key: 1, **messages_from_json(zlib.decompress(rows[0][0]))} if rows else None
@@ -344,11 +344,11 @@ def _record(row: tuple[Any, ...]) -> JobRecord:
 
 
 def _parts(text: str) -> str:
-    """Return a message with its template and values as JSON; an empty JSON text for a plain text."""
+    """Return the template and the values of a message as JSON; an empty JSON string for a plain text."""
     return json.dumps(messages_to_json(text) if isinstance(text, Message) else "")
 
 
 def files_of(tasks: Iterable[Task]) -> set[str]:
-    """Return the strings in tasks that may be ids of uploads: inputs, and files among the options."""
+    """Return all strings in tasks that may be ids of uploads: inputs, and files named by options."""
     words = (w for task in tasks for w in (*task.inputs, *task.options.values()) if isinstance(w, str))
     return {w.partition(":")[0] for w in words}  # a part of a nest is `id:quantity`

@@ -30,7 +30,7 @@ from leafcut.studio.jobs.workers import StudioWork, StudioWorkers, WorkError
 AT_ONCE = 2
 #: Maximum number of messages per job; older messages are dropped.
 _MAX_MESSAGES = 1000
-#: Number of finished jobs in memory, for pages that have not shown their end yet.
+#: Number of finished jobs in memory, for pages that have not shown the end of the job yet.
 _MAX_ENDED = 16
 #: Maximum number of listed trials per job.
 _MAX_TRIED = 64
@@ -47,11 +47,11 @@ class LiveJob:
     points
         (seconds, cost, step) at every decrease of the cost and at every new step.
     messages
-        The latest steps, each once: (seconds, text).
+        The latest messages, each once: (seconds, text).
     said
-        Total number of messages.
+        Total number of messages, including those that were dropped.
     tried
-        Trials of a job that compares several strategies, in the order of their start: name → (result, cost).
+        Trials of a job that compares several strategies, in starting order: name → (result, cost).
     stopped, dropped
         Whether the job has to end with its best result, or without a result.
     ended
@@ -113,7 +113,7 @@ class LiveJob:
 class Jobs:
     """All jobs of the studio, running and finished.
 
-    `kept` returns the ids of uploads that are needed for other reasons.
+    `kept` returns the ids of uploads that must be kept even if no job uses them.
     """
 
     def __init__(
@@ -130,7 +130,7 @@ class Jobs:
         self.closed = False
 
     def start(self, task: Task, watch: Watch | None = None) -> str:
-        """Start or enqueue a job and return its id. `watch` may hold its search from the start.
+        """Start or enqueue a job and return its id. A paused `watch` holds the search from the start.
 
         Raise `OptionError` if the task is invalid. Raise `OutputError` if the history cannot be written or the
         studio is closing.
@@ -182,8 +182,8 @@ class Jobs:
         return self._with_live_state(lambda: self.history.of_sheets(job))
 
     def _with_live_state(self, read: Callable[[], list[JobRecord]]) -> list[JobRecord]:
-        """Return records; jobs that the history could not store get their state from this server."""
-        # Read the states before the history: a job that has ended by then is stored, if it could be written.
+        """Read records, and correct the states of jobs whose latest state could not be written to the history."""
+        # The states are read before the history. A job that has ended by now is in the history, unless writing failed.
         known = {job: (live.state, live.line) for job, live in list(self._live.items())}
         return [
             record
@@ -237,7 +237,7 @@ class Jobs:
         return record.state if record else JobState.CANCELLED
 
     async def over(self, job: str) -> None:
-        """Wait for the end of a job without blocking a thread, so that any number of jobs can be awaited."""
+        """Wait for the end of a job without blocking a thread. Any number of callers may wait."""
         live = self._live.get(job)
         if live is not None:
             await asyncio.shield(asyncio.wrap_future(live.ended))
@@ -324,7 +324,7 @@ def is_internal(problem: BaseException) -> bool:
 
 
 def line_of(problem: BaseException) -> str:
-    """Return the message of an exception as one line; unknown exceptions become a report of an internal error."""
+    """Return the message of an exception as one line. For an unknown exception, the line reports an internal error."""
     if isinstance(problem, LeafcutError):
         line = str(problem)
     elif isinstance(problem, MemoryError):

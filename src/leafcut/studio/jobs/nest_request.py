@@ -1,4 +1,4 @@
-"""The parts of a nest as a page requests them (drawing, quantity, angles), and lists of parts."""
+"""The parts of a nest in a page's request (drawing, quantity, angles), and lists of parts."""
 
 from __future__ import annotations
 
@@ -49,9 +49,9 @@ def quantity_of(typed: str) -> int:
 
 
 def rotations_of(typed: str) -> str:
-    """Return typed angles separated by spaces.
+    """Return typed angles separated by spaces; an empty text means the angles of the options.
 
-    Raise `OptionError` if one is invalid. An empty text means no own angles.
+    Raise `OptionError` if an angle is invalid.
     """
     words = typed.replace("/", " ").replace(",", " ").replace(";", " ").split()
     if words:
@@ -78,7 +78,7 @@ def wanted_parts(inputs: Sequence[str], text: str) -> list[WantedPart]:
 
 
 def needs_list(parts: Sequence[WantedPart]) -> bool:
-    """Return whether a parts list is needed, because angles of single parts cannot be given on the command line."""
+    """Return whether the command needs a parts list, because a part has its own angles."""
     return any(part.rotations for part in parts)
 
 
@@ -95,8 +95,8 @@ def list_text(parts: Sequence[WantedPart], files: Sequence[str]) -> str:
 def listed_parts(path: Path, opened: Mapping[str, str]) -> tuple[list[WantedPart], list[str]]:
     """Return the parts of a list, and the names of its drawings that are not open.
 
-    `opened` maps displayed names to ids. Only the file names in the list count, because the studio does not read
-    other folders. Raise `ReadError` or `OptionError` if the list is invalid.
+    `opened` maps displayed names to ids. Folder names in the list are ignored, because the studio does not read other
+    folders. Raise `ReadError` or `OptionError` if the list is invalid.
     """
     from leafcut.read.nest_list import read_wanted
 

@@ -44,11 +44,11 @@ class Preview:
     stock
         Function that creates the scene of the program's stock (`stock_scene`); None for other inputs.
     error
-        Reason why the input cannot be read for this kind of work. Another kind of work or other options may succeed.
+        Reason why the input cannot be read with these options for this kind of work; empty if it can.
     work
-        Kind of work for which a drawing was read; empty if all kinds read it in the same way.
+        Kind of work for which a drawing was read; empty if all kinds of work read the input in the same way.
     whole
-        The entire content of a drawing, and the kinds of work that it suits.
+        The entire content of a drawing, and the suitable kinds of work.
     zero
         Position of program zero in the mirrored and rotated drawing, mm; None if unknown or fixed.
     broken
@@ -72,7 +72,7 @@ class Preview:
     pixels: tuple[int, int] | None = None
 
 
-#: A drawing and a program whose preview loads the most common modules.
+#: A drawing and a program. Their previews load the most common modules.
 READY = (
     Source("ready.dxf", b"0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n5\n20\n5\n40\n1\n0\nENDSEC\n0\nEOF\n"),
     Source("ready.nc", b"G21 G90 G94\nG0 X0 Y0 Z5\nG1 Z-1 F100\nG2 X2 Y0 I1 J0\nG81 X5 Y5 Z-1 R2\nG80\nM2\n"),
@@ -145,7 +145,7 @@ def _facts(part: Part) -> tuple[tuple[str, str], ...]:
     if widths:
         shown = ", ".join(f"{w:.4g}" for w in widths[:4]) + (" …" if len(widths) > 4 else "")
         facts.append(("diameters", f"{shown} mm"))
-    # A drawing that has only holes does not show the size of the plate.
+    # The holes alone do not determine the size of the plate.
     kind = "size" if part.contours or part.pockets else "centres"
     return (*facts, (kind, f"{size} mm"), ("units", part.units))
 
@@ -170,7 +170,7 @@ def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | 
         )
         shown = {"after": scene}
     except LeafcutError as problem:
-        # A text that resembles a program is shown even if it cannot be simulated.
+        # Text that resembles a program is shown even if it cannot be simulated.
         match = sniff_gcode(source.data[:SNIFF_BYTES])
         return Preview(
             "gcode", _PROGRAM, error=str(problem), broken=isinstance(problem, ReadError) and match == Match.NO
@@ -186,13 +186,13 @@ def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | 
 
 
 def preview(link: Link, source: str, work: str, options: dict[str, Any]) -> Preview:
-    """Return the preview of an input without its whole content, which is needed only during reading."""
+    """Return the preview of an input, without the whole content, which the page does not need."""
     seen = read_preview(source, work, options, link.report)
     return replace(seen, whole=replace(seen.whole, part=None))
 
 
 def stock_scene(link: Link, source: str, options: Mapping[str, Any]) -> bytes:
-    """Return the scene of a program's stock (`studio.drawing.solid`), or a scene with the reason for none."""
+    """Return the scene of a program's stock (`studio.drawing.solid`), or a scene with the reason for its absence."""
     from leafcut.read.registry import read_source
     from leafcut.studio.drawing.solid import solid_scene
 

@@ -58,7 +58,7 @@ class JobResult:
 
 
 def run(link: Link, call: ReadyTask, names: tuple[str, ...]) -> JobResult:
-    """Run a task; raise `LeafcutError` as on the command line. `names` are the displayed names of the inputs."""
+    """Run a task. `names` are the displayed names of the inputs. Raise the same errors as the command line."""
     from leafcut.report.json_answer import simulation_as_json
 
     on_progress, cancelled = link.report, link.stop
@@ -132,7 +132,7 @@ def _optimize(
         **call.options,
     )
     output = program_name(name, outcome.extension)
-    # A report leaves the studio. It shows the displayed file name instead of the internal path.
+    # Users pass reports on, so a report names the displayed file instead of the internal path.
     source = name if outcome.part.source else ""
     outcome = replace(outcome, output=output, part=replace(outcome.part, source=source))
     report = report_of(outcome)
@@ -229,7 +229,10 @@ def _plan_file_artefact(call: ReadyTask) -> dict[str, Artefact]:
 def _searches(
     searches: Sequence[tuple[str, Sequence[tuple[float, float]], float | None, str]], observe: Observer
 ) -> Artefact:
-    """Return the chart data (name, history, lower bound, unit) of each search; a single search adds its iterations."""
+    """Return the chart data of each search: name, history, lower bound, unit.
+
+    A single search also has its iterations.
+    """
     kept: list[dict[str, Any]] = [
         {"name": name, "history": [list(point) for point in history], "bound": bound, "unit": unit}
         for name, history, bound, unit in searches[:_MAX_SEARCHES]

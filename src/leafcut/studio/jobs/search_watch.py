@@ -11,11 +11,11 @@ from typing import Any
 from leafcut.model.snapshot import Observer, Snapshot
 from leafcut.model.study import Iteration, Study
 
-#: Minimum interval between snapshots, s; the same as a multiple of the duration of a snapshot.
+#: Minimum interval between snapshots: in seconds, and as a multiple of the duration of a snapshot.
 EVERY, TIMES_AS_LONG = 0.1, 10.0
-#: Additional interval per point of the path, s, for transfer and drawing.
+#: Minimum interval between snapshots per point of the path, s, for transfer and drawing.
 PER_PLACE = 3e-6
-#: Time without a request, s, after which a page counts as closed; time after which a held search continues.
+#: Times without a request from a page, s: the page counts as closed; a held search continues.
 LOOKS_AWAY, LEFT_ALONE = 1.0, 30.0
 #: Maximum number of iterations that are sent with a snapshot.
 _MAX_ITERATIONS = 300
@@ -27,10 +27,10 @@ LOOKED = "looked"
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A snapshot of a running search, which pages display.
+    """A snapshot of a running search, for display on pages.
 
-    `can_hold`: whether the search can be paused. `iterations` are some of the recorded iterations, including the last;
-    empty if none are recorded.
+    `can_hold`: whether the search can be paused. `iterations` is a selection of the recorded iterations, including the
+    last; empty if none are recorded.
     """
 
     snapshot: Snapshot
@@ -52,7 +52,7 @@ class Watch:
         self._looked, self._answered = 0.0, True
 
     def connect(self, send: Callable[..., None]) -> None:
-        """Set the function that calls a method of the search's `PageObserver`, and send it the settings."""
+        """Set the function that calls a method of the search's `PageObserver`, and send it the current settings."""
         self._send = send
         send("go", self.speed)
         send("pause", self.paused)
@@ -68,7 +68,7 @@ class Watch:
     def poll(self) -> tuple[int, Snapshot | None]:
         """Return the number and content of the latest snapshot, and inform the search that a page is open."""
         now = time.perf_counter()
-        # A search in a long call does not answer. Further messages would fill the pipe.
+        # During a long computation, the search does not answer. Further messages would fill the pipe.
         if self._answered and now - self._looked > 0.5 * LOOKS_AWAY:
             self._looked, self._answered = now, False
             self._send("look")
@@ -99,8 +99,8 @@ class Watch:
 class PageObserver(Observer):
     """The observer of a search, controlled by a `Watch` in another process.
 
-    It takes snapshots only while a page is open. While paused, the search waits between two steps; a speed limits
-    its steps per second. `study` records the iterations of a search, if they are to be recorded.
+    The observer takes snapshots only while a page is open. It can hold the search between two steps, or limit the
+    number of steps per second. `study` records the iterations of the search; None if they are not recorded.
     """
 
     def __init__(self, send: Callable[[Any], None]) -> None:
@@ -115,7 +115,7 @@ class PageObserver(Observer):
     def show(self, take: Callable[[], Snapshot], alone: bool) -> None:
         """Take a snapshot if a page is open, and hold the search if requested.
 
-        `take` returns a snapshot. `alone`: the whole search waits during this call, so it can be held.
+        `take` returns a snapshot. `alone`: this call blocks the whole search, so it can hold the search.
         """
         now = time.perf_counter()
         on_hold = alone and (self._paused or self._speed is not None) and not self._released
@@ -149,7 +149,7 @@ class PageObserver(Observer):
             self._changed.notify_all()
 
     def release(self) -> None:
-        """Stop holding the search for good, so that it can end."""
+        """Never hold the search again, so that it can end."""
         with self._changed:
             self._released = True
             self._changed.notify_all()
@@ -166,7 +166,7 @@ class PageObserver(Observer):
         seen = self._number
         while self._waits():
             if self._number == seen and time.perf_counter() - self._looked < LOOKS_AWAY:
-                # A page was opened during the pause. A snapshot of a large map takes a second, so it is taken here.
+                # A page was opened during the pause. Taking a snapshot of a large map lasts a second.
                 self._see(take, True, time.perf_counter())
         self._stepped = time.perf_counter()
 
@@ -186,6 +186,6 @@ class PageObserver(Observer):
 
 
 def thinned(rows: list[Any], limit: int) -> list[Any]:
-    """Return every nth row, at most about `limit` in total, and the last row."""
+    """Return at most about `limit` evenly spaced rows, including the last row."""
     kept = rows[:: len(rows) // limit + 1]
     return kept if not rows or kept[-1] is rows[-1] else [*kept, rows[-1]]

@@ -18,7 +18,7 @@ GOING = (JobState.WAITING.value, JobState.RUNNING.value)
 
 @dataclass(frozen=True)
 class SheetOfNest:
-    """A sheet of a variant of a nest, each numbered from 1. `count` identical copies of the sheet are cut."""
+    """A sheet of a nest. Its variant and its number in the variant count from 1; `count` is the number of copies."""
 
     job: str
     variant: int
@@ -28,7 +28,7 @@ class SheetOfNest:
 
     @property
     def origin(self) -> str:
-        """The origin that is stored in the task that cuts this sheet."""
+        """Value of `Task.origin` for the task that cuts this sheet."""
         return f"{self.job}/{self.variant}/{self.number}"
 
     @property
@@ -74,10 +74,10 @@ def upload_sheet(jobs: Jobs, sheet: SheetOfNest) -> str:
 
 
 def plan_cuts(jobs: Jobs, job: str, options: Mapping[str, Any]) -> list[str]:
-    """Start jobs that plan the cuts of all sheets of a nest with the same options; return their ids.
+    """Start one job per sheet of a nest, which plans its cuts with the given options; return the ids.
 
-    Unfinished jobs with these options are reused. Raise `OptionError`, before any job starts, if the job is not a
-    nest or an option is invalid.
+    Unfinished jobs with these options are reused. Raise `OptionError`, before any job starts, if `job` is not a nest
+    or an option is invalid.
     """
     tasks = []
     asked = {"quantity": options.get("quantity")}
@@ -94,10 +94,10 @@ def plan_cuts(jobs: Jobs, job: str, options: Mapping[str, Any]) -> list[str]:
 
 
 def comparison(jobs: Jobs, job: str) -> list[dict[str, Any]]:
-    """Return the totals of the cuts of each variant.
+    """Return the totals of the planned cuts for each variant of a nest.
 
     Only cuts with the options of the newest job count. Unknown values are None. ``jobs`` are the jobs of the
-    variant's sheets. ``quickest`` marks the fastest variant when all are planned.
+    variant's sheets. ``quickest`` marks the fastest variant once all variants are planned.
     """
     sheets = nest_of(jobs.history, job)
     newest = _newest(jobs.of_sheets(job))
@@ -118,7 +118,7 @@ def _variants(sheets: list[SheetOfNest]) -> Iterator[tuple[int, list[SheetOfNest
 
 
 def _newest(records: list[JobRecord]) -> dict[str, JobRecord]:
-    """Return origin → newest job, among the jobs that have the options of the newest job."""
+    """Return the newest job of each origin, among jobs with the same options as the newest of all jobs."""
     if not records:
         return {}
     newest_options = _without_quantity(records[0].task.options)

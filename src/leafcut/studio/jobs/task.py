@@ -1,4 +1,4 @@
-"""Requests of a page (a command with inputs and options), and their translation into a call of leafcut."""
+"""Tasks that a page requests (a command with inputs and options), and their translation into a call of leafcut."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ COMMANDS = {"optimize": 1, "nest": 0, "solve": 1, "simulate": 1, "verify": 2}
 LIST, NEST = "parts.csv", "nest.dxf"
 #: Maximum number of drawings named in a title.
 _MAX_NAMED = 4
-#: Option → kind of the user's own files that it may name. Such a file may change while its name stays the same.
+#: Option → kind of user's own files that the option may name. Unlike uploads, these files may change.
 OWN_KINDS = {"machine": "machines", "tools": "tools"}
 
 
@@ -35,9 +35,9 @@ class Task:
     """A command with its inputs and options, as a page sends it.
 
     Inputs are ids of uploads or names of built-in parts; inputs of a nest are encoded as
-    `nest_request.WantedPart.word`. Option values are texts, booleans or numbers. A file among the options is the id
-    of an upload, or ``mine:`` and the name of one of the user's own files. `origin` is the nested sheet from which
-    the input comes: job, variant and layout, separated by slashes.
+    `nest_request.WantedPart.word`. Option values are texts, booleans or numbers. An option names a file by the id of
+    an upload, or by ``mine:`` and the name of one of the user's own files. If the input is a nested sheet, `origin`
+    is its job, variant and layout, separated by slashes.
     """
 
     command: str
@@ -52,7 +52,7 @@ class Task:
 
     @classmethod
     def from_json(cls, text: str) -> Task:
-        """Return the task that `as_json` has encoded."""
+        """Return the task that is encoded in the result of `as_json`."""
         plain = json.loads(text)
         return cls(
             plain["command"],
@@ -122,9 +122,9 @@ def parts_of(task: Task) -> tuple[WantedPart, ...]:
 
 
 def _drawn_sheets(task: Task, folder: Folder) -> dict[str, str]:
-    """Return the drawings that --sheet names as sheets of a nest, as name → id.
+    """Return the drawings named by --sheet, as name → id of the upload.
 
-    Raise `OptionError` if one is not open.
+    Raise `OptionError` if a drawing is not open.
     """
     sheet = set_options(task.options).get("sheet")
     if task.command != "nest" or sheet is None:
@@ -179,7 +179,7 @@ def _parts_by_name(task: Task, folder: Folder, names: Sequence[str]) -> list[tup
 
 
 def unique_names(names: Sequence[str]) -> tuple[str, ...]:
-    """Return unique file names; equal names get numbered folders: ``1/a.nc 2/a.nc``."""
+    """Return unique file names; equal names are put into numbered folders: ``1/a.nc 2/a.nc``."""
     return tuple(f"{k}/{name}" if names.count(name) > 1 else name for k, name in enumerate(names, 1))
 
 
@@ -200,7 +200,7 @@ def title_of(task: Task, folder: Folder) -> str:
 
 
 def program_name(source: str, extension: str) -> str:
-    """Return the file name of the program for `source`. It differs from the name of the source."""
+    """Return the file name of the program for `source`; never the name of `source` itself."""
     name = source.replace("example:", "").replace("random:", "random-").replace(":", "-")
     stem, suffix = Path(name).stem, Path(name).suffix
     return f"{stem}_leafcut{suffix}" if suffix.lower() == extension.lower() else f"{stem}{extension}"
@@ -223,7 +223,7 @@ def command_line(task: Task, folder: Folder, output: str = "") -> str:
         words += ["--process", task.process] if task.process != "auto" else []
     for name, value in set_options(task.options).items():
         words += _flag(name, value, folder)
-    # The page shows all options, including the user's defaults, so the command must not add them again.
+    # The command contains all options of the page, including the user's defaults, so it must not load them again.
     return shlex.join([*words, *(["--no-defaults"] if has_defaults() else [])])
 
 

@@ -18,7 +18,7 @@ from leafcut.read.format import Format, Source
 from leafcut.read.machine import load_machine
 from leafcut.studio.drawing.thumbnail import Thumbnails
 
-#: Largest suitability of a work that is clearly worse than another, relative to that of the other.
+#: A kind of work is clearly worse than another if its suitability is below this share of the other's.
 _CLEARLY_WORSE = 0.5
 
 
@@ -26,9 +26,16 @@ _CLEARLY_WORSE = 0.5
 class WholeInput:
     """A whole drawing, before it is placed.
 
-    `part` is its entire content; None for an input that is machined completely. `suits` rates each kind of work, in
-    order of likelihood. `pictures` maps kinds of work to thumbnails (`Thumbnails.picture`). `machine` is the default
-    machine for such files, or empty.
+    Attributes
+    ----------
+    part
+        The entire content; None for an input that is machined completely.
+    suits
+        Rating of each kind of work, the most likely first.
+    pictures
+        Kind of work → thumbnail (`Thumbnails.picture`).
+    machine
+        Default machine for files of this format; empty for none.
     """
 
     part: Part | None = None
@@ -41,7 +48,7 @@ class WholeInput:
         return [*(work for work in self.suits if work in kinds), *(work for work in kinds if work not in self.suits)]
 
     def background(self, work: str, source: Source, part: Part, settings: Settings) -> tuple[Part | None, Zero]:
-        """Return the entire drawing as background for the part of a kind of work, and the position of program zero."""
+        """Return the entire drawing, placed like the part of a kind of work, and the position of program zero."""
         zero = _zero(work, source, part, settings)
         if self.part is None or zero is None:
             return None, zero
@@ -53,14 +60,14 @@ Zero = tuple[float, float] | None
 
 
 def read_whole_input(format_: Format, source: Source, kinds: Sequence[str], settings: Settings) -> WholeInput:
-    """Return the whole content of an input; `WholeInput.part` is None if the reader returns only the machined part."""
+    """Read the whole content of an input. `WholeInput.part` is None if the format contains only the machined part."""
     machine = next(filter(None, (registry.work(work).machine_for(format_.name) for work in kinds)), "")
     if format_.whole is None and format_.contours is None and not _filtered(settings.read):
         return WholeInput(machine=machine)
     try:
         part = read_whole(source, settings.read)
     except LeafcutError:
-        return WholeInput(machine=machine)  # the reader for the kind of work reports the error
+        return WholeInput(machine=machine)  # the error is reported when the drawing is read for a kind of work
     suits = _machine_first(registry.rate_works(kinds, WholeDrawing(part)), settings)
     drawn = Thumbnails(part)
     pictures = {
@@ -71,7 +78,7 @@ def read_whole_input(format_: Format, source: Source, kinds: Sequence[str], sett
 
 
 def _machine_first(suits: dict[str, Suitability], settings: Settings) -> dict[str, Suitability]:
-    """Return the ratings with the works of the chosen machine first, unless another work suits much better."""
+    """Return the ratings, first those of the chosen machine's works, unless another work suits much better."""
     if "machine" not in settings.given or not suits:
         return suits
     try:
@@ -91,7 +98,7 @@ def _filtered(read: ReadOptions) -> bool:
 
 
 def _zero(work: str, source: Source, part: Part, settings: Settings) -> Zero:
-    """Return the position of program zero in the drawing. A corner given by name depends on the process."""
+    """Return the position of program zero in the drawing. If it is a named corner, it depends on the kind of work."""
     origin = settings.read.origin
     if origin is None:
         return 0.0, 0.0
@@ -110,8 +117,8 @@ def _zero(work: str, source: Source, part: Part, settings: Settings) -> Zero:
 class MachineTravel:
     """The travel of a machine in drawing coordinates: smallest x and y, largest x and y, mm.
 
-    If the position of program zero on the machine is not `known`, the part is assumed to be in the middle of the
-    travel. `fits`: whether the part is inside the travel.
+    `known`: whether the position of program zero on the machine is known. If not, the part is assumed to be in the
+    middle of the travel. `fits`: whether the part is inside the travel.
     """
 
     box: tuple[float, float, float, float]

@@ -28,9 +28,9 @@ from leafcut.model.heartbeat import Progress
 
 #: Maximum number of idle processes; each has about 250 MB of modules and compiled code.
 _MAX_IDLE = 2
-#: Maximum duration of a task after which its process is reused, s. Ending a process releases its memory.
+#: A process is reused if its task took at most this time, s. Otherwise the process is ended to release its memory.
 _LONG_SECONDS = 10.0
-#: Numbers of tasks; messages carry them.
+#: Task numbers. Each message contains the number of its task.
 _NUMBERS = itertools.count()
 _COMMAND = (sys.executable, "-P", "-c", "from leafcut.studio.jobs.work_process import main; main()")
 
@@ -65,8 +65,8 @@ class _Process:
         folder.mkdir(parents=True, exist_ok=True)
         self._folder = tempfile.mkdtemp(dir=folder)
         self._lock = threading.Lock()
-        # Processes that this process starts are killed with its group (not on Windows). Ctrl-C in the terminal does not
-        # reach another group.
+        # The process gets its own group (not on Windows). Its child processes are killed with the group, and Ctrl-C in
+        # the terminal does not reach the group.
         try:
             self._process = subprocess.Popen(
                 _COMMAND,
@@ -124,7 +124,7 @@ class _Process:
 
 
 class StudioWorkers:
-    """The processes of the studio. If `spare`, an idle process is kept ready, because a start takes seconds."""
+    """The processes of the studio. With `spare`, an idle process is kept ready, because starting one takes seconds."""
 
     def __init__(self, folder: Path, spare: bool = True) -> None:
         self._folder, self._spare = folder, spare
@@ -186,11 +186,11 @@ class StudioWork:
         self._workers = workers
         self._number = next(_NUMBERS)
         self._lock = threading.Lock()
-        #: Guards `_taken` and `_cancelled`. It is never held during a wait, so that `cancel` returns at once.
+        #: Guards `_taken` and `_cancelled`. No thread waits while it holds this lock, so that `cancel` returns at once.
         self._ending = threading.Lock()
-        #: The process of the task, from its start to its end.
+        #: The process of the task, from the start of the process to its end.
         self._taken: _Process | None = None
-        #: The same process, once it has received the task.
+        #: The same process, from the moment at which it has received the task.
         self._process: _Process | None = None
         #: Messages for a task that has not started: name → arguments.
         self._pending: dict[str, tuple[Any, ...]] = {}

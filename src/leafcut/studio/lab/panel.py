@@ -1,5 +1,4 @@
-"""The Lab view: published experiments, and experiments on the open part. Users start them, follow the runs and read
-the reports."""
+"""The Lab view, which runs published experiments and experiments on the open part, and shows their reports."""
 
 from __future__ import annotations
 
@@ -30,7 +29,7 @@ _RUNS, _USUAL = "5", {"algorithm": ("nn", "acs", "auto"), "strategy": ("zigzag",
 #: Minimum interval between updates of results, s.
 _PACE = 1.0
 _MAX_FAILED = 5
-#: Kinds of work that have alternatives to compare on a part.
+#: Kinds of work with several algorithms or strategies, which can be compared on a part.
 _COMPARABLE = ("solve", "drill", "program", "cut", "pocket")
 #: Names in the literature of algorithms that leafcut abbreviates.
 _TITLES = {
@@ -49,7 +48,7 @@ class LabPanel:
         #: Option → values selected for comparison.
         self.ways = {option: set(names) for option, names in _USUAL.items()}
         self._drawn: tuple[object, ...] = ()
-        #: Elements of the running experiment, updated separately, so that buttons are not redrawn meanwhile.
+        #: Elements that show the progress. They are updated without redrawing the buttons.
         self._progress_elements: tuple[Any, ...] = ()
         self._growing: Description | None = None
         self._next = 0.0
@@ -176,8 +175,7 @@ class LabPanel:
         except Exception as problem:
             self.page.show_message(view.studio.folder.without_paths(line_of(problem)), True)
 
-    # -- both
-    # -----------------------------------------------------------------------------------------------------------
+    # -- both kinds of experiments -----------------------------------------------------------------------------------
 
     def _draw_experiment(self, experiment: Description) -> None:
         w, state = self.view.words, self.lab.state
@@ -273,6 +271,6 @@ class LabPanel:
 
 
 def _label(name: str) -> str:
-    """Return a strategy's or an algorithm's name, followed by its name in the literature."""
+    """Return the name of a strategy or an algorithm, followed by its name in the literature."""
     title = _TITLES.get(name)
     return f"{name} – {title}" if title else name

@@ -39,7 +39,7 @@ class LabRoom:
         return LabPanel(page.view, page, self.runs)
 
     def add_bar(self, page: Page) -> Callable[[], None]:
-        """Add nothing to a page."""
+        """Do nothing: experiments have no bar on other views."""
         return lambda: None
 
     def close(self) -> None:

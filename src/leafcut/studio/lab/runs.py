@@ -1,4 +1,4 @@
-"""Experiments of the studio. One experiment runs at a time, in a thread; each run is stored when it ends."""
+"""Experiments in the studio. One experiment at a time runs, in a thread. Each run is stored when it ends."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ class LabState:
     Attributes
     ----------
     share
-        Completed share of the runs that were missing at the start, 0 to 1.
+        Completed share of the runs, counting only runs that were not yet stored at the start; 0 to 1.
     began
         Start time on the monotonic clock, s.
     line
         Reason why the experiment ended early; otherwise empty.
     failed
-        One line for each refused run.
+        One error line for each refused run.
     """
 
     description: Description
@@ -91,7 +91,7 @@ class LabRuns:
             self._thread.start()
 
     def stop(self) -> None:
-        """Stop the experiment. Finished runs are kept, and a restart continues after them."""
+        """Stop the experiment. Finished runs are kept, and a restart runs only the others."""
         self._ended.set()
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Menus with the processes, materials, thicknesses and currents of the cut chart."""
+"""Menus with the processes, materials, thicknesses and currents in the cut chart."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Menus = dict[str, list[tuple[str, str]]]
 
 
 def chart_menus(values: Mapping[str, Any], folder: Folder, words: Words, machine: str) -> Menus:
-    """Return the menus of the cut options for the chart and the current choices; empty for an invalid chart."""
+    """Return the menus of the cut options that are possible with the current choices; empty for an invalid chart."""
     try:
         rows = _rows(_chart(values, folder))
     except LeafcutError:

@@ -12,12 +12,14 @@ from nicegui.elements.mixins.text_element import TextElement
 
 from leafcut.studio.page.elements import box, text
 
-#: Options of ECharts; texts by key; rows of `model.study.Iteration`.
+#: Options of ECharts.
 ChartOptions = dict[str, Any]
+#: Key → text.
 ChartWords = Mapping[str, str]
+#: Rows with the fields of `model.study.Iteration`.
 ChartRows = Sequence[Sequence[float | None]]
 
-#: Ratio of the last to the first value above which a horizontal axis becomes logarithmic.
+#: A horizontal axis is logarithmic if the ratio of its last to its first value exceeds this value.
 _LOG_FROM = 60.0
 _NUMBER = "v => v == null ? '–' : v.toLocaleString('en-US', {maximumFractionDigits: 3})"
 _TOOLTIP = {
@@ -28,7 +30,7 @@ _TOOLTIP = {
 
 
 class Chart:
-    """A chart that is created when it is first shown, because ECharts is large and most pages show no chart."""
+    """A chart. ECharts is loaded when a chart is first shown, because it is large and most pages show no chart."""
 
     def __init__(self, classes: str = "chart") -> None:
         self.place = box("div", classes, role="img")
@@ -48,7 +50,7 @@ class Chart:
 
 
 class SwitchedChart:
-    """A chart over iterations or over time, as the user chooses."""
+    """A chart with a switch for its horizontal axis: iterations or time."""
 
     def __init__(self, words: ChartWords, classes: str) -> None:
         self.by, self._draw = "iteration", (lambda by: ({}, ""))  # type: str, Callable[[str], tuple[ChartOptions, str]]
@@ -58,7 +60,7 @@ class SwitchedChart:
             self._chart = Chart("echart")
 
     def show(self, draw: Callable[[str], tuple[ChartOptions, str]]) -> None:
-        """Show the options and the label that `draw` returns for ``iteration`` or ``time``."""
+        """Show a chart. `draw` receives ``iteration`` or ``time`` and returns the options and the label."""
         self._draw = draw
         self._choose(self.by)
 
@@ -128,7 +130,7 @@ def learning_chart(
 
 
 def brightness_chart(values: Sequence[float], words: ChartWords) -> tuple[ChartOptions, str]:
-    """Return a bar chart of the brightness of each firefly, with the brightest marked, and the label of the chart."""
+    """Return a bar chart of the brightness of all fireflies that marks the brightest, and the label of the chart."""
     most = max(values)
     colours = ["var(--accent)" if value == most else "var(--idle)" for value in values]
     columns = [{"value": v, "itemStyle": {"color": colour}} for v, colour in zip(values, colours, strict=True)]
@@ -144,7 +146,7 @@ def brightness_chart(values: Sequence[float], words: ChartWords) -> tuple[ChartO
 
 
 def bar_chart(place: Element, rows: Iterable[tuple[str, float, str, bool]]) -> None:
-    """Fill an element with a bar per row: (name, value, note, whether it is the best)."""
+    """Fill an element with a bar per row. A row is (name, value, note, whether the bar is the best)."""
     rows = list(rows)
     most = max((value for _, value, _, _ in rows), default=0.0) or 1.0
     place.clear()
@@ -179,7 +181,7 @@ def _bound(bound: float | None, words: ChartWords) -> ChartOptions:
 
 
 def _axis_of(rows: ChartRows, by: str, words: ChartWords) -> tuple[list[float], ChartOptions]:
-    """Return the horizontal position of every row, and the options of the axis."""
+    """Return the horizontal position of every row, and the options of the horizontal axis."""
     at = [float(row[0 if by == "iteration" else 1] or 0.0) for row in rows]
     return at, _horizontal(at, words["iterationAxis"] if by == "iteration" else "s")
 
@@ -211,7 +213,7 @@ def _axes(
     *,
     top: int,
 ) -> ChartOptions:
-    """Return the options of a chart with both axes. The vertical axis contains all values and the bound."""
+    """Return the ECharts options of a chart. The range of the vertical axis includes all values and the bound."""
     seen = [*values, bound] if bound is not None else values
     low, high = min(seen), max(seen)
     if horizontal.get("type") == "log":

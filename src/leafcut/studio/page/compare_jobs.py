@@ -61,7 +61,7 @@ _FIGURES: tuple[tuple[str, tuple[str, ...], Callable[[Any], str]], ...] = (
 
 
 def compared_figures(answers: tuple[Mapping[str, Any], Mapping[str, Any]], words: Words) -> list[ComparedRow]:
-    """Return the results that at least one of the answers contains."""
+    """Return a row for each result in any of the answers."""
     rows = []
     for label, path, format_value in _FIGURES:
         first, second = (_value_at(answer, path) for answer in answers)
@@ -78,7 +78,7 @@ def _value_at(answer: Mapping[str, Any], path: tuple[str, ...]) -> Any:
 
 
 def compared_options(records: tuple[JobRecord, JobRecord], folder: Folder, words: Words) -> list[ComparedRow]:
-    """Return the options that are set in at least one of the jobs; the other job shows its default."""
+    """Return a row for each option that is set in any of the jobs. Jobs without the option show the default."""
     given = tuple(changed_values(record.task.options) for record in records)
     names = [name for _, name, _ in all_options() if name in given[0] or name in given[1]]
 

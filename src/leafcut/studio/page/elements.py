@@ -20,7 +20,7 @@ _FORM_TEXTS = ("choose", "remove", "help", "open", "find", "none_found", "found"
 
 
 def _answer(element: Element, event: GenericEventArguments, act: Callable[..., Any], *names: str) -> Any:
-    """Handle a change of a field. The browser shows the new value until the number of the change is answered."""
+    """Call the handler of a changed field, then confirm the change. Until then, the browser shows the typed value."""
     element.props["answered"] = event.args["number"]
     result = act(*(event.args[name] for name in names))
     element.update()
@@ -30,8 +30,8 @@ def _answer(element: Element, event: GenericEventArguments, act: Callable[..., A
 class Form(Element, component="../static/form.js"):
     """Groups of labelled fields. `on_change` receives (name, value, displayed file name).
 
-    `on_refused` receives the refusal of a file that was chosen in a field. A `searchable` form has a field that finds
-    options by name and help text. A `fixed` form is read-only.
+    `on_refused` receives the error message for a chosen file that was refused. A `searchable` form has a field that
+    finds options by name and help text. A `fixed` form is read-only.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class Form(Element, component="../static/form.js"):
         errors: dict[str, str] | None = None,
         groups: list[dict[str, Any]] | None = None,
     ) -> None:
-        """Show values, displayed file names and errors, and replace the fields if `groups` is given."""
+        """Show values, displayed file names and errors. If `groups` is given, replace the fields."""
         self.props.update(values=dict(values), shown=dict(shown or {}), errors=dict(errors or {}))
         if groups is not None:
             self.props["groups"] = groups
@@ -71,7 +71,7 @@ class Form(Element, component="../static/form.js"):
 
 
 def _refusal_of(answer: dict[str, Any]) -> str:
-    """Return the refusal of an upload, as a message if the server sent its template and values."""
+    """Return the error for a refused upload: a `Message` if the server sent template and values, otherwise a text."""
     message = messages_from_json(json.dumps(answer.get("parts")))
     return message if isinstance(message, Message) else str(answer["line"])
 
@@ -193,7 +193,7 @@ class BrowserState(Element, component="../static/browser_state.js"):
     """The data of a page that the browser stores: steps of its history with their choices.
 
     `on_went` is called after Back or Forward. It receives the query of the address (key → text), the choices of the
-    step, and whether the browser had recorded all steps; a step that is still on its way is recorded after it.
+    step, and whether the browser had recorded all steps. If not, the browser records the missing step afterwards.
     """
 
     def __init__(self, on_went: Callable[[dict[str, Any], str, bool], Any]) -> None:
@@ -224,7 +224,7 @@ class BrowserState(Element, component="../static/browser_state.js"):
         return await self._answer("readLast")
 
     async def _answer(self, method: str) -> str:
-        """Return the browser's answer; an empty text if the page has gone before it answered."""
+        """Return the browser's answer; an empty text if the page was closed before the browser answered."""
         try:
             return str(await self.run_method(method, timeout=_PATIENCE) or "")
         except TimeoutError:

@@ -52,7 +52,7 @@ def offered_machines(machines: Mapping[str, str], work: str, chosen: str, folder
 
 
 def unsuitable_reason(name: str, work: str, folder: Folder, words: Words) -> str:
-    """Return the reason why a machine is not suitable for a kind of work, with advice; empty if it is."""
+    """Return the reason why a machine is unsuitable for a kind of work, with advice; empty for a suitable machine."""
     if not name or is_suitable(name, work, folder):
         return ""
     head = head_of(name, folder)

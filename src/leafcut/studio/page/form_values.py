@@ -1,4 +1,4 @@
-"""The values of the options form, each with its setter. Everything else in a form follows from this table."""
+"""The values of the options form and the setter of each value."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from leafcut.studio.page.own_defaults import OwnDefaults
 
 
 class Setter(StrEnum):
-    """The origin of a value. An option without an entry has leafcut's default."""
+    """Who has set a value. An option without an entry has leafcut's default."""
 
     PERSON = "person"
-    #: The person, for an earlier input.
+    #: The user, for an earlier input.
     EARLIER = "earlier"
     #: The open input; the value is removed with it.
     INPUT = "input"
@@ -27,14 +27,14 @@ class Setter(StrEnum):
 
 @dataclass(frozen=True)
 class FormValue:
-    """A value as typed, or "" for an option that was reset to leafcut's default.
+    """A value as typed. An empty value means that the option was reset to leafcut's default.
 
     Attributes
     ----------
     shown
         Displayed name of a chosen file.
     place
-        File and line of a user's own default.
+        File and line, if the value is one of the user's own defaults.
     """
 
     value: Any = ""
@@ -47,7 +47,7 @@ class FormValues(dict[str, FormValue]):
     """The entries of a form: option → value and setter."""
 
     def put(self, name: str, value: Any, shown: str = "", setter: Setter = Setter.PERSON) -> None:
-        """Set a value. leafcut's default counts as a reset."""
+        """Set a value. Setting leafcut's default resets the option."""
         reset = value in (None, "", group_of(name).defaults()[name])
         self[name] = FormValue(setter=setter) if reset else FormValue(value, setter, shown)
 
@@ -67,11 +67,11 @@ class FormValues(dict[str, FormValue]):
         return {name: entry.place for name, entry in self.items() if entry.setter is Setter.FILE}
 
     def set_by(self, *setters: Setter) -> set[str]:
-        """Return the options with a value that one of the setters has set."""
+        """Return the options whose values were set by one of the given setters."""
         return {name for name, entry in self.items() if entry.setter in setters and entry.value != ""}
 
     def follow_defaults(self, defaults: OwnDefaults) -> None:
-        """Take the values of the user's own defaults, except where another setter has decided."""
+        """Take the values of the user's own defaults, except for options that another setter has set."""
         for name in [name for name, entry in self.items() if entry.setter is Setter.FILE]:
             del self[name]
         for name, value in defaults.values.items():
@@ -93,7 +93,7 @@ class FormValues(dict[str, FormValue]):
                 self[name] = replace(entry, setter=Setter.EARLIER)
 
     def take_job(self, options: Mapping[str, Any], shown: Mapping[str, str], of_input: Iterable[str]) -> None:
-        """Take the options of a job. All others are reset, so that they do not follow the user's own defaults."""
+        """Take the options of a job. Reset all others, so that the user's own defaults do not replace them."""
         self.clear()
         self.update({name: FormValue() for _, name, _ in all_options()})
         for name in options.keys() & self.keys():
@@ -106,7 +106,7 @@ class FormValues(dict[str, FormValue]):
 
     @classmethod
     def of_plain(cls, plain: Any) -> FormValues:
-        """Return the entries of the result of `as_plain`. Invalid entries are ignored."""
+        """Return the form values encoded by `as_plain`. Invalid entries are ignored."""
         options, table = {name for _, name, _ in all_options()}, cls()
         for name, entry in plain.items() if isinstance(plain, dict) else ():
             match entry:

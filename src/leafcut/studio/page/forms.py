@@ -1,4 +1,4 @@
-"""Forms for each kind of work, generated from the option dataclasses, important options first."""
+"""Forms for each kind of work, generated from the option dataclasses. Important options come first."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ CUT_OF_NEST = ("machine", "thickness", "material", "cut_process")
 
 
 def works() -> tuple[str, ...]:
-    """Return the kinds of work that have a form, in display order: processes, then the others."""
+    """Return the kinds of work that have a form, in display order: first the processes."""
     return tuple(work.name for work in registry.works() if work.form)
 
 
@@ -50,7 +50,7 @@ def program_processes() -> tuple[str, ...]:
 
 
 def names_of(work: str, algorithm: str = "auto") -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Return the option groups of a kind of work (key of the title, options), with those of the chosen algorithm."""
+    """Return the option groups of a kind of work and of the chosen algorithm, as (key of the title, options)."""
     groups = registry.work(work).form
     parameters = "aco" if algorithm in ANT_ALGORITHMS else algorithm
     if any("algorithm" in names for _, names in groups) and parameters in ("aco", "firefly"):
@@ -60,7 +60,7 @@ def names_of(work: str, algorithm: str = "auto") -> tuple[tuple[str, tuple[str, 
 
 
 def options_of(work: str, values: Mapping[str, Any]) -> set[str]:
-    """Return the options of a kind of work, including the parameters of the algorithm among the values."""
+    """Return the options of a kind of work, including the parameters of the algorithm that `values` selects."""
     return {name for _, names in names_of(work, str(values.get("algorithm") or "auto")) for name in names}
 
 
@@ -84,9 +84,9 @@ def form(
     tools
         Names of the user's own tool libraries.
     menus
-        Suggestions for fields that also accept other input.
+        Suggestions for fields that also accept other values.
     usual
-        Option → position of the user's own default in its file.
+        Option → file and line of the user's own default.
     kept
         Options that were carried over from an earlier input.
     """
@@ -174,7 +174,7 @@ def _field(name: str, words: Words, work: str, own_choices: list[tuple[str, str]
 
 
 def _own_texts(name: str, work: str) -> tuple[str, str]:
-    """Return the help text and the default of an option in the words of a work; "" for none."""
+    """Return the help text and the default text that a kind of work has for an option; "" for none."""
     return registry.work(work).helps.get(name, ("", "")) if work else ("", "")
 
 
@@ -185,7 +185,7 @@ def _unit(spec: OptionSpec) -> str:
 
 
 def default_words(name: str, default: Any, words: Words, work: str = "") -> str:
-    """Return the text for an option without a value: how the work or the option describes its default, or `default`."""
+    """Return the text for an option without a value: the description of its default, or else `default` itself."""
     spec = group_of(name).specs()[name]
     own = _own_texts(name, work)[1]
     if own or spec.default_words:
@@ -244,11 +244,11 @@ def values_of_work(work: str, values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def value_words(name: str, value: Any, words: Words, folder: Folder, work: str = "") -> str:
-    """Return an option's value (or else its default) as displayed: with its unit, or the name of a file."""
+    """Return an option's value, or else its default, as displayed: with its unit, or as the name of a file."""
     spec = group_of(name).specs()[name]
     default = default_of(name, work)
     if spec.kind == "path" and value:
-        with suppress(LeafcutError):  # otherwise it names a library, or the file was deleted
+        with suppress(LeafcutError):  # the value names a library, or the file was deleted
             return folder.input_path(str(value)).name
     if spec.kind == "flag":
         return words("form.on" if (default if value in (None, "") else value) is True else "form.off")

@@ -10,7 +10,7 @@ DIGITS = 4
 
 
 class MathMark(str):
-    """A finished part of MathML."""
+    """A string of MathML, which must not be escaped."""
 
 
 def formula(*parts: str | float) -> str:
@@ -19,7 +19,7 @@ def formula(*parts: str | float) -> str:
 
 
 def row(*parts: str | float) -> MathMark:
-    """Return parts side by side. A single letter becomes a variable, a number a number, any other text an operator."""
+    """Return parts side by side. A letter becomes a variable, a number remains a number, other text is an operator."""
     return MathMark(f"<mrow>{''.join(_set(part) for part in parts)}</mrow>")
 
 
@@ -29,7 +29,7 @@ def frac(above: str | float, below: str | float) -> MathMark:
 
 
 def sub(base: str, index: str) -> MathMark:
-    """Return a letter with an index. One or two letters of the index are variables; a longer word is upright."""
+    """Return a letter with an index. An index of up to two letters consists of variables; a longer word is upright."""
     return MathMark(f"<msub>{_set(base)}{_index(index)}</msub>")
 
 
@@ -49,7 +49,7 @@ def total(index: str, *parts: str | float) -> MathMark:
 
 
 def number(value: float) -> MathMark:
-    """Return a rounded number; a very small or large number has a power of ten."""
+    """Return a rounded number. A very small or large number is written with a power of ten."""
     if value == 0.0 or not math.isfinite(value) or 1e-3 <= abs(value) < 1e6:
         return MathMark(f"<mn>{'∞' if math.isinf(value) else plain(value)}</mn>")
     mantissa, _, exponent = f"{value:.{DIGITS - 1}e}".partition("e")

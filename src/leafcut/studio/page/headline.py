@@ -26,7 +26,7 @@ class Headline:
 
 
 def saving_headline(answer: dict[str, Any], words: Words) -> Headline:
-    """Return the time of a program and what it saves, or the reason why it was not improved."""
+    """Return the time of a program and its saving, or the reason why the program was not improved."""
     seconds = (answer["before"]["time_s"] or 0.0) - (answer["after"]["time_s"] or 0.0)
     if format_time(abs(seconds)) == format_time(0.0):
         return Headline(
@@ -41,12 +41,12 @@ def saving_headline(answer: dict[str, Any], words: Words) -> Headline:
 
 
 def compared_strategy(answer: dict[str, Any]) -> str:
-    """Return the plain strategies with which a program of pockets is compared; empty for other programs."""
+    """Return the names of the strategies with which a pocketing program is compared; empty for other programs."""
     return " + ".join(row["strategy"] for row in answer.get("strategies", ()) if row.get("usual"))
 
 
 def _why_same(answer: dict[str, Any], words: Words) -> str:
-    """Return the reason why a program is not faster: why all tasks keep their position, or that no order is better."""
+    """Return the reason why a program is not faster: its tasks are fixed, or no better order exists."""
     groups = answer.get("staying", [])
     n_kept, n_tasks = sum(group["count"] for group in groups), answer["counts"].get("pieces", 0)
     if not groups or n_kept < n_tasks:

@@ -1,4 +1,4 @@
-"""The help dialog: keys of the page and of the drawing, formats and algorithms. It is one text per language."""
+"""The help dialog: keys of the page and of the drawing, formats and algorithms."""
 
 from __future__ import annotations
 

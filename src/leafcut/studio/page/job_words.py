@@ -16,7 +16,7 @@ _MAX_WORDS = 8
 
 
 def choices_of(task: Task, folder: Folder, words: Words) -> list[str]:
-    """Return the choices that distinguish a job from others with the same file: machine and changed options."""
+    """Return the machine and the changed options, which distinguish a job from other jobs with the same file."""
     options = changed_values(task.options)
     machine = str(options.pop("machine", "") or default_machine(task.process)).removeprefix(OWN)
     choices = [machine] if task.command == "optimize" or "machine" in task.options else []
@@ -29,7 +29,7 @@ def choices_of(task: Task, folder: Folder, words: Words) -> list[str]:
 
 
 def change_words(saved: float) -> str:
-    """Return the change of a time in percent, such as ``−2.5 %``; without a sign if it is zero."""
+    """Return a change of time in percent, such as ``−2.5 %``; a change of zero has no sign."""
     percent = round(saved, 1)
     sign = "−" if percent > 0 else "+" if percent < 0 else ""
     return f"{sign}{abs(percent):.1f}\u00a0%"

@@ -1,4 +1,5 @@
-"""Explanation of a step of an algorithm from the literature, in words and in formulas with its numbers."""
+"""Explanation of a step of an algorithm from the literature, in sentences and in formulas with the numbers of the step.
+"""
 
 from __future__ import annotations
 

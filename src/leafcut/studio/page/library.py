@@ -42,9 +42,9 @@ def own_text(folder: Folder, kind: str, name: str) -> str:
 
 
 def check_profile(kind: str, name: str, text: str) -> None:
-    """Check a text with the reader for such files; raise `OptionError` if it is invalid.
+    """Check the text of a machine or tool library with its reader; raise `OptionError` if it is invalid.
 
-    A `DataError` has the line of the error; if a key is missing, the line of its table.
+    A `DataError` contains the line of the error. If a key is missing, it contains the line of its table.
     """
     if len(text) > MAX_CHARACTERS:
         raise OptionError("{}.toml: longer than {:,} characters, too long for a profile", name, MAX_CHARACTERS)

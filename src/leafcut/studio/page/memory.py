@@ -26,9 +26,9 @@ MAX_CHARACTERS = 900_000
 class Memory:
     """The steps of a page in the browser's history, each with an address and named choices.
 
-    A view is a step with the same name. Another file or job gets a new name, so that Back returns to the earlier
-    choices. `on_went` receives the address of a step to which the browser has gone, and its choices if they have
-    another name.
+    Opening a view adds a step with the same name. Opening another file or job adds a step with a new name, so that
+    Back returns to the earlier choices. After Back or Forward, `on_went` receives the address of the new step, and its
+    choices if the name has changed.
     """
 
     def __init__(
@@ -38,13 +38,13 @@ class Memory:
         self.browser = BrowserState(self._follow)
         self.is_open: Callable[[], bool] = lambda: client.has_socket_connection
         self._rename(secrets.token_urlsafe(9))
-        #: Whether the browser's choices have been read; before that, nothing may replace them.
+        #: Whether the browser's choices have been read. Until then, they must not be overwritten.
         self._loaded = False
-        #: Whether another input is being opened, which will be a new step.
+        #: Whether another input is being opened, which will add a step.
         self._opening = False
         #: Whether a view was opened before the browser's choices were read.
         self._late_step = False
-        #: Choices that were left by Back or Forward, by name: the browser may have gone before it could store them.
+        #: Name → choices at the moment of Back or Forward, because the browser may not have stored them in time.
         self._left: dict[str, KeptState] = {}
         #: Last sent address and choices.
         self._sent = ("", "")
@@ -85,7 +85,7 @@ class Memory:
             self._send("pushState" if late else "replaceState")
 
     def prepare_step(self) -> None:
-        """Save the state, and keep it in this step, because another input may be opened."""
+        """Save the state in this step, because another input may be opened, which adds a step."""
         if not self._opening and self.has_input():
             self.save()
             self._opening = True
@@ -96,11 +96,11 @@ class Memory:
         return bool(state["source"] or state["job"] or state["parts"])
 
     def stay(self) -> None:
-        """Continue in this step, because no other input was opened."""
+        """Stay in this step, because no other input was opened."""
         self._opening = False
 
     def settle(self) -> None:
-        """Save the state. If another input was opened, it is a new step."""
+        """Save the state; if another input was opened, as a new step."""
         if self._opening:
             self._opening = False
             self._rename(secrets.token_urlsafe(9))
@@ -118,8 +118,8 @@ class Memory:
     async def _follow(self, address: dict[str, Any], state: str, newest: bool) -> None:
         """Follow Back or Forward.
 
-        `newest`: whether the browser has recorded all steps. If not, the missing step would replace this one later,
-        so this one is sent again.
+        `newest`: whether the browser has recorded all steps. If not, the browser adds the missing step later, so the
+        page sends the state of this step again.
         """
         kept, self._opening = _parsed(state), False
         name = self.name if kept is None else str(kept.get("page"))

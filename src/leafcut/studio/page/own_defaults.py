@@ -24,9 +24,9 @@ class OwnDefaults:
     Attributes
     ----------
     values
-        Option → text as typed, or id of a copy of the named file.
+        Option → value as a user would type it, or id of a copy if the option names a file.
     shown
-        Option → displayed name of that file.
+        Option → displayed name of the copied file.
     places
         Option → file name and line.
     problem
@@ -79,7 +79,7 @@ def _typed(value: Any) -> str:
 def without_idle(
     options: Mapping[str, Any], usual: Mapping[str, str], work: str, input_kind: str = ""
 ) -> dict[str, Any]:
-    """Remove the user's defaults that a kind of work does not use. Options that the user typed always remain."""
+    """Remove the user's defaults that a kind of work does not use. Options that the user has typed remain."""
     known = next((kind for kind in registry.works() if kind.name == work), None)
     if known is None or not usual.keys() & options.keys():
         return dict(options)

@@ -39,13 +39,13 @@ class View:
     source, name
         The input: id of an upload or name of a built-in part, and its displayed name; empty for none.
     second, second_name
-        The program with which `verify` compares the input.
+        The second program for `verify`.
     parts, part_names
         For a nest: the requested parts, and id → displayed name of the drawing.
     origin
         Origin of an input that is a nested sheet (`sheets.SheetOfNest.origin`); empty for other inputs.
     sheet
-        Visible sheet of the job's nests: variant and number.
+        Visible sheet of a nest: variant and number.
     table
         The values of the form, each with its setter.
     job
@@ -53,7 +53,7 @@ class View:
     pace
         Speed of a search that can be watched step by step (`panel_live.PACES`).
     edited
-        Whether the order of the result was edited and not run yet.
+        Whether the order of the result was edited and no run has used the edited order yet.
     """
 
     studio: Studio
@@ -126,9 +126,9 @@ class View:
         return "algorithm" in forms.values_of_work(self.work, values) and chosen in LITERATURE
 
     def follow_study(self) -> None:
-        """Turn local search off while an algorithm of the literature is chosen for a map, unless the user has decided.
+        """Turn local search off while an algorithm of the literature is chosen for a map, unless the user has set it.
 
-        Local search would hide what ants and fireflies learn.
+        Local search would hide the learning of ants and fireflies.
         """
         entry = self.table.get("local_search")
         if self.work == "solve" and self.studied:
@@ -164,25 +164,25 @@ class View:
 
     @property
     def problems(self) -> dict[str, str]:
-        """Errors of the values, individually and for the chosen kind of work: name → message."""
+        """Errors of single values, and the error of a machine that does not suit the kind of work: name → message."""
         machine = str(self.values.get("machine") or "")
         line = fitting_machines.unsuitable_reason(machine, self.work, self.studio.folder, self.words)
         return {**self.errors, "machine": Message("{}: {}", flag_name("machine"), line)} if line else self.errors
 
     def field_errors(self) -> dict[str, str]:
-        """Return the errors of the values in the language of the page, without flags: each is beside its field."""
+        """Return the errors in the language of the page, without flags, because each appears beside its field."""
         lines = {name: self.words.translate(line) for name, line in self.problems.items()}
         return {name: self.words.plain(line.removeprefix(f"{flag_name(name)}: ")) for name, line in lines.items()}
 
     def follow_defaults(self) -> str:
-        """Take the user's own defaults, except for typed or cleared values; return an error message or ""."""
+        """Take the user's own defaults for options that the user has not changed; return an error message or ""."""
         defaults = own_defaults(self.studio.folder)
         if not defaults.problem:
             self.table.follow_defaults(defaults)
         return defaults.problem
 
     def take_options(self, input_id: str) -> None:
-        """Load an opened options file; raise `OptionError` if it is not an options file, or if it names files."""
+        """Load an opened options file; raise `OptionError` if its content is invalid or names other files."""
         try:
             options = options_of_file(self.studio.folder.input_path(input_id))
         except OptionError as problem:
@@ -192,7 +192,7 @@ class View:
             if spec.names_file(value):
                 raise OptionError("{}: choose a file opened in the studio, not a path", flag_name(name))
         if "algorithm" in options:
-            self.table.put("local_search", "")  # the file decides
+            self.table.put("local_search", "")  # the options file may set it
         for name, value in options.items():
             words = ",".join(map(str, value)) if isinstance(value, list) else value
             self.table.put(name, words if isinstance(words, bool) else str(words))
@@ -238,7 +238,7 @@ class View:
 
     @property
     def zero(self) -> Zero:
-        """Position of program zero in the drawing, mm, if the kind of work has an option for it; otherwise None."""
+        """Position of program zero in the drawing, mm; None if the kind of work has no option for program zero."""
         return self.seen.zero if self.seen is not None and "origin" in forms.options_of(self.work, {}) else None
 
     @property
@@ -255,7 +255,7 @@ class View:
             inputs = tuple(part.word for part in self.parts)
         process = self.process if self.work == "program" else registry.work(self.work).asks
         if self.work == "drill" and next(iter(self.seen.whole.suits if self.seen else ()), "drill") != "drill":
-            process = self.work  # leafcut would choose other work
+            process = self.work  # with ``auto``, leafcut would choose another process
         origin = self.origin if self.work == "cut" else ""
         kind = self.seen.format if self.seen is not None else ""
         options = without_idle(forms.values_of_work(self.work, self.values), self.table.places, self.work, kind)

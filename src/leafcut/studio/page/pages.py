@@ -1,4 +1,4 @@
-"""The layout of the studio's page with its views. Their content is in the panels and in the rooms of the studio."""
+"""The layout of the studio's page with its views. The content of the views is in the panels and rooms."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     from leafcut.studio.studio import Studio
 
-#: Time after which a message disappears, unless it is an error, s.
+#: Time after which a message disappears, s. Errors stay.
 _SAID_SECONDS = 6.0
 #: Time within which a browser must reconnect to keep its page, s. NiceGUI derives the interval and the time limit of
 #: its pings from it.
@@ -89,8 +89,9 @@ def _favicon() -> str:
 
 
 def _language(folder: Folder, request: Request, asked: str) -> str:
-    """Return the requested language and save it. Without a request, return the saved language, or else the language of
-    the browser.
+    """Return the requested language and save it.
+
+    If none is requested, return the saved language, or else the language of the browser.
     """
     kept = folder.root / "language"
     if asked in LANGUAGES:
@@ -113,9 +114,9 @@ class Page:
         self._keys = (*VIEWS, *sorted(((room.name, room.key) for room in studio.rooms.values()), key=itemgetter(1)))
         #: Error in the user's own defaults.
         self._unread = self.view.follow_defaults()
-        #: The job in the address, for a step of the browser's history without choices.
+        #: The job in the address, which is opened if the browser has stored no choices.
         self._asked = job
-        #: Choices of the page that this browser closed last, while this page is empty.
+        #: Choices of the page that this browser closed last, offered while this page is empty.
         self.last: KeptState | None = None
         #: Expiry of the current message on the monotonic clock, s.
         self._until = math.inf
@@ -243,15 +244,13 @@ class Page:
         return self.rooms[name]
 
     def go(self, name: str) -> None:
-        """Show one of the views as a step of the browser's history."""
+        """Show one of the views, and add a step to the browser's history."""
         if name != self.shown:
             self.show(name)
             self.memory.push()
 
     async def follow(self, address: dict[str, Any], kept: KeptState | None) -> None:
-        """Show the view of the step that the browser has opened, and its choices if they differ from the choices of
-        this page.
-        """
+        """Show the view of a step to which the browser has returned, and restore its choices unless they are None."""
         view = str(address.get("view", ""))
         self.show(view if view in self.views else "work")
         if kept is not None:
@@ -259,7 +258,7 @@ class Page:
             await self._show_restored(kept)
 
     async def _load(self) -> None:
-        """Continue with the choices that the browser has stored. The page is invisible until then."""
+        """Restore the choices that the browser has stored, and make the page visible."""
         try:
             kept = await self.memory.load()
             if kept is None and not self._asked:
@@ -277,7 +276,7 @@ class Page:
         self.memory.save()
 
     async def resume(self, kept: KeptState) -> None:
-        """Continue with stored choices."""
+        """Restore stored choices."""
         restore(self.view, kept)
         self.view.follow_defaults()
         await self._show_restored(kept)
@@ -298,7 +297,7 @@ class Page:
         return kept_state(self.view, self.result.tab, self.run.edit.kept())
 
     def show_message(self, line: str, bad: bool = False, stays: bool = False) -> None:
-        """Show a message at the top of the page until it is clicked; unless `bad` or `stays`, it disappears later."""
+        """Show a message at the top of the page. It stays until clicked if `bad` or `stays`, else for a few seconds."""
         self._until = math.inf if bad or stays else time.monotonic() + _SAID_SECONDS
         self.message_line.set_text(self.words.plain(line))
         self.message_line.classes(replace="said bad" if bad else "said")
@@ -337,7 +336,7 @@ class Page:
         return {state["source"], state["second"], *(part.input for part in self.view.parts), *values}
 
     def remember(self) -> None:
-        """Update the address with the page and its job, so that it works even after a restart of the studio."""
+        """Update the address, so that it shows this view and job even after a restart of the studio."""
         self.memory.settle()
 
     def tick(self) -> None:

@@ -45,10 +45,10 @@ def edited_order_of(history: History, job: str) -> Edited | None:
 
 @dataclass(frozen=True)
 class TriedOrder:
-    """A run with an edited order, and the previous state, which is restored if the run fails."""
+    """A run with an edited order, and the state before the run, which is restored if the run fails."""
 
     edited: Edited
-    #: The job whose result was edited, its visible sheet, and the job that was started with the edited order.
+    #: The job whose result was edited, its visible sheet, and the job that runs the edited order.
     base: str | None
     sheet: tuple[int, int]
     job: str | None
@@ -64,7 +64,7 @@ class EditPanel:
         self.edited: Edited | None = None
         self._stop = 0
         self._tried: TriedOrder | None = None
-        #: Result of `kept` for an order whose editing resumes when its result is shown.
+        #: Result of `kept`. Editing of this order resumes when its result is shown.
         self._waiting: dict[str, Any] | None = None
         #: Length of the straight travel moves at the start of editing, mm.
         self._before = 0.0
@@ -103,7 +103,7 @@ class EditPanel:
         self._open(edited)
 
     def kept(self) -> dict[str, Any] | None:
-        """Return the edited order as plain values for `hold`; None without an edited order."""
+        """Return the edited order as plain values for `hold`; None if no order is being edited."""
         if self.edited is None:
             return self._waiting
         return {"job": self.view.job, **self.edited.as_plain()}
@@ -221,7 +221,7 @@ class EditPanel:
         self._show_chosen(stops)
         length, n_fixed = _length(stops), sum(stop.held for stop in stops)
         if n_fixed < len(stops):
-            # A length of some moves cannot be compared with the length of all moves.
+            # The length of a partial order is not comparable with the initial length.
             self.length.set_text(w("edit.held", held=n_fixed, count=len(stops), length=format_length(length)))
             self.change.set_text("")
             self.change.classes(replace="figure quiet")
@@ -255,7 +255,7 @@ class EditPanel:
         view, edited = self.view, self.edited
         if edited is None:
             return
-        # A new name, because the plan or order of the result is a different file.
+        # The edited order must not have the file name of the result's own plan or order.
         name = f"{Path(view.name.replace(':', '-')).stem}_edited.json"
         input_id = view.studio.folder.add_input(name, edited.text().encode())
         base, sheet = view.job, view.sheet
@@ -270,7 +270,7 @@ class EditPanel:
     def take_back(self) -> bool:
         """Restore the state before a failed run with an edited order; return whether a run had failed.
 
-        Otherwise the next run would be refused as well.
+        Without this, the next run would fail as well.
         """
         view, tried, self._tried = self.view, self._tried, None
         if tried is None or tried.job != view.job:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 #: Maximum number of issues of a file that are listed before a run.
 _MAX_ISSUES = 30
-#: Time for which an obsolete reading may continue before its process is killed, s.
+#: Time after which the process of an obsolete reading is killed, s.
 _GRACE_SECONDS = 1.0
 
 
@@ -169,7 +169,7 @@ class InputPanel:
 
     def open(self, source: str, name: str) -> Awaitable[None]:
         """Open an input, preview it and offer suitable kinds of work. An invalid input changes nothing."""
-        self._run_wanted = False  # it referred to the previous input
+        self._run_wanted = False  # the request was for the previous input
         return self._open(source, name)
 
     async def _open(self, source: str, name: str) -> None:
@@ -261,7 +261,7 @@ class InputPanel:
         return line == self.view.words("open.cancelled")
 
     def _show_problem(self, line: str) -> None:
-        """Show the reason why an input was not read. A cancellation by the user is not an error."""
+        """Show the reason why an input was not read, but not as an error if the user has cancelled."""
         self.page.show_message(line, not self._is_cancelled(line))
 
     def _begin_reading(self) -> int:
@@ -274,7 +274,7 @@ class InputPanel:
     def _end_reading(self, worked: bool) -> None:
         """Record the end of the newest reading.
 
-        Start the run that was requested meanwhile, once the input is visible.
+        If a run was requested meanwhile, start it once the input is visible.
         """
         self.reading = False
         run_wanted, self._run_wanted = self._run_wanted and worked, False
@@ -339,7 +339,7 @@ class InputPanel:
         return self.read(view.work)
 
     def scale_picture(self, width: str) -> Awaitable[bool] | None:
-        """Set the pixel size of the open picture so that the picture has a given width, a length with optional unit."""
+        """Set the pixel size of the open picture from its width, a length with an optional unit."""
         seen = self.view.seen
         if seen is None or seen.pixels is None:
             return None
@@ -357,7 +357,7 @@ class InputPanel:
         return self.read(self.view.work)
 
     def move_zero(self, x: float, y: float) -> Awaitable[bool] | None:
-        """Move program zero by a distance, mm. The option takes drawing coordinates."""
+        """Move program zero by a distance in mm: set the option, which takes drawing coordinates."""
         zero = self.view.zero
         if zero is None:
             return None
@@ -373,7 +373,7 @@ class InputPanel:
         self._show_command()
 
     def draw_pace(self) -> None:
-        """Show the speed of the search if it can be chosen."""
+        """Show the field for the speed of the search if the search can be watched."""
         self.pace.set_visibility(self.view.studied)
         self.pace.show({"pace": self.view.pace})
 
@@ -498,10 +498,9 @@ class InputPanel:
         self.page.changed()
 
     def ready(self, ready: bool) -> None:
-        """Show whether the run can start. The button is never disabled; if pressed, it reports what is missing.
+        """Show whether the run can start. The Run button stays enabled; if pressed, it reports the missing input.
 
-        A button that is disabled between press and release would lose the click. A button that is disabled while it
-        has the focus would lose the focus.
+        If the button were disabled, it would lose its focus, and a click between press and release.
         """
         can_start = ready or (self.reading and not self.page.run.running)
         self.begin.props(f'aria-disabled="{"false" if can_start else "true"}"')

@@ -1,4 +1,4 @@
-"""The view of jobs: search, view, repeat, compare and delete jobs, and change the order of the queue."""
+"""The Jobs view: search, open, repeat, compare and delete jobs, and change the order of the queue."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class JobsPanel:
         self._list()
 
     def _list(self) -> None:
-        """Show one page of matching jobs. Rows are kept, so that a button does not disappear while it is pressed."""
+        """Show one page of matching jobs. Existing rows are reused; otherwise a pressed button could disappear."""
         w = self.view.words
         records, count = self.view.studio.jobs.find(search_terms(self._wanted, w), MAX_ROWS, self._skip)
         if not records and self._skip:  # the last job of a page was deleted

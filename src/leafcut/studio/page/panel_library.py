@@ -26,13 +26,13 @@ class LibraryPanel:
     def __init__(self, view: View, page: Page, kind: str) -> None:
         self.view, self.page, self.kind = view, page, kind
         self.chosen, self.own = "", False
-        #: Name for which the user was warned that it exists already.
+        #: Name for which the page has warned that a file with this name exists.
         self._asked = ""
         self.tab = "form"
-        #: Array and entry of a tool library that the form shows.
+        #: Array of a tool library, and index of the entry that the form shows.
         self.array, self.entry = ("tool", 0) if kind == "tools" else ("", 0)
         self._saved = ""
-        #: Text shown on this page. Another page may have saved or typed a different text.
+        #: Text on this page. It is outdated if the user has changed the profile on another page.
         self._shown = ""
         self.form: Form | None = None
         self.editor: Editor | None = None
@@ -87,7 +87,7 @@ class LibraryPanel:
         )
 
     def _ensure_current(self) -> bool:
-        """Return whether this page shows the current text. If not, show the current text with a message."""
+        """Return whether this page shows the current text. If not, update the page and show a message."""
         try:
             self._read()
         except LeafcutError as problem:
@@ -139,14 +139,14 @@ class LibraryPanel:
             text("label", w("library.name"), for_=field)
             with box("span", "box"):
                 name = box("input", "", id=field, type="text", spellcheck="false", autocomplete="off")
-                name.props["^value"] = self.chosen  # an attribute, because the property would replace what is typed
+                name.props["^value"] = self.chosen  # the attribute; the property would overwrite typed text
             button(w("library.save"), None, "primary").props("type=submit")
             self.problem = box("p", "error problem", role="status")
         typed = "e.target.querySelector('input').value"
         form.on("submit", lambda e: self._save(e.args), js_handler=f"(e) => {{ e.preventDefault(); emit({typed}); }}")
 
     def _show_problem(self, problem: str, line: int) -> None:
-        """Show an error (empty for none) and a link to its line (0 for none)."""
+        """Show an error, with a link to its line unless `line` is 0. An empty `problem` removes the error."""
         self.problem.clear()
         with self.problem:
             if problem:
@@ -296,7 +296,7 @@ class LibraryPanel:
         self._keep(name, self._renamed(words, self.chosen, name))
 
     def _renamed(self, words: str, shown: str, name: str) -> str:
-        """Return a machine profile with its own name replaced. Other profiles are returned unchanged."""
+        """Return a profile with its name replaced if it is a machine, otherwise the unchanged profile."""
         return profile_form.rename_profile(words, shown, name) if self.kind == "machines" else words
 
     def _save(self, name: str) -> None:

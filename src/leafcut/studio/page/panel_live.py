@@ -32,22 +32,22 @@ from leafcut.units import format_time
 if TYPE_CHECKING:
     from leafcut.studio.page.pages import Page
 
-#: Maximum number of points that are sent of the convergence chart; maximum number of workers shown.
+#: Maximum number of points in the convergence chart, and maximum number of workers on the page.
 _MAX_POINTS, _MAX_WORKERS = 300, 8
 #: Speeds of a search: no limit, steps per second, or step by step.
 PACES = {"full": None, "20": 20.0, "5": 5.0, "1": 1.0, "step": None}
 
-#: Minimum interval between two explanations of a search that is not paused, s: time to read.
+#: Minimum interval between two explanations of a search that is not paused, s, so that users can read them.
 _EVERY = 1.0
 
 
 def watch_of(pace: str) -> Watch:
-    """Return a watch for a search at one of `PACES`."""
+    """Return a watch with one of the speeds in `PACES`."""
     return Watch(PACES[pace], paused=pace == "step")
 
 
 def pace_of(watch: Watch) -> str:
-    """Return the current speed of a search, one of `PACES`."""
+    """Return the current speed of a search as a key of `PACES`."""
     speeds = [pace for pace, speed in PACES.items() if speed is not None and speed == watch.speed]
     return speeds[0] if speeds else "step" if watch.paused else "full"
 
@@ -59,7 +59,7 @@ class LivePanel:
         self.view, self.page, self.canvas = view, page, canvas
         w = view.words
         self._number = 0
-        #: Lowest brightness of the swarm so far, the base of the bars.
+        #: Lowest brightness of any firefly so far, at which the bars start.
         self._floor: float | None = None
         self._shown_figures: tuple[object, ...] = ()
         with box("div", "progress", aria_label=w("run.progress")) as self.place:
@@ -233,7 +233,7 @@ class LessonPanel:
     def show(self, snapshot: Snapshot | None, paused: bool) -> None:
         """Explain the current step of a search.
 
-        If it is not paused, at most one step per `_EVERY` seconds is explained.
+        If the search is not paused, explain at most one step per `_EVERY` seconds.
         """
         seen, shown_at = self._shown
         now = time.monotonic()

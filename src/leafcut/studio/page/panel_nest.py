@@ -1,4 +1,4 @@
-"""The result of nesting: the variants, the sheets of the selected variant, and the totals of their cuts."""
+"""The result of nesting: the variants with the totals of their cuts, and the sheets of the selected variant."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _NO_TIME = {
 
 
 class NestPanel:
-    """The card with the variants of a nest. It starts cutting one sheet, or planning all cuts."""
+    """The card with the variants of a nest, and with buttons to cut a sheet and to plan the cuts of all sheets."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page

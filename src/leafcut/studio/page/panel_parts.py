@@ -1,4 +1,4 @@
-"""The parts of a nest. Opened drawings are added, and a parts list sets their quantities."""
+"""The parts of a nest. Users add parts by opening drawings, and set the quantities by opening a parts list."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class PartsPanel:
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
-        #: A parts list that names drawings that are not open yet.
+        #: A parts list that waits for drawings that are not open yet.
         self._list = ""
         self._one_by_one = asyncio.Lock()
         w = view.words
@@ -69,7 +69,7 @@ class PartsPanel:
             self.page.input.ready(view.ready)
             return True
         if view.work != "nest" or view.parts is not parts:
-            return True  # the user has chosen another kind of work meanwhile
+            return True  # the user has left nesting meanwhile
         if seen is None or "nest" not in seen.works:
             return False
         if seen.error and view.source:  # keep the open input

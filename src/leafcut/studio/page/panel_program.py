@@ -1,4 +1,4 @@
-"""A program as text: the opened program, the program of a result, or two compared programs."""
+"""The text of the opened program, of the program of a result, or of two compared programs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def is_program(view: View) -> bool:
-    """Return whether the open input is a program, whose text can be shown before a run."""
+    """Return whether the open input is a program. Its text can be shown before a run."""
     return bool(view.source) and view.seen is not None and view.seen.format == "gcode"
 
 

@@ -13,12 +13,12 @@ from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.wording import Words
 from leafcut.units import format_time
 
-#: Readings that end before this time show no progress, s.
+#: Progress is shown only for readings that take longer than this time, s.
 QUIET_SECONDS = 0.5
 
 
 class PreviewReading:
-    """An input while another process reads it.
+    """A reading of an input, in another process.
 
     `what` is the current step, and `share` its completed share; 0 if unknown.
     """
@@ -40,7 +40,7 @@ class PreviewReading:
         self.what, self.share = progress.step, progress.share
 
     def cancel(self, grace: float = 0.0) -> None:
-        """End the reading. Its process may continue for `grace` seconds, because a new process starts slowly."""
+        """Cancel the reading. Kill its process only after `grace` seconds, because starting a new process is slow."""
         self.cancelled.set()
         if grace:
             asyncio.get_running_loop().call_later(grace, self.work.cancel)
@@ -65,7 +65,7 @@ class ReadingPanel:
         self.place.set_visibility(False)
 
     def show(self, reading: PreviewReading | None) -> None:
-        """Show the progress of the reading; hide the card without a reading, or shortly after its start."""
+        """Show the progress of the reading. Hide the card if there is no reading, or it has just started."""
         if reading is None or reading.seconds < QUIET_SECONDS:
             if self._shown:
                 self._shown = ()

@@ -26,7 +26,7 @@ class RecentPanel:
         self.place: Element | None = None
 
     def draw(self) -> None:
-        """Show the whole list, folded, at the place of the first call."""
+        """Show the folded list. It stays in the container in which it was first drawn."""
         if self.place is None:
             self.place = box("div", "recent")
         w, rows = self.view.words, self.view.studio.recent.newest()

@@ -32,16 +32,16 @@ if TYPE_CHECKING:
 
 _TABS = ("summary", "issues", "program", "search")
 _NUMBER = "n"
-#: Minimum search time that is shown, s.
+#: Search times below this value are not shown, s.
 _SHOWN_SEARCH = 0.01
 #: Commands whose runs may try several methods in turn.
 _TRYING = ("nest", "optimize")
 _MAX_ISSUES = 200
 #: Maximum number of warnings above the figures.
 _MAX_WARNINGS = 2
-#: Maximum number of reasons for fixed tasks of a program.
+#: Maximum number of listed reasons for fixed tasks of a program.
 _MAX_REASONS = 20
-#: Files with a button of their own, and files in the menu, in order.
+#: Files that have a button each, and files in the menu, in display order.
 _MAIN_FILES = ("program", "tour", "report")
 _MORE_FILES = ("plan", "norms", "order", "given", "list", "picture-before", "picture-after")
 #: Severities, in the order in which their issues are listed; number of issues shown before the rest is folded.
@@ -55,11 +55,11 @@ class ResultPanel:
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         self.tab = "summary"
-        #: Program that was shown when it was opened.
+        #: Preview of the opened program, if its text is visible.
         self._opened: Preview | None = None
-        #: Source of the visible program, if any.
+        #: Identity of the visible program, if any.
         self._reading: tuple[object, str] | None = None
-        #: Whether an outcome is shown, which does not depend on the input.
+        #: Whether the column shows the result of a job instead of the opened input.
         self._shows_outcome = False
         self.nest = NestPanel(view, page)
         self.mark = StaleMark(view, page)
@@ -79,11 +79,11 @@ class ResultPanel:
         self.tab = tab if tab in _TABS else "summary"
 
     def kept(self) -> tuple[str, Preview | None]:
-        """Return the selected tab, and the program that was shown when it was opened."""
+        """Return the selected tab and the preview of the opened program, for `show_again`."""
         return self.tab, self._opened
 
     def show_again(self, kept: tuple[str, Preview | None]) -> None:
-        """Restore the content that `kept` has returned, after another input could not be opened."""
+        """Restore the result of `kept`, because another input could not be opened."""
         self.tab, self._opened = kept
         self.draw()
 
@@ -99,8 +99,8 @@ class ResultPanel:
         """Show the result of the job, or the reason why it has no result."""
         view = self.view
         record = view.studio.jobs.record(view.job) if view.job else None
-        # The middle column notices the end of a run, and then everything is redrawn. An earlier redraw would undo the
-        # user's changes to a previous result.
+        # At the end of a run, the middle column redraws everything. Drawing the result earlier would undo the user's
+        # changes to a previous result.
         over = record is not None and record.state.kept and not self.page.run.watching
         if not over and is_program(view) and self._opened is not view.seen:
             self._opened, self.tab = view.seen, "program"
@@ -127,7 +127,7 @@ class ResultPanel:
         self.mark.refresh()
 
     def show_input(self) -> None:
-        """Show the content that depends on the newly read input; a result does not change."""
+        """Show a newly read input, unless the column shows the result of a job."""
         if self._shows_outcome:
             self.mark.refresh()
         else:
@@ -405,7 +405,7 @@ class ResultPanel:
             text("p", w("open.more", number=len(issues) - _MAX_ISSUES), "quiet small")
 
     def _issues_of_code(self, code: str, issues: list[dict[str, str]]) -> None:
-        """Show the issues with one code and severity. Of many warnings or notes, only the first few are expanded."""
+        """Show the issues of one code and severity. Of many warnings or notes, only the first few are expanded."""
         w = self.view.words
         text("code", code)
         with box("div"):

@@ -23,7 +23,7 @@ from leafcut.studio.page.panel_recent import RecentPanel
 if TYPE_CHECKING:
     from leafcut.studio.page.pages import Page
 
-#: Examples offered on an empty page.
+#: Examples that an empty page suggests.
 _TRIED = ("plate-27", "plate-70", "board-200")
 _SHEET = (
     '<svg class="plate" viewBox="0 0 96 64" aria-hidden="true"><rect x="1.5" y="1.5" width="93" height="61" rx="7"/>'
@@ -31,9 +31,9 @@ _SHEET = (
     '<circle cx="76" cy="20" r="4.5"/><circle cx="68" cy="46" r="4.5"/><circle cx="42" cy="50" r="4.5"/>'
     '<circle cx="20" cy="44" r="4.5"/></svg>'
 )
-#: Options for the position of a drawing.
+#: Options that place a drawing.
 PLACED_BY = ("origin", "mirror", "rotate", "units")
-#: Layers that remain unchanged during a search.
+#: Layers that do not change during a search.
 _STILL = tuple(layer for layer in LAYERS if layer not in ("live", "pheromone"))
 
 
@@ -55,12 +55,12 @@ class RunPanel:
             self.live = LivePanel(view, page, self.canvas)
         self.edit = EditPanel(view, page, self.canvas)
         self._drawn: object = None
-        #: Name and error of an input that cannot be drawn.
+        #: Name and error message of an input that cannot be drawn.
         self._unseen: tuple[str, str] | None = None
         self.draw()
 
     def invite(self) -> None:
-        """Show the suggestions of an empty page again."""
+        """Redraw the suggestions on an empty page."""
         self._unseen = None
         self._show_why_empty()
 
@@ -157,7 +157,7 @@ class RunPanel:
         self.tick()
 
     def leave(self) -> None:
-        """Stop showing a job. If it is running, it continues."""
+        """Stop showing a job. A running job continues."""
         self.view.job, self.watching = None, False
         self.edit.leave()
         self.live.clear()
@@ -170,7 +170,7 @@ class RunPanel:
         self.draw()
 
     def tell_earlier(self, line: str) -> None:
-        """Show a notice that the drawing belongs to earlier choices; empty for none."""
+        """Show a notice that the drawing belongs to earlier choices. An empty text removes the notice."""
         self.frame.props["data-earlier"] = line
         self.frame.update()
 
@@ -224,7 +224,7 @@ class RunPanel:
             seen.travel if seen is not None and self.view.work != "nest" else None
         )  # a nest has no machine yet
         travel = machine_travel.as_shown() if machine_travel is not None else None
-        # A result cannot be moved.
+        # Program zero can be dragged only in the opened drawing, not in a result.
         self.canvas.set_placement(travel, movable=now is seen and self.view.zero is not None)
         if scenes and (now is self._drawn or (isinstance(now, str) and now == self._drawn)):
             return
@@ -240,7 +240,10 @@ class RunPanel:
                 self.canvas.hide(layer)
 
     def _background(self) -> dict[str, bytes]:
-        """Return the whole drawing of the job's input, if its position has not changed since the run."""
+        """Return the layer with the whole drawing of the job's input.
+
+        Return no layer if the page has another input, or has moved the drawing since the run.
+        """
         view = self.view
         record = view.studio.jobs.record(view.job or "")
         if record is None or view.seen is None or record.task.inputs != (view.source,):
@@ -276,5 +279,5 @@ class RunPanel:
         )
 
     def _in_page_language(self, make: Callable[[], bytes]) -> Callable[[], bytes]:
-        """Return a function that creates the scene of the stock, with a refusal in the language of the page."""
+        """Return a function that calls `make` for the scene of the stock, and translates a refusal in the scene."""
         return lambda: translate_refusal(make(), self.view.words.plain)

@@ -1,4 +1,4 @@
-"""The searches of a run: a chart of each search, its workers, and its messages."""
+"""The searches of a run: a chart per search, the workers, and the messages."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ _FIGURES = ("way", "lifts", "uncut", "time")
 
 
 class StrategiesPanel:
-    """The table with the result of every strategy for one level of the pockets. One strategy at a time is drawn."""
+    """The table with the result of every strategy for one level of the pockets. Users select a strategy to draw."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
@@ -47,7 +47,7 @@ class StrategiesPanel:
                 text("p", f"{row['strategy']}: {w.plain(reason)}", "quiet small", lang=w.language_of(reason))
 
     def leave(self) -> None:
-        """Draw the program again, unless the page shows another job."""
+        """Draw the program instead of a strategy, unless the page shows another job."""
         if self._shown and self.view.job == self._job:
             self._put("")
         self._shown = ""

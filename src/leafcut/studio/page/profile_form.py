@@ -18,7 +18,7 @@ from leafcut.units import BARE_UNIT, with_unit
 
 #: Arrays of a tool library, and the keys of their entries.
 ARRAYS: dict[str, tuple[ProfileKey, ...]] = {"tool": TOOL_KEYS, "hole": HOLE_KEYS}
-#: Source that is stored for a typed value.
+#: Text that is stored as the source of a typed value.
 BY_HAND = "set by hand"
 #: Content of a new tool and of a new recipe.
 _NEW: dict[str, dict[str, Any]] = {"tool": {"diameter": "6 mm"}, "hole": {"diameter": "6 mm"}}
@@ -112,7 +112,7 @@ def _typed(key: ProfileKey, value: Any) -> Any:
 
 
 def set_value(text: str, array: str, number: int, name: str, value: Any) -> str:
-    """Return the text with a new value for a key, in entry `number` (from 0) of an array or in a machine.
+    """Set a key of a machine, or of entry `number` (from 0) of an array, and return the new text.
 
     An empty value removes the key. The source of a changed value becomes `BY_HAND`. Raise `OptionError` if the text
     is not valid TOML, has no such entry, or has another value in place of the key's table.
@@ -143,7 +143,7 @@ def set_value(text: str, array: str, number: int, name: str, value: Any) -> str:
 
 
 def _value(key: ProfileKey, value: Any) -> Any:
-    """Return a value as written in the file. Invalid text is kept, so that the reader reports it."""
+    """Convert a typed value to TOML. Invalid text is kept, because the reader reports it later."""
     if isinstance(value, bool):
         return value
     if key.kind == "axes":
@@ -187,7 +187,7 @@ def entries_of(data: Mapping[str, Any], array: str) -> list[Mapping[str, Any]]:
 
 
 def _place(document: Mapping[str, Any], array: str, number: int) -> tuple[list[Any], int]:
-    """Return an array and the index in it of entry `number`, because the array may also contain other values."""
+    """Return an array, and the index of table `number` in the array, which may also contain other values."""
     items = document.get(array)
     listed = items if isinstance(items, list) else []
     places = [k for k, item in enumerate(listed) if isinstance(item, Mapping)]
@@ -219,7 +219,10 @@ def add_entry(text: str, array: str) -> str:
 
 
 def remove_entry(text: str, array: str, number: int) -> str:
-    """Return the text without an array entry, counted from 0; raise `OptionError` if it has none or is invalid."""
+    """Return the text without entry `number` (from 0) of an array.
+
+    Raise `OptionError` if the text is invalid or has no such entry.
+    """
     document = _document(text)
     listed, place = _place(document, array, number)
     del listed[place]
@@ -229,7 +232,7 @@ def remove_entry(text: str, array: str, number: int) -> str:
 
 
 def rename_profile(text: str, shown: str, name: str) -> str:
-    """Return the text of a machine with the name `name`, if its name was `shown`."""
+    """Rename a machine to `name` if its name is `shown`, and return the new text."""
     try:
         document = _document(text)
     except OptionError:

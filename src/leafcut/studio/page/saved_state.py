@@ -19,8 +19,8 @@ _JOB = re.compile(r"[A-Za-z0-9_-]{12}")
 #: Attributes of a `View` that are saved: texts, sets of names, and tables of texts.
 _TEXTS = ("source", "name", "second", "second_name", "origin", "work", "process", "pace")
 
-#: Choices of a page: attributes of `View`, the ``tab`` of the result, and ``edit``, the order edited by hand: its
-#: ``job``, and ``state``, ``before`` and ``after`` of `Undoable.as_plain`.
+#: Choices of a page: attributes of `View`, the ``tab`` of the result, and ``edit``, an order edited by hand. ``edit``
+#: consists of its ``job``, and of ``state``, ``before`` and ``after`` from `UndoableState.as_plain`.
 KeptState = dict[str, Any]
 
 

@@ -18,7 +18,7 @@ _MAX_LINES = 3
 
 
 class StaleMark:
-    """Marks a result, its badges and its programs as outdated while the choices differ from those of its run."""
+    """Marks a result, its badges and its programs as outdated while the page's choices differ from its run."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
@@ -49,7 +49,7 @@ class StaleMark:
         self._programs.append((anchor, anchor.text, title))
 
     def refresh(self) -> None:
-        """Compare the choices with those of the result, and update the notice."""
+        """Compare the choices with the choices of the run, and update the notice."""
         record, w = self._record, self.view.words
         if record is None:
             return
@@ -57,7 +57,7 @@ class StaleMark:
         if changes == self._shown_changes:
             return
         self._shown_changes = changes
-        # During manual changes, the drawing shows the edited order.
+        # If only the order was edited, the drawing already shows the edited order.
         drawn = changes != [edited_by_hand(w).line(w)]
         self.page.run.tell_earlier(w("stale.title") if changes and drawn else "")
         lines = changes[:_MAX_LINES] + (
@@ -77,7 +77,7 @@ class StaleMark:
             anchor.update()
 
     def _show_changes(self, lines: list[str], chosen: bool) -> None:
-        """Show the differences. `chosen` options can be restored here; an order can be restored only in its editor."""
+        """Show the differences, with a button that restores `chosen` options. An order is restored in its editor."""
         w = self.view.words
         text("b", w("stale.title"))
         with box("ul"):

@@ -1,4 +1,4 @@
-"""Differences between the current choices and those of a result. A result with differences is outdated."""
+"""Differences between the current choices and the choices of a run. They make the result outdated."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from leafcut.studio.wording import Words
 
 @dataclass(frozen=True)
 class ChangedChoice:
-    """A changed choice: its label, its value for the result, and its current value."""
+    """A changed choice: its label, its value in the run, and its current value."""
 
     what: str
     then: str
@@ -46,7 +46,7 @@ def differences(record: JobRecord, view: View) -> list[ChangedChoice]:
 
 
 def edited_by_hand(words: Words) -> ChangedChoice:
-    """Return the entry for an order that was edited and not run yet."""
+    """Return the entry for an order that was edited after the run."""
     return ChangedChoice(words("stale.order"), words("stale.found"), words("stale.by_hand"))
 
 
@@ -87,7 +87,7 @@ def _part_text(part: WantedPart | None, words: Words) -> str:
 def _options(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
     before, after = forms.values_of_work(work, task.options), forms.values_of_work(view.work, view.values)
     names = dict.fromkeys([*before, *after])
-    if work != view.work:  # the change of work covers options that only one of the two has
+    if work != view.work:  # options of only one kind of work are not listed in addition to the changed work
         shared = forms.options_of(work, task.options) & forms.options_of(view.work, view.values)
         names = dict.fromkeys(name for name in names if name in shared)
     for name in names:
@@ -100,7 +100,7 @@ def _options(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
 
 
 def _is_equal(name: str, before: Any, after: Any) -> bool:
-    """Return whether two values are equal, such as ``6`` and ``6mm``."""
+    """Return whether two values mean the same, such as ``6`` and ``6mm``."""
     group = group_of(name)
     if before == after:
         return True

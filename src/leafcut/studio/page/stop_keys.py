@@ -1,4 +1,4 @@
-"""The keyboard alternative to dragging: buttons and a number field that select and move the stops of an order."""
+"""Buttons and a number field that select and move the stops of an order, as an alternative to dragging."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from leafcut.studio.wording import Words
 class StopKeys:
     """Buttons that select the previous or next stop, and move the selected stop in the order.
 
-    `choose` receives the name of the selected stop.
+    `choose` is called with the name of the selected stop.
     """
 
     def __init__(

@@ -20,7 +20,7 @@ class WorkChoice(Element, component="../static/works.js"):
         self.on("choose", lambda e: on_choose(e.args))
 
     def show(self, works: list[dict[str, Any]], chosen: str, why: str) -> None:
-        """Show kinds of work with ``name``, ``title`` and ``picture``, the choice, and the reason for a suggestion."""
+        """Show `works` (``name``, ``title``, ``picture``), the chosen kind of work, and the reason for a suggestion."""
         self.props.update(works=works, chosen=chosen, why=why, turn=self.props["turn"] + 1)
         self.update()
 

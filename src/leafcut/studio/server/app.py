@@ -1,4 +1,4 @@
-"""The server of the studio: assembled from its parts, bound to the loopback interface, ended by Ctrl-C."""
+"""The server of the studio. It listens on the loopback interface and ends on Ctrl-C."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 
     from leafcut.studio.server.safety import Guard
 
-#: Number of ports that are tried from `PORT` on, without `--port`.
+#: Without `--port`, number of ports to try, starting at `PORT`.
 _TRIED = 20
-#: Maximum number of attempts to shut down while a connection is closing; interval between them, s.
+#: Maximum number of attempts to shut down while a connection is closing, and their interval, s.
 _TRIES, _MOMENT = 40, 0.05
-#: Maximum wait for open connections at the end, s.
+#: Maximum wait for open connections during shutdown, s.
 _PATIENCE = 1
 
 
@@ -48,7 +48,7 @@ def open_with_rooms(root: Path, port: int = PORT, workers: StudioWorkers | None 
 
 
 def make_api(studio: Studio) -> FastAPI:
-    """Return the application with the JSON API, without pages and without the guard."""
+    """Return the application with the JSON API, but without pages and access control."""
     from fastapi import FastAPI
     from fastapi.exceptions import RequestValidationError
     from starlette.exceptions import HTTPException
@@ -82,7 +82,7 @@ def make_api(studio: Studio) -> FastAPI:
 def guard_app(
     studio: Studio, app: Any, largest: int = LARGEST_UPLOAD, on_entry: Callable[[str], None] = lambda _: None
 ) -> Guard:
-    """Return an application behind the guard of a studio."""
+    """Return an application with the access control of a studio."""
     from leafcut.studio.server.safety import Guard
 
     return Guard(app, keys=studio.keys, port=studio.port, largest=largest, on_entry=on_entry)
@@ -149,7 +149,7 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
             studio.close()
             for file in (studio.token_file, studio.entrance):
                 file.unlink(missing_ok=True)
-            # Not earlier, because pages read it until the event loop has ended.
+            # Pages read the history until the event loop has ended.
             studio.history.close()
 
 
@@ -163,7 +163,7 @@ def _write_keys(studio: Studio) -> None:
 
 
 def _server(config: Any, studio: Studio) -> Any:
-    """Return a server that ends the jobs before it waits for connections, because some connections wait for a job."""
+    """Return a server that ends all jobs before it waits for open connections, some of which wait for a job."""
     import uvicorn
     from websockets.exceptions import InvalidState
 
@@ -171,7 +171,7 @@ def _server(config: Any, studio: Studio) -> Any:
         async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
             await asyncio.to_thread(studio.close)
             for _ in range(_TRIES):
-                # A connection that is already closing cannot be closed again; a moment later it is gone.
+                # A connection that is already closing cannot be closed again. It will be closed at the next attempt.
                 with suppress(InvalidState):
                     return await super().shutdown(sockets)
                 await asyncio.sleep(_MOMENT)
@@ -181,7 +181,7 @@ def _server(config: Any, studio: Studio) -> Any:
 
 
 def _listen(port: int | None) -> socket.socket:
-    """Return a socket bound to the loopback interface; raise `StudioError` if the port is in use or not permitted."""
+    """Return a socket on the loopback interface; raise `StudioError` if the port is in use or not permitted."""
     tried = range(PORT, PORT + _TRIED) if port is None else [port]
     for number in tried:
         listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)

@@ -1,8 +1,8 @@
-"""JSON API for other programs (optimize, solve, nest, simulate and verify), and requests of the page itself.
+"""JSON API for other programs (optimize, solve, nest, simulate and verify), and routes for the studio page.
 
-``/api/openapi.json`` documents it. Other programs send the token from the studio's folder as ``Authorization: Bearer
-TOKEN``. An answer is a JSON object with the number of its format as ``schema``. An error is a JSON object with a
-single key, ``error``: a message in one line.
+``/api/openapi.json`` documents the API. Other programs send the token from the studio's folder as ``Authorization:
+Bearer TOKEN``. An answer is a JSON object; ``schema`` is the number of its format. An error is a JSON object with one
+key, ``error``: a message in one line.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from fastapi import FastAPI
 
 
-#: Media types that may be displayed in a browser tab of their own.
+#: Media types of files that a browser may open in a new tab.
 _SHOWN = ("image/svg+xml", "text/html; charset=utf-8")
 
 JobId = Annotated[str, Path(pattern="^[A-Za-z0-9_-]{12}$", description="a job's id")]
@@ -87,7 +87,7 @@ class _JsonAnswer(JSONResponse):
 
 
 class Refusal(BaseModel):
-    """The body of every error response: the English text, and for a message its template and values."""
+    """The body of every error response: the English text, and if it is a `Message`, its template and values."""
 
     error: str
     message: dict[str, Any] | None = None
@@ -188,7 +188,7 @@ def _options(text: str) -> dict[str, Any]:
 async def _finished_job(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRecord, dict[str, Any]]:
     """Run a task and wait for its end.
 
-    If the task is refused, delete its uploads, except the input that the request has `named`.
+    If the task is refused, delete its uploads, but not an existing upload that the request has `named`.
     """
     try:
         job = jobs.start(task)

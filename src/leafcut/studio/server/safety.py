@@ -1,4 +1,4 @@
-"""Access control and content policy of the studio: the outermost layer of the server.
+"""Access control and content security policy of the studio: the outermost layer of the server.
 
 Every request needs a key. A browser enters with a single-use address and receives a cookie that expires. A program
 sends the token in an ``Authorization: Bearer`` header (`keys`). Requests for a host name other than the loopback's
@@ -6,8 +6,8 @@ sends the token in an ``Authorization: Bearer`` header (`keys`). Requests for a 
 them.
 
 The content policy allows only the studio's own files, with two exceptions for NiceGUI. Its inline scripts and styles
-get a nonce, which is new for every page. Its component calls are text that the page evaluates, which requires
-``unsafe-eval``; this text arrives only through the guarded connection.
+get a nonce, which is new for every page. It sends component calls as text that the page evaluates, which requires
+``unsafe-eval``. This text arrives only through the guarded connection.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from leafcut.studio.folder import LARGEST_UPLOAD
 from leafcut.studio.keys import COOKIE_SECONDS, StudioKeys
 
-#: Maximum body of a request without files, bytes. Uploads may have `LARGEST_UPLOAD`.
+#: Maximum body size of a request without files, bytes. The limit for uploads is `LARGEST_UPLOAD`.
 LARGEST_REQUEST = 1024 * 1024
 UPLOADS = "/api/"
 
@@ -42,7 +42,7 @@ _READING = ("GET", "HEAD", "OPTIONS")
 
 
 class RequestRefused(Exception):
-    """A request is too large. The exception ends the request wherever it is being read."""
+    """A request is too large. Whoever reads the request receives this exception."""
 
 
 def content_policy(nonce: str, host: str) -> str:
@@ -66,8 +66,8 @@ def content_policy(nonce: str, host: str) -> str:
 class Guard:
     """An ASGI application that guards another application.
 
-    `port` is the port of this server; hosts and origins are checked against it. `on_entry` is called with the access
-    key of a URL once a browser has used that URL.
+    Hosts and origins must match `port`, the port of this server. `on_entry` is called with an access key once a browser
+    has entered with this key.
     """
 
     def __init__(
@@ -110,7 +110,7 @@ class Guard:
             await _refused(asked, 401, line)(scope, receive, send)
 
     def _refusal(self, asked: _RequestHead) -> str:
-        """Return the reason why a request is refused regardless of its key; empty if it is not refused."""
+        """Return the reason why a request is refused regardless of its key; empty for a permitted request."""
         if asked.host not in self.hosts:
             return "This address is not the studio's: use 127.0.0.1 and the port that it printed."
         own_origin = f"http://{asked.host}"
@@ -133,7 +133,7 @@ class Guard:
         return self.keys.is_token(asked.bearer)
 
     async def _enter(self, asked: _RequestHead, scope: Scope, receive: Receive, send: Send) -> None:
-        """Exchange the key in the address for a cookie that scripts cannot read."""
+        """Replace the key in the address with a cookie that scripts cannot read."""
         key = asked.token or ""
         if self.keys.redeem_entry(key):
             self.on_entry(key)
@@ -176,7 +176,7 @@ class _RequestHead:
         self.origin = headers.get("origin")
         self.site, self.mode = headers.get("sec-fetch-site", ""), headers.get("sec-fetch-mode", "")
         method = scope.get("method", "")
-        #: A websocket changes state as well, and browsers always send its origin.
+        #: Whether the request may change state. A websocket may; browsers always send its origin.
         self.changes = scope["type"] == "websocket" or method not in _READING
         kind, _, word = headers.get("authorization", "").partition(" ")
         self.bearer = word.strip() if kind.lower() == "bearer" else ""
@@ -187,10 +187,10 @@ class _RequestHead:
 
 
 class _Exchange:
-    """A request and its answer in transit: limits the request, adds headers, and gives a page its nonce.
+    """Forwards a request and its answer: limits the size of the request, adds headers, and gives a page its nonce.
 
-    Whatever the declared length, at most `limit` bytes of the body are forwarded. If there are more, the application's
-    answer is dropped.
+    At most `limit` bytes of the body are forwarded, whatever its declared length. If the body is larger, the
+    application's answer is dropped.
     """
 
     def __init__(self, receive: Receive, send: Send, asked: _RequestHead, limit: int) -> None:
@@ -212,7 +212,7 @@ class _Exchange:
         return message
 
     async def send(self, message: Message) -> None:
-        """Forward a message. A page is held until it is complete."""
+        """Forward a message. The parts of a page are forwarded together, once the page is complete."""
         if self.refused and not self.begun:
             return
         if message["type"] == "http.response.start":

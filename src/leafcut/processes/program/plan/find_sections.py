@@ -1,6 +1,4 @@
-"""Divide a program from another CAM system into pieces of work (cuts and holes) that can be reordered, and blocks that
-stay.
-"""
+"""Divide a program from another CAM system into fixed blocks and movable pieces of work (cuts and holes)."""
 
 from __future__ import annotations
 
@@ -37,9 +35,7 @@ _MOTIONS = frozenset(int(k) for k in MOTIONS)
 
 @dataclass(frozen=True, slots=True)
 class _TaskStart:
-    """A block at which a piece of work may start, the first row that moves sideways, and the height of that move,
-    mm.
-    """
+    """A block at which a piece of work may start, its first sideways row, and the height of that move, mm."""
 
     block: int
     row: int
@@ -107,9 +103,7 @@ class SectionFinder:
             yield from self._sections_of_run(starts, begin, end)
 
     def _blocks_of_unknown_height(self) -> set[int]:
-        """Return the blocks with an unknown height, which extend from a change of length offset to the next block that
-        states Z.
-        """
+        """Return the blocks with an unknown height: from a change of length offset to the next block that states Z."""
         found: set[int] = set()
         offsets = np.flatnonzero(self.program.path.kind == Kind.OFFSET)
         for block in self.program.row_block[offsets].tolist():
@@ -162,7 +156,7 @@ class SectionFinder:
         return not why
 
     def _reason_against_start(self, start: _TaskStart, top: float) -> str:
-        """Return the reason why no piece of work may start with this travel move (`plan.staying.PHRASES`), or ""."""
+        """Return the reason why no piece of work may start with this travel move (`fixed_tasks.PHRASES`), or ""."""
         modal = self.program.modal(start.block)
         if start.block in self.blind or math.isinf(start.height):
             return "unknown-height"
@@ -177,11 +171,10 @@ class SectionFinder:
         return ""
 
     def _can_replace_arrival(self, start: _TaskStart, first: _TaskStart) -> bool:
-        """Return whether the second travel move to a piece of work can replace the first. It must not be lower, and the
-        beam must be in the same state.
+        """Return whether the second travel move to a piece of work can replace the first.
 
-        If it could not, and another piece ended at the point between the two moves, the tool would leave that piece by
-        an untested move.
+        The second move must not be lower, and the beam must be in the same state. Otherwise, if another piece ended at
+        the point between the two moves, the tool would leave that piece by an untested move.
         """
         if start.height < first.height - TOLERANCE:
             return False
@@ -204,8 +197,9 @@ class SectionFinder:
         return _TaskStart(block, row, height if not math.isnan(height) else -math.inf)
 
     def _highest_cut(self, begin: int, end: int) -> float:
-        """Return the height of the highest sideways cut in a series of blocks, mm. The tool is not retracted in a
-        travel move below this height.
+        """Return the height of the highest sideways cut in a series of blocks, mm.
+
+        In a travel move below this height, the tool is not retracted.
         """
         if self.beam:
             return -math.inf
@@ -241,11 +235,10 @@ class SectionFinder:
         return found
 
     def _returns_to_earlier_speed(self, starts: list[_TaskStart]) -> bool:
-        """Return whether a series of blocks returns to an earlier spindle speed by S words alone, so that reordering
-        can save changes of the speed.
+        """Return whether a series of blocks returns to an earlier spindle speed by S words alone.
 
-        Speeds that are set together with M3 or M4 stay in their position. So does an S word in a block of its own
-        before a hole of a drilling cycle.
+        Reordering can then save changes of the speed. Speeds set together with M3 or M4 are fixed, and so is an S word
+        in a separate block before a hole of a drilling cycle.
         """
         path, first = self.program.path, self.first
         speeds = [self._spindle_state(self.program.modal(s.block)) for s in starts]
@@ -298,8 +291,7 @@ class SectionFinder:
             self.why.update((start.block, (why, end if why == "goes-on" else -1)) for start in chosen)
 
     def _why_single_task_stays(self, before: int, after: int) -> tuple[str, int]:
-        """Return the reason why a single piece of work between two barriers stays, and the barrier that separates it
-        from other work.
+        """Return why a single piece of work between two barriers stays, and which barrier separates it from other work.
         """
         last = int(self.cuts[-1])
         if after < self.program.n_blocks and self.cuts[self.first[after]] < last:
@@ -313,8 +305,9 @@ class SectionFinder:
             self.why.update((b, (why, block)) for b in range(piece.begin, piece.end) if b in self.entries)
 
     def _end_after_retract(self, start: _TaskStart, end: int, clearance: float) -> int | None:
-        """Return the end of the last piece of work in a series, which is after the block that retracts the tool. Return
-        None if the tool does not retract.
+        """Return the end of the last piece of work in a series: after the block that retracts the tool.
+
+        Return None if the tool does not retract.
         """
         turning = self.program.modal(start.block).spindle
         low, high = int(self.first[start.block]), int(self.first[end])
@@ -349,9 +342,7 @@ class SectionFinder:
         )
 
     def _end_of_dwells(self, block: int, end: int, last_cut: int) -> int:
-        """Return the end of the dwells after a cut. A dwell is part of the cut unless the tool has retracted before
-        it.
-        """
+        """Return the end of the dwells after a cut. Dwells before a retract are part of the cut."""
         if np.isin(self.program.path.kind[last_cut : int(self.first[block])], [Kind.RAPID, Kind.DRILL]).any():
             return block
         while block < end and set(self.reader.kinds(block)) == {int(Kind.DWELL)}:
@@ -573,5 +564,5 @@ def group_by_height(
 
 
 def _count_movable(places: Sequence[tuple[float, float]]) -> int:
-    """Return the number of pieces that can change places. Passes with the same start point count as one piece."""
+    """Return the number of pieces that can be reordered. Passes with the same start point count as one piece."""
     return len({(round(x, 1), round(y, 1)) for x, y in places}) - 1

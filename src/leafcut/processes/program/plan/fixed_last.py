@@ -1,6 +1,4 @@
-"""Check whether the last piece of work in a series must stay last, because the blocks after it start at its end
-point.
-"""
+"""Check whether the last piece of work in a series must stay last, because the next blocks depend on its end point."""
 
 from __future__ import annotations
 
@@ -79,9 +77,7 @@ def follows_compensation(program: Program, row: int) -> bool:
 
 
 def _is_lit_after(program: Program, rows: Rows, low: int, high: int) -> bool:
-    """Return whether the first travel move after a piece has the beam on, while the first travel move of the piece has
-    it off.
-    """
+    """Return whether the beam is on in the first travel move after a piece, but off in the first one of the piece."""
     if not rows.beam.any():
         return False
     ways = [np.flatnonzero(part) for part in (rows.travel[low:high], rows.travel[high:])]

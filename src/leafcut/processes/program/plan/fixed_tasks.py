@@ -1,7 +1,7 @@
 """Find the reason why each fixed piece of work keeps its position, and the line of its cause.
 
-A piece of work is fixed if each other piece must come before it, or must come after it. The reason is the rule without
-which the piece could move. If no single rule is the reason, it is a combination of rules.
+A piece of work is fixed if every other piece must come either before or after it. The reason is the rule without which
+the piece could move. If no single rule is the reason, a combination of rules is.
 """
 
 from __future__ import annotations

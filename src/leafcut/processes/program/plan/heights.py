@@ -192,9 +192,7 @@ class HeightLowering:
         return max(contact, self.top) if bent else contact
 
     def retracts(self) -> list[Lowered]:
-        """Return the retracts that can be lowered. A retract goes straight up, across at a constant height, and
-        straight down.
-        """
+        """Return the retracts that can be lowered: straight up, across at a constant height, and straight down."""
         found: list[Lowered] = []
         path = self.path
         rises = np.isin(path.kind, _MOVES) & (np.abs(path.end - path.before)[:, :2] < _SAME).all(axis=1)
@@ -231,8 +229,7 @@ class HeightLowering:
         return [Lowered(self._block(one), "Z", new) for one in stated]
 
     def initials(self) -> list[Lowered]:
-        """Return the initial heights (G98) of drilling series that can be lowered, as changes of the words that state
-        these heights.
+        """Return the words for initial heights (G98) of drilling series that can be lowered.
 
         All moves at an initial height stay clear of the material. An initial height is never below an R plane of the
         series.
@@ -271,8 +268,9 @@ class HeightLowering:
         return [Lowered(self._block(one), "Z", lowest) for one in series.stated]
 
     def _at_height(self, first: int) -> _MovesAtHeight | None:
-        """Collect the cycles and travel moves at a stated height, up to the next vertical move. Return None if the
-        height must stay.
+        """Collect the cycles and travel moves at a stated height, up to the next vertical move.
+
+        Return None if the height must stay.
         """
         path, high = self.path, float(self.path.end[first, 2])
         there = _MovesAtHeight([first], [], [], [])
@@ -339,9 +337,7 @@ class HeightLowering:
         return bool((np.abs(self.path.end[row] - self.path.before[row])[:2] > _SAME).any())
 
     def _states_height(self, row: int) -> bool:
-        """Return whether the Z of a move can be changed. Its block may also contain offset, coolant and spindle
-        words.
-        """
+        """Return whether the Z of a move can be changed. Its block may contain offset, coolant and spindle words."""
         if self._is_changeable(row):
             return True
         program, block = self.program, self._block(row)
@@ -427,9 +423,7 @@ class HeightLowering:
         return not any(self.program.modal(self._block(row) + 1).incremental for row in rows)
 
     def _at_plane(self, row: int, plane: float) -> float:
-        """Return the height of the highest contact that the rapids of a cycle make on their way to its R plane,
-        mm.
-        """
+        """Return the greatest height, mm, at which the rapids of a cycle to its R plane would touch material."""
         which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))
         moves, over = self.loads.moves, self.loads.removed.over[which]
         ends = moves.ends[which]

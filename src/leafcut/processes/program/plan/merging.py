@@ -102,7 +102,7 @@ class _Merger:
                 self._merge_into(place, at)
                 return True
             elif any(piece.may_detach for piece in later.pieces):
-                # A part would be detached before the work in between.
+                # A part would be detached before the work between the sections.
                 return False
             elif are_related(self.program, self.rows, (item.pieces, later.pieces), self.process, self.check_cancelled):
                 return False

@@ -36,7 +36,7 @@ _ALIKE = 0.02
 _STEP = 1.1
 #: Maximum width of a finishing cut, as a share of the tool diameter; such cuts keep their feed.
 FINISH = 0.05
-#: Distance before and after a move in which other moves limit its speed, as a share of the tool diameter.
+#: Moves up to this distance before and after a move limit its speed, as a share of the tool diameter.
 _AROUND = 0.5
 #: Tools that leave their hole at the plunge feed.
 _FED_OUT = (ToolKind.TAP, ToolKind.REAMER)
@@ -179,9 +179,7 @@ def _speeds_in_material(
 def _feed_factors(
     loads: Loads, limit: ToolLimits, diameter: float, mine: NDArray[np.bool_], rules: PaceRules
 ) -> dict[str, Floats]:
-    """Return, for each limit, the factor by which the feed of each move in `mine` may change. A factor below 1 reduces
-    the feed.
-    """
+    """Return limit → factor by which the feed of each move in `mine` may change. Factors below 1 reduce the feed."""
     by_chip = limit.chip / np.where(mine, loads.chip, 1.0)
     none = np.full_like(by_chip, np.inf)
     by_rate = np.divide(limit.rate, loads.rate, out=none.copy(), where=loads.rate > 0)
@@ -264,7 +262,7 @@ def reason_for_kept_feed(
 
 
 def _least_by_row(factor: Floats, source: NDArray[np.int64], which: NDArray[np.bool_]) -> Floats:
-    """Return the smallest factor of the source row of each chosen move, because a plunge has a single speed."""
+    """Return, for each chosen move, the smallest factor in its source row, because a plunge has a single speed."""
     least = np.full(int(source.max(initial=-1)) + 1, np.inf)
     np.minimum.at(least, source[which], factor[which])
     return np.asarray(least[source[which]])
@@ -326,9 +324,7 @@ def _speed_runs(speeds: Floats) -> list[PaceStretch]:
 
 
 def _merge_small_gains(found: list[PaceStretch], length: float, own: float) -> list[PaceStretch]:
-    """Undo raised speeds that save almost no time. Merge slowed segments of similar speed at the lowest of their
-    speeds.
-    """
+    """Undo raised speeds that save almost no time. Merge slowed segments of similar speed at their lowest speed."""
     if len(found) == 1:
         return found
     kept: list[PaceStretch] = []
@@ -383,9 +379,7 @@ class _StraightCut(NamedTuple):
     feed: float
 
     def interval_above_material(self, over: Floats, rules: PaceRules) -> list[tuple[float, float]]:
-        """Return the interval of a vertical move that is above all material and the clearance, as shares of its
-        length.
-        """
+        """Return the interval of a vertical move, as shares of its length, that is clear above all material."""
         z0, z1 = float(self.begin[2]), float(self.end[2])
         low, high = min(z0, z1), max(z0, z1)
         height = low + float(over.max()) + rules.clearance
@@ -399,7 +393,7 @@ class _StraightCut(NamedTuple):
     def without_rounded_ends(
         self, free: list[tuple[float, float]], rounds: tuple[bool, bool]
     ) -> list[tuple[float, float]]:
-        """Return the clear intervals without those ends that are next to corners that the controller may round."""
+        """Return the clear intervals, shortened at corners that the controller may round."""
         keeps = _SLOWLY / float(np.linalg.norm(self.end - self.begin))
         low, high = (keeps if rounds[0] else 0.0), (1.0 - keeps if rounds[1] else 1.0)
         return [(max(a, low), min(b, high)) for a, b in free if max(a, low) < min(b, high)]

@@ -129,9 +129,7 @@ def are_related(
 
 
 def _related_pairs(work: _OrderRuleInput, process: str, check_cancelled: Heartbeat) -> dict[str, NDArray[np.int64]]:
-    """Return the pairs whose order matters, int64[k, 2], by cause. If there are several sections, return only pairs of
-    different sections.
-    """
+    """Return cause → pairs whose order matters, int64[k, 2]; with several sections, only pairs across sections."""
     across = len(work.sections) > 1
     widths = [tool_width(work.program, pieces[0].begin) or work.rows.tool_diameter for pieces in work.sections]
     lines = work.lines()
@@ -172,9 +170,7 @@ def _distinct_pairs(pairs: list[NDArray[np.int64]]) -> NDArray[np.int64]:
 
 
 def _mark_detaching_tasks(work: _OrderRuleInput, process: str, check_cancelled: Heartbeat) -> tuple[ProgramTask, ...]:
-    """Mark the pieces of work that detach a part. The deepest sideways cut of a mill counts as the underside of the
-    part.
-    """
+    """Mark the pieces of work that detach a part. For a mill, its deepest sideways cut is taken as the underside."""
     pieces = tuple(work.pieces)
     if process in BEAMS or has_no_mill(work.program):
         return pieces
@@ -191,8 +187,7 @@ def _mark_detaching_tasks(work: _OrderRuleInput, process: str, check_cancelled: 
 
 
 def detaching_stages(pieces: Sequence[ProgramTask]) -> list[int]:
-    """Return, in ascending order, the first piece of each final stage; a final stage is a stage in which every piece
-    detaches a part.
+    """Return, in ascending order, the first piece of each stage in which every piece detaches a part.
 
     No work moves across the start of such a stage, so each of these stages becomes a section of its own.
     """
@@ -253,10 +248,9 @@ def combine_ties(one: NDArray[np.int32] | None, other: NDArray[np.int32]) -> NDA
 
 
 def ties_at_edges(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
-    """Return `Section.ties` of n pieces of work that must not cross the given edges in the order, or None without
-    edges.
+    """Return `Section.ties` of n pieces of work that must not cross the given edges; None without edges.
 
-    An edge is the number of a piece of work: pieces before it stay before all pieces from it on.
+    An edge is the number of a piece of work. All earlier pieces stay before this piece and all later pieces.
     """
     inner = [edge for edge in edges if 0 < edge < n]
     if not inner:
@@ -295,8 +289,9 @@ def _without_implied(
 
 
 def _reduced_pairs(pairs: list[list[int]], low: int, high: int) -> list[tuple[int, int]]:
-    """Return the pairs with low ≤ before < high that no other pairs imply; `pairs` are sorted by after, then by
-    −before.
+    """Return the pairs with low ≤ before < high that no other pairs imply.
+
+    `pairs` are sorted by after, then by −before.
     """
     # Bit k of `ancestors[i]`: piece low + k must come before piece i.
     ancestors: dict[int, int] = {}

@@ -1,6 +1,4 @@
-"""Classify the rows of a program from another CAM system as cuts or travel moves, and find the blocks that separate
-pieces of work.
-"""
+"""Classify the rows of a program as cuts or travel moves, and find the blocks that separate pieces of work."""
 
 from __future__ import annotations
 
@@ -154,9 +152,7 @@ def _beam_mask(program: Program) -> NDArray[np.bool_]:
 
 
 def detect_process(program: Program) -> str:
-    """Detect the kind of a program. A beam is switched on before each cut, whereas a spindle is switched on only before
-    the first move.
-    """
+    """Detect the kind of a program. A beam is switched on before each cut, a spindle only before the first move."""
     path = program.path
     feed = np.isin(path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
     before = path.before
@@ -186,9 +182,7 @@ def detect_process(program: Program) -> str:
 
 
 def _is_torch(program: Program, spindle: NDArray[np.bool_]) -> bool:
-    """Return whether the program cuts with a torch: its text names a torch, or its rapids run at more than one
-    height.
-    """
+    """Return whether the program cuts with a torch: its text names a torch, or it has rapids at several heights."""
     if any(_TORCH.search(line) for line in program.lines[:400]):
         return True
     z = program.path.end[program.path.kind == Kind.RAPID, 2]
@@ -267,7 +261,7 @@ def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, en
 
 
 def _idle_rows(program: Program, rows: Rows) -> list[int]:
-    """Return the rows that dwell or switch the spindle between pieces of work, for an unknown purpose.
+    """Return the rows that, for an unknown purpose, dwell or switch the spindle between pieces of work.
 
     Such rows come after a cut and a retract, and before the next travel move. Dwells at positions without a cut are
     included. A beam is switched on and off in every cut, so its switching is not included.

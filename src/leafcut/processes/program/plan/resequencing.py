@@ -71,9 +71,7 @@ def find_sequence(
 
 
 def unchanged_sequence(program: Program, process: str, reason: str) -> Sequence:
-    """Return a sequence in which all work keeps its position for the same reason, which is a key of
-    `staying.PHRASES`.
-    """
+    """Return a sequence in which all work keeps its position for one `reason`, a key of `fixed_tasks.PHRASES`."""
     rows = read_rows(program, process)
     ways, cuts = np.cumsum(rows.travel), np.flatnonzero(rows.cut)
     begins = cuts[np.flatnonzero(np.diff(ways[cuts], prepend=-1))]
@@ -115,9 +113,7 @@ def piece_order(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]
 
 
 def nodes_in_order(section: Section, order: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the nodes of `build_problem` for an order of pieces, int32[n]. This function is the inverse of
-    `piece_order`.
-    """
+    """Return the nodes of `build_problem` for an order of pieces, int32[n]: the inverse of `piece_order`."""
     reversible = _reversible_tasks(section)
     turned = len(section.pieces) + np.searchsorted(reversible, ~order)
     nodes: NDArray[np.int32] = np.where(order < 0, turned, order).astype(np.int32)

@@ -64,9 +64,7 @@ class _ReversalFinder:
         return self._matches_task(piece, stroke) and is_uniform(cuts) and is_simple(cuts) and _is_open(cuts)
 
     def _same_height(self, piece: ProgramTask) -> bool:
-        """Return whether the tool arrives and leaves at the same height, so that the moves at both ends are equally
-        clear.
-        """
+        """Return whether the tool arrives and leaves at the same height, so that both ends are equally clear."""
         height = [piece.arrive_z, piece.leave_z]
         return bool(np.isnan(height).all() and self.beam) or abs(height[0] - height[1]) < TOLERANCE
 
@@ -81,9 +79,7 @@ class _ReversalFinder:
 
 
 def _is_open(cuts: Features) -> bool:
-    """Return whether the ends of a cut are far apart, and the cut does not turn back at an arc, where it might cross
-    itself.
-    """
+    """Return whether the ends of a cut are far apart, and no arc turns so far back that the cut might cross itself."""
     pieces = traces_of(cuts).flattened(SAGITTA)
     way = pieces.end - pieces.begin
     length = np.hypot(*way.T)

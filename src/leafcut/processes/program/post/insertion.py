@@ -54,11 +54,10 @@ def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
 
 
 def insert_words_within(line: str, front: Sequence[str], back: Sequence[str], longest: int, was: int) -> list[str]:
-    """Insert words into a line; if it gets too long for the controller, write the modal words as a separate block
-    before it.
+    """Insert words into a line. If it gets too long for the controller, put its modal words into a block before it.
 
     `longest` is the maximum length of a line without its line ending; the length of the original line, `was`, is always
-    permitted. Raises PostError if the line is still too long, because motion words need the coordinates of the line.
+    permitted. Raises PostError if the line is still too long, because motion words must stay with its coordinates.
 
     >>> insert_words_within("X5 (a hole)", ["G99", "G81"], ["Z-3.0", "F100"], 24, 11) ['G99 F100', 'G81 X5 Z-3.0 (a
     hole)']

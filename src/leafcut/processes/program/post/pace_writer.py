@@ -180,9 +180,7 @@ class _PaceWriter:
         return ["F" + format_value(value)]
 
     def _value(self, stretch: PaceStretch, row: int, own: float, unit: float) -> float:
-        """Return the speed of a segment in program units per minute, rounded down. An unchanged feed keeps its exact
-        value.
-        """
+        """Return the speed of a segment in program units per minute, rounded down unless it is the original feed."""
         if abs(stretch.speed - float(self.program.path.value[row])) <= 1e-9 * stretch.speed:
             return own
         value = stretch.speed * SECONDS_PER_MINUTE / unit

@@ -372,9 +372,7 @@ class _Rewriter:
         return front, back
 
     def _word_text(self, letter: str, value: float, block: int) -> str:
-        """Return a word as the program last wrote it before a block. If the program does not contain it, format the
-        word from its value.
-        """
+        """Return a word in the spelling that the program last used before a block, or else formatted from its value."""
         if letter == "F" and value in self.program.feed_words:
             return self.program.feed_words[value]
         blocks, texts = self.reader.blocks_by_letter.get(letter, ([], []))
@@ -407,7 +405,7 @@ class _Rewriter:
         self._copy_lines(lines[done:])
 
     def _hits_obstacle(self, block: int, row: int) -> bool:
-        """Return whether a rapid from the current position in a fixed block crosses an obstacle too low.
+        """Return whether a rapid in a fixed block, from the current position, crosses an obstacle too low.
 
         Return False in an active series of cycles, and with incremental coordinates, because an inserted rapid would
         change the motion.

@@ -27,9 +27,7 @@ class OriginalPositions:
         return list(self.program.path.place_before(int(self.program.first[block])))
 
     def initial_before(self, block: int) -> float:
-        """Return the initial height of the canned cycles that are active before a block, mm. Without an active cycle,
-        return the current height.
-        """
+        """Return the initial height of the canned cycle active before a block, or else the current height, mm."""
         if self.program.modal(block).cycle is None:
             return self.place_before(block)[2]
         row = int(self.program.first[block])
@@ -39,8 +37,9 @@ class OriginalPositions:
         return float(self.before[row, 2]) if row < len(kinds) else math.nan
 
     def follows_work(self, block: int) -> bool:
-        """Return whether there is a cut, or a dwell after a sideways rapid, between a block and the last stop or tool
-        change before it.
+        """Return whether work precedes a block since the last stop or tool change.
+
+        Work is a cut, or a dwell after a sideways rapid.
         """
         kinds = self.program.path.kind
         row = int(self.program.first[block]) - 1

@@ -109,9 +109,7 @@ def _rounded_ends(moves: _Moves) -> list[tuple[float, ...]]:
 
 
 def _unproven_moves(was: Floats, now: Floats) -> Mask:
-    """Return a mask of the new moves that contain a point which is not `NEAR` any original move at its height or
-    lower.
-    """
+    """Return a mask of the new moves with a point that is not `NEAR` any original move at its height or lower."""
     found = np.zeros(len(now), dtype=bool)
     lines: Any = np.asarray(shapely.linestrings(was.reshape(-1, 2, 3)[:, :, :2]))
     # A vertical move shows that its whole height range is clear.

@@ -1,6 +1,4 @@
-"""Barriers, such as pauses, tool changes and work offsets, which must keep their order, and the groups of work between
-them.
-"""
+"""Barriers, such as pauses, tool changes and work offsets, must keep their order; they separate groups of work."""
 
 from __future__ import annotations
 
@@ -141,8 +139,7 @@ def barriers_of(program_path: ProgramPath) -> list[Barrier]:
 
 
 def _modal_context(m: Modal, kind: Kind, description: BlockDescription) -> tuple[object, ...]:
-    """Return the part of the modal state `m` that may affect a barrier block. For a block that is not understood,
-    return the whole state.
+    """Return the part of the modal state `m` that may affect a barrier block, or all if the block is not understood.
 
     A shift of the origin depends only on the units, the distance mode, the tool and the active offsets.
     """
@@ -195,9 +192,7 @@ def _obeyed_comments(program: Program, source: Indices) -> Iterator[Barrier]:
 
 
 def compare_unreached_settings(before: Program, after: Program) -> Iterator[Difference]:
-    """Yield differences between settings in lines that never run, such as the lines of a subprogram that is never
-    called.
-    """
+    """Yield differences between settings in lines that never run, such as those of an uncalled subprogram."""
     run = [set(p.line.tolist()) if p.obeyed else set() for p in (before, after)]
     one, other = (
         [setting for setting in p.obeyed if setting.line not in lines]
@@ -324,8 +319,9 @@ def compare_barrier_groups(before: list[BarrierGroup], after: list[BarrierGroup]
 
 
 def _added_tool_change(wall: BarrierGroup, others: list[BarrierGroup]) -> Difference:
-    """Report a tool change that the original program does not contain. If the original program changes to the same tool
-    elsewhere, report that change as well.
+    """Report a tool change that the original program does not contain.
+
+    If the original program changes to the same tool elsewhere, report that change as well.
     """
     text, tools = Message.joined(", ", (mark.text for mark in wall.marks)), _tools(wall)
     for other in others:
@@ -354,8 +350,9 @@ def _only_tool_changes(walls: list[BarrierGroup]) -> list[BarrierGroup]:
 
 
 def _match_groups(before: list[BarrierGroup], after: list[BarrierGroup]) -> ComparisonGroups:
-    """Match barriers from both ends of the programs. Barriers in the middle without a match differ, and the work
-    between them forms one group.
+    """Match barriers from both ends of the programs.
+
+    Barriers without a match in the middle are differences, and the work between them forms a single group.
     """
     one, other = ([(mark, wall.after) for wall in walls for mark in wall.marks] for walls in (before, after))
     shorter = min(len(one), len(other))
@@ -471,9 +468,7 @@ def _implied_changes(marks: list[Barrier], which: str) -> Iterator[StateChange]:
 def find_misplaced_barriers(
     marks: list[Barrier], mark_of: dict[float, Barrier], tolerance: float
 ) -> Iterator[Difference]:
-    """Yield the barriers at which the tool is lower than in the original program, at an unknown height, or not at the
-    required position.
-    """
+    """Yield barriers with the tool lower than in the original, at an unknown height, or at a wrong position."""
     for mark in marks:
         new = mark_of.get(mark.key)
         if new is None or mark.kind in PLACELESS:

@@ -221,8 +221,9 @@ class _Comparison:
         )
 
     def _compare_work(self, before: ProgramWork, after: ProgramWork, grouping: ComparisonGroups) -> tuple[Pairing, int]:
-        """Compare the work between barriers and add the differences. Return the matched features and the number of
-        reversed cuts.
+        """Compare the work between barriers and add the differences.
+
+        Return the matched features and the number of reversed cuts.
         """
         both = [
             in_reference_direction(work) if self.allow_reverse else unchanged_work(work) for work in (before, after)
@@ -320,9 +321,7 @@ def _farthest_move(path: Toolpath, axis: int, sign: float) -> tuple[int, float]:
 
 
 def _moves_outside_travel(path: Toolpath, machine: Machine | None) -> list[Difference]:
-    """Return the moves outside the travel of the machine, up to the first shift of the origin. Positions after the
-    shift are unknown.
-    """
+    """Return the moves outside the machine's travel before the first origin shift; later positions are unknown."""
     if machine is None or machine.work_offset is None:
         return []
     moved = (path.kind == Kind.SHIFT) | ((path.kind == Kind.FRAME) & (path.ref != 540))

@@ -121,9 +121,7 @@ class ChangedOrder:
                 yield self._difference(kind, int(first[k]), int(last[closes]), message)
 
     def reordered_passes(self, width: float) -> Iterator[Difference]:
-        """Yield nearby passes whose order changed, for a mill of the given width (mm), and parts that are detached too
-        early.
-        """
+        """Yield nearby passes of a mill of the given width (mm) in changed order, and parts detached too early."""
         if self.unchanged or not len(self.features):
             return
         first = ~self.gaps.opened_by_feature[self.gaps.gap_of]
@@ -246,9 +244,7 @@ class ChangedOrder:
 
 
 def _changed_side(tabs: bool, later: bool, flat: bool, place: Message, end: Message) -> Message:
-    """Return the message about work inside a closed cut, or inside an outline with tabs, that is now done later or
-    earlier than that cut.
-    """
+    """Return the message about work inside a closed cut or tabbed outline that is now before or after this cut."""
     message = Message(
         "{} lies inside an outline with tabs that ends at {}; originally it was cut {} this cut, and now it is "
         "cut {} it"

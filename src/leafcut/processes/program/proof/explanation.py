@@ -56,9 +56,7 @@ class Explanation(NamedTuple):
 
 
 class _ChangedFeature(NamedTuple):
-    """A feature, its counterpart in the new program, and their differences, separately for the start point and for all
-    other values.
-    """
+    """A feature, its counterpart in the new program, and their differences: in the start point, and in other values."""
 
     one: Feature
     other: Feature
@@ -121,9 +119,7 @@ def _moved_past_barrier(
 
 
 def _grouped(items: Iterable[_Item], goes_on: Callable[[_Item, _Item], bool]) -> Iterator[list[_Item]]:
-    """Yield groups of consecutive items. `goes_on` returns whether an item belongs to the group of the item before
-    it.
-    """
+    """Yield groups of consecutive items. `goes_on` returns whether an item belongs to the group of its predecessor."""
     group: list[_Item] = []
     for item in items:
         if group and not goes_on(group[-1], item):
@@ -158,9 +154,7 @@ def _changed_features(
 
 
 def _grouped_changes(pairs: list[_ChangedFeature], gone: list[Feature], new: list[Feature]) -> Iterator[Difference]:
-    """Yield the changes as differences. Equal changes form a single difference, and consequences of other changes are
-    left out.
-    """
+    """Yield the changes as differences. Equal changes are grouped; consequences of other changes are omitted."""
     differing = [pair for pair in pairs if pair.rest]
     ends = [
         {f.number: f.place[:3] for f in side}
@@ -261,10 +255,9 @@ def _describe_run(stretch: Stretch, hole: Message | None) -> Message:
 
 
 def _describe_hole(stretch: Stretch, side: Features) -> Message | None:
-    """Describe a hole, which is a canned cycle, or vertical cuts without adjoining cuts. The last value is the position
-    of the hole.
+    """Describe a hole: a canned cycle, or vertical cuts without adjoining cuts. Return None for other work.
 
-    Return None for other work.
+    The last value of the message is the position of the hole.
     """
     first, last = stretch[0], stretch[-1]
     if _is_cycle(first):
@@ -323,7 +316,7 @@ def _moved_features(
 
 
 def _differs_only_in_position(one: Stretch, other: Stretch, room: MatchTolerance) -> bool:
-    """Return whether two runs of features differ only in position, or two single cuts only in their end."""
+    """Return whether two runs of features are equal after a shift in X and Y, or two single cuts differ only in end."""
     if len(one) != len(other) or any(a.exact != b.exact for a, b in zip(one, other, strict=True)):
         return False
     if not all(map(math.isfinite, (*one[0].place[:2], *other[0].place[:2]))):

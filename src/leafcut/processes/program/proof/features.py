@@ -249,9 +249,7 @@ def same_state(rows: ProgramPath) -> Mask:
 
 
 def compensated_moves(rows: ProgramPath) -> Mask:
-    """Return a mask of the moves under cutter compensation, and of the first move after each of them, which is still
-    affected.
-    """
+    """Return a mask of the moves under cutter compensation, and of the next move, which is still affected."""
     moving = np.flatnonzero(rows.path.kind <= Kind.DRILL)
     on = np.abs(rows.modal("radius", moving)) != 40
     mask = np.zeros(len(rows.path), dtype=bool)

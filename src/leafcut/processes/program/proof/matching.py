@@ -60,9 +60,7 @@ class Pairing(NamedTuple):
 
 
 def match_features(before: Features, after: Features, room: MatchTolerance) -> Pairing:
-    """Match the features of two programs within the tolerances `room`. If several features are equal, they are matched
-    in order.
-    """
+    """Match the features of two programs within the tolerances `room`. Equal features are matched in order."""
     new_of = np.full(len(before), -1, dtype=np.int64)
     old, new = _match_by_hash(before, after, room.place)
     new_of[old] = new
@@ -91,9 +89,7 @@ def _match_by_hash(before: Features, after: Features, tolerance: float) -> tuple
 
 
 def _match_equal_numbers(one: Indices, other: Indices) -> tuple[Indices, Indices]:
-    """Match equal numbers from both ends as long as they agree, and match the others in order, so that neighbours stay
-    matched.
-    """
+    """Match equal numbers: from both ends as long as they agree, then in order, so that neighbours stay together."""
     n, m = len(one), len(other)
     differs = np.flatnonzero(one[: min(n, m)] != other[: min(n, m)])
     head = int(differs[0]) if len(differs) else min(n, m)
@@ -129,9 +125,7 @@ def _feature_hashes(features: Features) -> NDArray[np.uint64]:
 
 
 def _occurrence_keys(number: Indices) -> Indices:
-    """Return a key for each row, which combines the number of the row with the count of earlier rows that have the same
-    number.
-    """
+    """Return a unique key per row, from its number and the count of earlier rows with the same number."""
     order = np.argsort(number, kind="stable")
     ordered = number[order]
     begins = np.flatnonzero(np.diff(ordered, prepend=-1))
@@ -190,8 +184,9 @@ def sorted_into_cells(features: list[Feature], tolerance: float, axes: int) -> d
 
 
 def cells_around(feature: Feature, tolerance: float, axes: int) -> Iterator[CellKey]:
-    """Yield the grid cells near a feature in x, y (and z), starting with its own cell. An unknown coordinate has a
-    separate cell far away.
+    """Yield the grid cells near a feature in x, y (and z), starting with its own.
+
+    An unknown coordinate has a separate cell far away.
     """
     size, room = 4.0 * max(tolerance, 1e-6), tolerance + 1e-9
     at = feature.place[:axes]
@@ -222,7 +217,7 @@ class FeatureChange(NamedTuple):
     now: int | None = None
 
     def matches(self, change: StateChange) -> bool:
-        """Return whether this change equals the given change, in which None stands for any value."""
+        """Return whether this change equals `change`. There, None stands for any value."""
         name, was, now = change
         return self.name == name and was in (None, self.was) and now in (None, self.now)
 

@@ -1,6 +1,4 @@
-"""Verify new speeds and heights: the path must be the same, speeds must stay within limits, and lower moves must pass
-only through air.
-"""
+"""Verify new speeds and heights: same path, speeds within limits, and lower moves only through air."""
 
 from __future__ import annotations
 
@@ -31,8 +29,9 @@ _ARCS = (Kind.ARC_CW, Kind.ARC_CCW)
 
 
 def changed_stretches(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStretch, ...]]:
-    """Return the segments with changed speeds by row of the original program. Raises VerifyError if the path or the
-    work differs.
+    """Return row of the original program → segments with changed speeds.
+
+    Raises VerifyError if the path or the work differs.
     """
     found: dict[int, tuple[PaceStretch, ...]] = {}
     at = 0
@@ -63,9 +62,7 @@ def changed_stretches(before: Toolpath, after: Toolpath) -> dict[int, tuple[Pace
 
 
 def _match_stretches(before: Toolpath, after: Toolpath, row: int, at: int) -> tuple[tuple[PaceStretch, ...], int]:
-    """Return the segments of constant speed into which a straight cut was divided, and the row after the cut in the new
-    program.
-    """
+    """Return the segments of constant speed of a divided straight cut, and the row after it in the new program."""
     begin, end = before.before[row], before.end[row]
     way = end - begin
     known = bool(np.isfinite(way).all())
@@ -202,9 +199,7 @@ def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]
 def rows_changed_to_rapid(
     before: Toolpath, stretches: dict[int, tuple[PaceStretch, ...]]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the rows of the new program in which a cut became a rapid, and those among them in which the rapid
-    replaces an arc.
-    """
+    """Return the rows of the new program in which a cut became a rapid, and the rows in which an arc did."""
     rows: list[int] = []
     chords: list[int] = []
     at = 0

@@ -202,8 +202,9 @@ def passes_at_levels(
 def passes_side_by_side(
     visits: Visits, near: NearLines, owner: Indices, doubt: OrderThresholds, width: float, wanted: PairFilter
 ) -> Iterator[Indices]:
-    """Yield pairs of cuts at the same depth that are within a finishing allowance of each other, int64[k, 2], unless
-    both cuts are closed.
+    """Yield pairs of cuts at the same depth within a finishing allowance of each other, int64[k, 2].
+
+    Pairs of closed cuts are omitted.
     """
     both = np.logical_and if doubt.keep else np.logical_or
     follows, reach = visits.cuts & ~visits.level, min(doubt.beside, width)
@@ -224,9 +225,7 @@ def passes_side_by_side(
 def nearby_passes(
     visits: Visits, near: NearLines, owner: Indices, doubt: OrderThresholds, width: float, wanted: PairFilter
 ) -> Iterator[tuple[Message, Indices]]:
-    """Yield pairs of nearby passes, int64[k, 2], each with a description of the relation. A pair may occur several
-    times.
-    """
+    """Yield a relation and its pairs of nearby passes, int64[k, 2]. A pair may occur several times."""
     for relation, rule in (
         (Message("is at another level beside"), passes_at_levels),
         (Message("runs beside"), passes_side_by_side),

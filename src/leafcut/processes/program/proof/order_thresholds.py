@@ -1,6 +1,4 @@
-"""Thresholds of the order rules. There are two policies for pieces of work whose order may matter: keep their order, or
-allow any order.
-"""
+"""Thresholds of the order rules, for two policies if an order may matter: keep the order, or allow any order."""
 
 from __future__ import annotations
 

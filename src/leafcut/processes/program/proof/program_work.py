@@ -113,9 +113,7 @@ def goes_across(begin: Floats, end: Floats) -> Mask:
 
 
 def cuts_with_beam(program: Program) -> bool:
-    """Return whether the spindle is off between two cuts without a barrier between them, which means that it is a
-    beam.
-    """
+    """Return whether the program cuts with a beam: its spindle is off between two cuts without a barrier."""
     path, direction = program.path, program.modal_at_rows("spindle")
     stage = np.cumsum(np.isin(path.kind, (Kind.PAUSE, Kind.TOOL, Kind.FRAME, Kind.SHIFT, Kind.MACHINE)))
     moving = path.kind <= Kind.ARC_CCW
@@ -133,9 +131,7 @@ def has_no_mill(program: Program) -> bool:
 
 
 def _add_end_row(program: Program) -> Program:
-    """Return the program with a row for its end even if M2 and M30 are missing, so that the position at the end is
-    checked.
-    """
+    """Add a row for the end of the program if M2 and M30 are missing, so that the position at the end is checked."""
     path = program.path
     if len(path) and path.kind[-1] == Kind.END:
         return program
@@ -192,9 +188,7 @@ def _take(program_path: ProgramPath, rows: Indices) -> ProgramPath:
 
 
 def _continues_feed(moves: ProgramPath, feeds: Mask) -> Mask:
-    """Return a mask of all rows except the first: whether the row is a feed move in the same state as the row
-    before.
-    """
+    """Return a mask of all rows except the first: the row is a feed move in the same state as the previous row."""
     value = moves.path.value
     alike: Mask = feeds[1:] & feeds[:-1] & same_state(moves) & (value[1:] == value[:-1])
     return alike

@@ -1,6 +1,4 @@
-"""Check that rapids between cuts are never lower than in the original program at the same point, and that they
-interrupt no cut.
-"""
+"""Check that rapids interrupt no cut, and are never lower than in the original program at the same point."""
 
 from __future__ import annotations
 
@@ -242,9 +240,7 @@ def allowed_heights(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
 
 
 def _limits_of_reversed_runs(heights: AllowedHeights, turned: Indices) -> AllowedHeights:
-    """Return the allowed heights with reversed runs taken into account: both ends of such a run, which are exchanged,
-    get the higher of their two limits.
-    """
+    """Return the allowed heights for reversed runs: both ends of such a run get the higher of their two limits."""
     if not (turned >= 0).any():
         return heights
     arrive, leave = heights.arrive.copy(), heights.leave.copy()
@@ -380,9 +376,7 @@ def _checks_of_features(
 def _newly_lit(
     old_gaps: RapidGaps, gaps: RapidGaps, old: Indices, now: Indices, previous: Indices, first: Mask
 ) -> Iterator[Mask]:
-    """Yield masks of the rapids to, from and between features in which the beam is on although it was off in the
-    original program.
-    """
+    """Yield masks of the rapids to, from and between features in which the beam is newly on."""
     before, was = gaps.gap_of[now], old_gaps.gap_of[old]
     yield gaps.lit_last[before] & old_gaps.across[was] & ~old_gaps.lit_last[was] & ~first[old]
     yield gaps.lit_first[before + 1] & old_gaps.across[was + 1] & ~old_gaps.lit_first[was + 1]
@@ -456,9 +450,7 @@ def _heights_by_feature(
 
 
 def _unknown_flags(gaps: RapidGaps, gap: Indices | Ints, first: bool) -> NDArray[np.int8]:
-    """Return the flags of unknown heights at each feature. Next to a barrier, only the nearest sideways rapid
-    counts.
-    """
+    """Return the flags of unknown heights at each feature. At a barrier, only the nearest sideways rapid counts."""
     nearest, inside = gaps.unknown_last, gaps.opened_by_feature
     if first:
         nearest, inside = gaps.unknown_first, gaps.closed_by_feature
@@ -472,8 +464,9 @@ def _newly_unknown(now: NDArray[np.int8], before: NDArray[np.int8]) -> Mask:
 
 
 def _lowest_crossing(work: ProgramWork, gaps: RapidGaps) -> Floats:
-    """Return the height of the lowest sideways rapid with the tool of each feature in its group, mm. If there is none,
-    return that of any tool in the group.
+    """Return the height of the lowest sideways rapid with the tool of each feature in its group, mm.
+
+    If there is none, return the height for any tool in the group.
     """
     group, tool = work.features.group, work.features.of("tool")
     cross = np.minimum(gaps.cross[gaps.gap_of], gaps.cross[gaps.gap_of + 1])

@@ -1,5 +1,4 @@
-"""Compare programs with reversed cuts. For the comparison, every open cut at one level is put in a reference direction
-in both programs.
+"""Compare programs with reversed cuts, by putting every open cut at one level in both into a reference direction.
 
 The conditions are checked again here, from the motion alone: a cut is at one level, it does not close or cross itself,
 it has no lead-in or lead-out, and the tool arrives and leaves by rapids.
@@ -110,9 +109,7 @@ def _is_constant(features: Features, rows: Indices, body: Indices) -> bool:
 
 
 def _reverse_run(new: Features, old: Features, first: int, end: int, body: Indices) -> None:
-    """Reverse each cut of a run in `new` (kind, start and end), and move the plunge and the retract to the other
-    end.
-    """
+    """Reverse each cut of a run in `new` (kind, start, end), and exchange the positions of plunge and retract."""
     new.end[body], new.start[body] = old.start[body], old.end[body]
     kind = old.kind[body]
     back = np.where(kind == Kind.ARC_CW, int(Kind.ARC_CCW), np.where(kind == Kind.ARC_CCW, int(Kind.ARC_CW), kind))

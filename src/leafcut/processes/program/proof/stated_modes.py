@@ -29,8 +29,7 @@ _MOVES = (*_CUTS, Kind.RAPID)
 
 
 class _Mode(NamedTuple):
-    """A mode: its name, its G words (a regular expression for their numbers), and the kinds of rows that depend on the
-    mode.
+    """A mode: its name, its G words (a regular expression for their numbers), and the kinds of rows that need it.
 
     A `rare` word is unknown to some controllers, so the new program must not add it.
     """
@@ -69,8 +68,7 @@ def find_lost_modes(
     new_of: Indices,
     mark_of: dict[float, Barrier],
 ) -> Iterator[Difference]:
-    """Yield the modes that the original program states before the work that depends on them, but the new program does
-    not.
+    """Yield the modes that only the original program states before the work that depends on them.
 
     `new_of` and `mark_of` are the matched features and barriers. Only cuts in both programs count, because an added cut
     depends on the same modes as its neighbours.

@@ -1,5 +1,4 @@
-"""The second proof of a reordered program: the program leaves the same stock, as a height field, and has no deeper
-collisions.
+"""The second proof of a reordered program: same remaining stock, as a height field, and no deeper collisions.
 
 This proof shares only the interpretation of the programs with the first proof (`certificate`), which compares the cuts.
 """
@@ -82,9 +81,7 @@ class StockJudge:
         return cls(tools, cutters, bodies, stock, given, left, met, touched)
 
     def check(self, new: Program, check_cancelled: Heartbeat = ignore_heartbeat) -> None:
-        """Raise VerifyError unless a program leaves the same stock as the original program, without deeper
-        collisions.
-        """
+        """Raise VerifyError unless a program leaves the same stock as the original, without deeper collisions."""
         left, met, _ = _simulate(new, self.cutters, self.bodies, self.stock, check_cancelled)
         differences = stock_differences(self.left, left, TOLERANCE)
         if differences:

@@ -105,9 +105,7 @@ class Traces:
         return replace(self, **{name: getattr(self, name)[which] for name in _COLUMNS})
 
     def flattened(self, sagitta: float) -> Traces:
-        """Return the segments with each arc divided into chords, from which the arc deviates by at most `sagitta`
-        (mm).
-        """
+        """Return the segments with each arc divided into chords. The chord error is at most `sagitta`, mm."""
         # The chord error is proportional to the square of the angle for a circle, and to the angle for a spiral.
         spiral = (self.arc >= 0) & (np.abs(self.arcs.grows[self.arc]) > _SAME_RADIUS) if len(self.arcs.grows) else False
         ratio = self.bow / sagitta
@@ -126,9 +124,7 @@ class Traces:
 
 
 def traces_of(features: Features) -> Traces:
-    """Return the traces of features. A feature with an unknown end has none, and a feature with an unknown start is a
-    point.
-    """
+    """Return the traces of features. Features with an unknown end are omitted; an unknown start gives a point."""
     x_y, start = features.end[:, :2], features.start[:, :2]
     pointed = (features.kind != Kind.FEED) & (features.kind != Kind.RAPID)
     start = np.where(np.isnan(start) | pointed[:, None], x_y, start)
