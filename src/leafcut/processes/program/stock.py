@@ -179,8 +179,7 @@ def _read(program: Input, settings: Settings, dialect: str | None, check_cancell
 
 
 def _simulate(one: _Cuts, field: HeightField, check_cancelled: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
-    """Simulate a program in its stock. Return the remaining stock, the moves, and the material removed by each move.
-    """
+    """Simulate a program in its stock. Return the remaining stock, the moves, and the material removed by each move."""
     from leafcut.material.cutting import cut
 
     moves = _divided_moves(one, field.cell)

@@ -1,5 +1,4 @@
-"""Explanation of a step of an algorithm from the literature, in sentences and in formulas with the numbers of the step.
-"""
+"""Explanation of a step of an algorithm from the literature, in sentences and in formulas with the numbers of the step."""
 
 from __future__ import annotations
 
