@@ -43,7 +43,9 @@ _MOVES = _CUTS | {int(Kind.RAPID)}
 
 @dataclass(frozen=True, slots=True)
 class BlockWords:
-    """The words of a block: the fields of `Modal` that they set, letter → numbers as text, and whether M3 or M4 occurs."""
+    """The words of a block: the fields of `Modal` that they set, letter → numbers as text, and whether M3 or M4
+    occurs.
+    """
 
     states: frozenset[str]
     letters: dict[str, str]

@@ -291,7 +291,9 @@ def _set_limits(points: NDArray, distances: NDArray, per_quadrant: int, capacity
 
 @part
 def _reaches(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> bool:
-    """Return whether a box may contain a point at (x, y), or extends into a quadrant within the limit of that quadrant."""
+    """Return whether a box may contain a point at (x, y), or extends into a quadrant within the limit of that
+    quadrant.
+    """
     d = squared_gap(box, node, x, y)
     if d >= limit[REST]:
         return False

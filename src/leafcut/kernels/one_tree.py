@@ -170,8 +170,8 @@ def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[
 def close_tree(spokes: NDArray, hub: int, tied: int, root: int, penalty: NDArray, work: TreeScratch) -> float:
     """Complete the spanning tree in `work` to a 1-tree, count its degrees, and return the added cost.
 
-    The added cost is that of both edges of the hub, minus the effect of all penalties on a tour, which is the same for
-    every tour. The hub has no penalty.
+    The added cost is the cost of both edges of the hub, minus the effect of all penalties on a tour, which is the same
+    for every tour. The hub has no penalty.
     Changes: work.excess, which is 0 at the hub.
     """
     a, b = two_spokes(spokes, penalty, hub, tied)
@@ -264,9 +264,9 @@ def climb(
     Changes: penalty, best (float64[n] each), work.
     Source: M. Held, P. Wolfe and H. P. Crowder, Validation of subgradient optimization, Mathematical Programming 6
     (1974) (the length); T. Volgenant and R. Jonker, European J. Operational Research 9 (1982) (the quadratic decrease).
-    Differs: not only the penalties of single nodes change, but also those of all sets in `Sets`, in proportion to their
-    widths. The sets correspond to the moats of M. Jünger and W. R. Pulleyblank (1993): a cluster of holes needs a
-    common reward, which would take thousands of steps node by node.
+    Differs: the penalties of all sets in `Sets` change too, in proportion to the widths of the sets. The sets
+    correspond to the moats of M. Jünger and W. R. Pulleyblank (1993): a cluster of holes needs a common reward, which
+    would take thousands of steps node by node.
     """
     n = len(penalty)
     root = 0 if hub != 0 else 1

@@ -124,7 +124,9 @@ class Runs:
 
 @dataclass(frozen=True)
 class Ours:
-    """Our counterpart of a published result. If it is missing, `value` is None and `missing` is the key of the reason."""
+    """Our counterpart of a published result. If it is missing, `value` is None and `missing` is the key of the
+    reason.
+    """
 
     value: float | str | None
     runs: int = 0

@@ -235,7 +235,9 @@ def _candidate_edges(candidates: NDArray[np.int32], hub: int) -> NDArray[np.int3
 
 
 def _candidate_graph(cost: CostModel, n: int, edges: NDArray[np.int32]) -> Graph:
-    """Return the graph of n nodes with the given edges, int32[2, e], which may contain duplicates in both directions."""
+    """Return the graph of n nodes with the given edges, int32[2, e], which may contain duplicates in both
+    directions.
+    """
     low, high = np.sort(edges.astype(np.int64), axis=0)
     keys = np.sort(low * n + high)
     once = keys[np.diff(keys, prepend=-1) > 0]

@@ -35,7 +35,9 @@ _RAPID_BATCH = 256
 
 
 class _Cuts(NamedTuple):
-    """Straight cuts: coordinates of both ends (float64[n, 4], mm), greater height of both ends (mm), and toolpath row."""
+    """Straight cuts: coordinates of both ends (float64[n, 4], mm), greater height of both ends (mm), and
+    toolpath row.
+    """
 
     ends: NDArray[np.float64]
     z: NDArray[np.float64]

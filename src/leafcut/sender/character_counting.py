@@ -19,7 +19,9 @@ MAX_AHEAD = 256
 
 @dataclass(frozen=True)
 class SentLine:
-    """A line to send, without line ending. `number` is its line number in the program; 0 for a line added by leafcut."""
+    """A line to send, without line ending. `number` is its line number in the program; 0 for a line added by
+    leafcut.
+    """
 
     text: str
     number: int = 0

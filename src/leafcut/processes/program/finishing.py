@@ -72,7 +72,9 @@ def _new_dangers(work: ForeignWork, program: Program) -> tuple[Issue, ...]:
 
 
 def reordering_issues(plan: Plan, best: Candidate) -> list[Issue]:
-    """Return the issues of a reordered program: first dangers, then the reasons why cuts and holes keep their position."""
+    """Return the issues of a reordered program: first dangers, then the reasons why cuts and holes keep their
+    position.
+    """
     work, detail = plan.work, best.detail
     issues = [*work.before]
     if not detail.certificate.before.works:

@@ -1,4 +1,6 @@
-"""Explanation of a step of an algorithm from the literature, in sentences and in formulas with the numbers of the step."""
+"""Explanation of a step of an algorithm from the literature, in sentences and in formulas with the numbers of
+the step.
+"""
 
 from __future__ import annotations
 

@@ -291,7 +291,9 @@ class SectionFinder:
             self.why.update((start.block, (why, end if why == "goes-on" else -1)) for start in chosen)
 
     def _why_single_task_stays(self, before: int, after: int) -> tuple[str, int]:
-        """Return why a single piece of work between two barriers stays, and which barrier separates it from other work."""
+        """Return why a single piece of work between two barriers stays, and which barrier separates it from
+        other work.
+        """
         last = int(self.cuts[-1])
         if after < self.program.n_blocks and self.cuts[self.first[after]] < last:
             return "alone", after
