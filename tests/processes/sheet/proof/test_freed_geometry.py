@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from leafcut.processes.sheet.proof.detached_parts import _comes_near, _distances, _is_inside
+from leafcut.processes.sheet.proof.sheet import _comes_near, _distances, _is_inside
 
 
 @pytest.mark.parametrize("seed", range(4))
