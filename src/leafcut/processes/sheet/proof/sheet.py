@@ -568,6 +568,7 @@ def check_detached_parts(
 def crossings(matched: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
     """Find the routes that cross a detached part. A route consists of the travel moves between two runs.
 
+    Points along each move are checked, unlike in the plan, which intersects the whole move with widened parts.
     Returns the program line and the end point of the first crossing move of each route. With a head `radius`, mm, a
     route also counts as crossing if it passes a part within this radius, except near the ends of the route.
     """
@@ -575,9 +576,10 @@ def crossings(matched: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list
     freed = _detaching_runs(matched)
     if not freed:
         return []
-    cut_by, edges = np.array([run for run, _ in freed]), [edge for _, edge in freed]
-    # Moves outside the boxes of all edges, enlarged by the radius, need no closer check.
-    low, high = (np.array([side(edge, axis=0) for edge in edges]) for side in (np.min, np.max))
+    cut_by, parts = np.array([run for run, _ in freed]), [part for _, part in freed]
+    shapely.prepare(parts)
+    # Moves outside the boxes of all parts, enlarged by the radius, need no closer check.
+    low, high = np.split(shapely.bounds(parts), 2, axis=1)
     grown = max(radius - _LEEWAY, 0.0)
     before = path.before
     rows = np.flatnonzero(
@@ -598,20 +600,20 @@ def crossings(matched: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list
                 continue
             points = _points_along(a, b)
             away = np.minimum(np.hypot(*(points - begin).T), np.hypot(*(points - goal).T)) >= radius
-            if any(_crosses(points, edges[k]) or _comes_near(points[away], edges[k], radius - _LEEWAY) for k in near):
+            if any(_crosses(points, parts[k]) or _comes_near(points[away], parts[k], radius - _LEEWAY) for k in near):
                 found.append((int(path.line[row]), (float(b[0]), float(b[1]))))
                 break
     return found
 
 
-def _detaching_runs(matched: MatchedRuns) -> list[tuple[int, Points]]:
-    """Return the index of each run that detaches a part, and the outline of the part, float64[n, 2], mm.
+def _detaching_runs(matched: MatchedRuns) -> list[tuple[int, Any]]:
+    """Return the index of each run that detaches a part, and the polygon of the part.
 
     Common lines do not detach a part.
     """
     common = {run for run, cut in enumerate(matched.plan.cuts) if cut.common > 0.0}
     return [
-        (claim.run, shapely.get_coordinates(claim.target.edge))
+        (claim.run, claim.target.shape)
         for claim in matched.claims
         if _is_outline(claim.target)
         and matched.detaches(claim)
@@ -630,41 +632,14 @@ def _points_along(a: Points, b: Points) -> Points:
     return a + np.linspace(0.0, 1.0, steps)[:, None] * (b - a)
 
 
-def _crosses(points: Points, edge: Points) -> bool:
-    """Return whether any points of a move are more than `_DEPTH` inside a closed edge."""
-    low, high = edge.min(axis=0), edge.max(axis=0)
-    points = points[((points > low) & (points < high)).all(axis=1)]
-    points = points[_is_inside(points, edge)]
-    return bool((_distances(points, edge) > _DEPTH).any())
+def _crosses(points: Points, part: Any) -> bool:
+    """Return whether any points of a move are more than `_DEPTH` inside a part."""
+    inside = points[shapely.contains_xy(part, points)]
+    return bool((shapely.distance(part.exterior, shapely.points(inside)) > _DEPTH).any())
 
 
-def _comes_near(points: Points, edge: Points, distance: float) -> bool:
-    low, high = edge.min(axis=0) - distance, edge.max(axis=0) + distance
-    points = points[((points > low) & (points < high)).all(axis=1)] if distance > 0.0 else points[:0]
-    return bool((_distances(points, edge) < distance).any())
-
-
-def _is_inside(points: Points, edge: Points) -> NDArray[np.bool_]:
-    """Return a mask of the points inside a closed edge.
-
-    A ray to the right of a point inside the edge crosses the edge an odd number of times.
-    """
-    (x, y), (u, v) = edge[:-1].T, edge[1:].T
-    px, py = points[:, :1], points[:, 1:]
-    spans = (y > py) != (v > py)
-    rise = np.where(v == y, 1.0, v - y)
-    crossed = spans & (px < x + (py - y) * (u - x) / rise)
-    odd: NDArray[np.bool_] = crossed.sum(axis=1) % 2 == 1
-    return odd
-
-
-def _distances(points: Points, edge: Points) -> Points:
-    begin, step = edge[:-1], np.diff(edge, axis=0)
-    square = np.maximum((step**2).sum(axis=1), 1e-18)
-    away = points[:, None] - begin
-    share = np.clip((away * step).sum(axis=2) / square, 0.0, 1.0)
-    distance: Points = np.hypot(*np.moveaxis(away - share[..., None] * step, 2, 0)).min(axis=1, initial=np.inf)
-    return distance
+def _comes_near(points: Points, part: Any, distance: float) -> bool:
+    return distance > 0.0 and bool((shapely.distance(part.exterior, shapely.points(points)) < distance).any())
 
 
 #: The checks of the runs against the sheet.
