@@ -140,7 +140,6 @@ class Drilling(Process):
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
         """Compare the program with the planned motion, the limits of the machine, and the drawing."""
-        from leafcut.model.cutter import bodies_of, flutes_of
         from leafcut.processes.drilling.judge import judge_holes
         from leafcut.processes.drilling.plan.drill_toolpath import surface_tops
         from leafcut.processes.zones import crossing_heights
@@ -156,9 +155,7 @@ class Drilling(Process):
             units,
             zones=drill_plan.zones,
             zone_height=crossing_heights(settings.job.keep_out, drill_plan.clearance_height),
-            tool_radii={tool.number: 0.5 * tool.diameter for tool in drill_plan.tools},
-            bodies={tool.number: bodies_of(tool) for tool in drill_plan.tools},
-            cones={tool.number: flutes_of(tool) for tool in drill_plan.tools},
+            tools=drill_plan.tools,
             tops=surface_tops(drill_plan, settings.read.z_zero == "drawn"),
             surface=None if drill_plan.work_surface is None else drill_plan.work_surface.triangles,
         )

@@ -568,7 +568,7 @@ def check_detached_parts(
 def crossings(matched: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
     """Find the routes that cross a detached part. A route consists of the travel moves between two runs.
 
-    Points along each move are checked, unlike in the plan, which intersects the whole move with widened parts.
+    The check samples points along each move; the plan intersects whole moves with offset parts.
     Returns the program line and the end point of the first crossing move of each route. With a head `radius`, mm, a
     route also counts as crossing if it passes a part within this radius, except near the ends of the route.
     """
