@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -14,9 +13,8 @@ from leafcut.geometry.arrays import Points
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.parallel import parallel
 from leafcut.geometry.polyline import Polyline
+from leafcut.geometry.regions import FINE, chords_per_quarter
 
-#: Chord error for checking a result, as a share of the tolerance.
-FINE = 0.125
 #: GEOS moves the points of shallow concave parts by up to this share of the distance (its `simplifyFactor`).
 GEOS_SLACK = 0.01
 
@@ -65,8 +63,7 @@ def _fit_ring(ring: Points, check: _OffsetCheck, tolerance: float) -> Polyline:
 
 def _rings(region: Any, distance: float, fine: float, tolerance: float) -> Iterator[Points]:
     """Yield the rings of the buffered region, largest first, float64[n, 2]; the first point is not repeated."""
-    step = 2.0 * math.acos(max(1.0 - fine / abs(distance), 0.0))
-    grown = region.buffer(distance, quad_segs=min(max(math.ceil(0.5 * math.pi / step), 4), 256))
+    grown = region.buffer(distance, quad_segs=chords_per_quarter(abs(distance), fine))
     pieces = [p for p in getattr(grown, "geoms", [grown]) if not p.is_empty]
     rings = [(r, sign) for p in pieces for r, sign in ((p.exterior, 1.0), *((i, -1.0) for i in p.interiors))]
     sized = []

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from leafcut.model.kinds import Head
-from leafcut.options import JobOptions, MachineOptions, ReadOptions, Settings
+from leafcut.options import JobOptions, MachineOptions, ReadOptions
 from leafcut.options.option_spec import when_given
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, option_names, use
 from leafcut.processes.drilling.options import DrillOptions
@@ -14,7 +14,6 @@ from leafcut.processes.drilling.options import DrillOptions
 if TYPE_CHECKING:
     from leafcut.model.difference import Difference
     from leafcut.model.outcome import OperationOutcome, Outcome
-    from leafcut.model.part import Part
     from leafcut.model.plan import Candidate, Order
     from leafcut.model.toolpath import Toolpath
     from leafcut.processes.drilling.model import DrillingDetail
@@ -198,13 +197,6 @@ class Drilling(Process):
         from leafcut.processes.drilling.report import DrillingReport
 
         return DrillingReport(outcome)
-
-    def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the holes and slots of an input after placement."""
-        from leafcut.processes.placing import place_part
-        from leafcut.read import read
-
-        return place_part(read(source, settings.read), settings.read)
 
 
 def _drilling_motion(plan: Plan, drill_plan: DrillPlan, order: Order) -> Toolpath:
