@@ -98,7 +98,7 @@ def find_sequence(
     allow_reverse
         Allow open cuts at one depth to start at either end (`with_reversible`).
     mix_operations
-        Allow work of different CAM operations to be mixed (`operations`).
+        Allow work of different CAM operations to be mixed (`divide_at_operations`).
     tool_diameter
         Diameter of the mills that no comment describes, mm; 0 if it is unknown.
     """
