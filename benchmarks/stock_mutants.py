@@ -24,8 +24,8 @@ from leafcut.errors import VerifyError
 from leafcut.gcode.dialects import dialect
 from leafcut.order.stop import Deadline
 from leafcut.processes.job import Job, machine_of
+from leafcut.processes.program.planning import stock_judge
 from leafcut.processes.program.reading import read_foreign
-from leafcut.processes.program.stock_proof import stock_judge
 from leafcut.processes.settings import collect_settings
 
 #: Comment for each tool, with its diameter and shape.

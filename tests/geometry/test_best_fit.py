@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from leafcut.geometry.arrays import Points
-from leafcut.geometry.best_fit import best_fit
-from leafcut.geometry.moments import circle_error, line_error, moments
+from leafcut.geometry.best_fit import best_fit, circle_error, line_error, moments
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.tracing import level_lines
 

@@ -15,9 +15,8 @@ from leafcut.errors import PlanError
 from leafcut.geometry import index
 from leafcut.geometry.cleaning import cleaned_path
 from leafcut.geometry.joining import join
-from leafcut.geometry.overlaps import without_overlaps
 from leafcut.geometry.polyline import Polyline
-from leafcut.geometry.tidying import tidy_outlines
+from leafcut.geometry.tidying import tidy_outlines, without_overlaps
 
 
 def line(*points: tuple[float, float]) -> Polyline:

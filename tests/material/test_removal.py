@@ -14,7 +14,7 @@ from leafcut.material.engagement import engagement
 from leafcut.material.removal import removal
 from leafcut.material.tool_steps import steps_along_path
 from leafcut.model.pocket import Pocket, PocketMeasures, PocketPath, PocketPiece, PocketRules
-from leafcut.processes.pocket.measures import measure_path
+from leafcut.processes.pocket.clearing import measure_path
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
 #: Plate-like pockets without nearby walls.

@@ -14,7 +14,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import as_polyline
 from leafcut.material.removal import removal
 from leafcut.model.pocket import Pocket, PocketPath, PocketPiece, PocketRules
-from leafcut.processes.pocket.measures import measure_path
+from leafcut.processes.pocket.clearing import measure_path
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
 PIXEL = 0.25

@@ -16,7 +16,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 
-#: Chord error of walls and offsets, as a share of the tolerance.
+#: Chord error of walls and offsets, and of their checks, as a share of the tolerance.
 FINE = 0.125
 #: Minimum length of a slot as wide as the tool, in tool radii; anything shorter is the tip of a corner.
 LONG = 0.05

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
-from leafcut.geometry.arrays import Point
+from leafcut.geometry.arrays import Floats, Indices, Point, Points
 from leafcut.geometry.cleaning import ends_of
-from leafcut.geometry.index import near_pairs
+from leafcut.geometry.index import component_numbers, near_pairs, query_pairs
 from leafcut.geometry.joining import Joined, Joining, join
-from leafcut.geometry.overlaps import without_overlaps
 from leafcut.geometry.polyline import COINCIDENT, Polyline
 from leafcut.message import Message
 
@@ -26,6 +28,7 @@ MOST_CHORDS = 20_000_000
 #: Maximum --join-tolerance that a message proposes, mm. Accidental gaps are smaller. The ends of a hole's centre cross
 #: are farther apart; joined, they would form a diamond.
 WIDEST_PROPOSED_JOIN = 0.5
+_FULL = 2.0 * np.pi
 
 
 @dataclass
@@ -142,3 +145,228 @@ def _lie_on_outlines(loose: Sequence[Polyline], outlines: Sequence[Polyline]) ->
     for a, b in ((first, second), (second, first)):
         on_outline[(a // 2)[~on_outline[b // 2]]] = False
     return list(on_outline)
+
+
+# -- overlaps --------------------------------------------------------------------------------------------------------
+
+
+class PathsWithoutOverlaps(NamedTuple):
+    """Paths without overlaps, the index of the source of each path, and the positions of the removed pieces."""
+
+    paths: list[tuple[Polyline, int]]
+    removed: list[Point]
+
+
+def without_overlaps(paths: Sequence[Polyline]) -> PathsWithoutOverlaps:
+    """Return open paths with one copy of every repeated line and arc, unless two neighbours share it; O(n log n).
+
+    Overlapping lines are split at each other's ends, so that duplicates match exactly. Then one copy of each piece is
+    kept. If an odd number of ends would meet at a point, an outline needs a duplicate, which is restored.
+    Closed paths, and open paths without overlap, are unchanged. All other paths are returned in pieces.
+    """
+    table = _segments(paths)
+    cuts = _split_positions(table)
+    if not cuts:
+        return PathsWithoutOverlaps([(p, i) for i, p in enumerate(paths)], [])
+    broken = {int(table.path[k]) for k in cuts}
+    pieces: list[tuple[Polyline, int]] = []
+    for k in np.flatnonzero(np.isin(table.path, sorted(broken))).tolist():
+        source = int(table.path[k])
+        row = Polyline(np.array([[*table.a[k], table.bulge[k]], [*table.b[k], 0.0]]))
+        stops = [0.0, *cuts.get(k, ()), row.length]
+        pieces += [(row.piece(s, e), source) for s, e in pairwise(stops)]
+    unbroken = [(p, i) for i, p in enumerate(paths) if i not in broken]
+    repeated = _repeated_pieces([p for p, _ in pieces])
+    restored = _needed_pieces(pieces, repeated, [p for p, _ in unbroken if not p.closed])
+    dropped = {k for k in repeated if k not in restored}
+    kept = [piece for k, piece in enumerate(pieces) if k not in dropped]
+    removed = [pieces[k][0].point_at(0.5 * pieces[k][0].length) for k in sorted(dropped)]
+    return PathsWithoutOverlaps(sorted([*unbroken, *kept], key=lambda pair: pair[1]), removed)
+
+
+class _Segments(NamedTuple):
+    """Columns of lines and arcs: both ends, bulge, length, centre and radius (NaN for lines), and index of the path."""
+
+    a: Points
+    b: Points
+    bulge: Floats
+    length: Floats
+    center: Points
+    radius: Floats
+    path: Indices
+
+
+def _segments(paths: Sequence[Polyline]) -> _Segments:
+    chosen = [(i, p) for i, p in enumerate(paths) if not p.closed and p.n_segments]
+    if not chosen:
+        empty = np.zeros((0, 2))
+        return _Segments(empty, empty, empty[:, 0], empty[:, 0], empty, empty[:, 0], np.zeros(0, dtype=np.int64))
+    a = np.concatenate([p.vertices[:-1, :2] for _, p in chosen])
+    b = np.concatenate([p.vertices[1:, :2] for _, p in chosen])
+    bulge = np.concatenate([p.bulges for _, p in chosen])
+    length = np.concatenate([p.lengths for _, p in chosen])
+    path = np.concatenate([np.full(p.n_segments, i) for i, p in chosen])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        off = np.where(bulge == 0.0, np.nan, (1.0 - bulge**2) / (4.0 * bulge))
+    chord = b - a
+    center = 0.5 * (a + b) + off[:, None] * np.column_stack([-chord[:, 1], chord[:, 0]])
+    return _Segments(a, b, bulge, length, center, np.hypot(*(a - center).T), path)
+
+
+def _split_positions(table: _Segments) -> dict[int, list[float]]:
+    """Return the positions at which to split each overlapping segment, in ascending order, mm from its start."""
+    positions: dict[int, list[float]] = {}
+    for first, second in (_line_pairs(table), _arc_pairs(table)):
+        for i, j in ((first, second), (second, first)):
+            starts, ends = _end_positions(table, i, j)
+            for index, length, *stops in zip(
+                i.tolist(), table.length[i].tolist(), starts.tolist(), ends.tolist(), strict=True
+            ):
+                inside = [s for s in stops if COINCIDENT < s < length - COINCIDENT]
+                positions.setdefault(index, []).extend(inside)
+    return {k: _without_close_stops(sorted(stops)) for k, stops in positions.items()}
+
+
+def _without_close_stops(stops: list[float]) -> list[float]:
+    kept: list[float] = []
+    for stop in stops:
+        if not kept or stop - kept[-1] > COINCIDENT:
+            kept.append(stop)
+    return kept
+
+
+def _line_pairs(table: _Segments) -> tuple[Indices, Indices]:
+    lines = np.flatnonzero(table.bulge == 0.0)
+    if len(lines) < 2:
+        return lines[:0], lines[:0]
+    shapes = shapely.linestrings(np.stack([table.a[lines], table.b[lines]], axis=1))
+    batches = []
+    for i, j in query_pairs(shapes, shapes, Message("coincident lines"), "dwithin", COINCIDENT):
+        first, second = lines[i[i < j]], lines[j[i < j]]
+        overlapping = _lines_overlap(table, first, second)
+        batches.append(np.stack([first[overlapping], second[overlapping]]))
+    first, second = np.concatenate(batches, axis=1)
+    return first, second
+
+
+def _lines_overlap(table: _Segments, i: Indices, j: Indices) -> NDArray[np.bool_]:
+    direction = (table.b[i] - table.a[i]) / table.length[i][:, None]
+    off = [
+        np.abs(direction[:, 0] * d[:, 1] - direction[:, 1] * d[:, 0])
+        for d in (table.a[j] - table.a[i], table.b[j] - table.a[i])
+    ]
+    start, end = _end_positions(table, i, j)
+    overlap = np.minimum(np.maximum(start, end), table.length[i]) - np.maximum(np.minimum(start, end), 0.0)
+    overlapping: NDArray[np.bool_] = (np.maximum(*off) <= COINCIDENT) & (overlap > COINCIDENT)
+    return overlapping
+
+
+def _end_positions(table: _Segments, i: Indices, j: Indices) -> tuple[Floats, Floats]:
+    """Return the positions of both ends of segments `j` along segments `i` of the same line or circle, mm."""
+    line = table.bulge[i] == 0.0
+    with np.errstate(invalid="ignore"):
+        direction = (table.b[i] - table.a[i]) / table.length[i][:, None]
+        on_line = [((p - table.a[i]) * direction).sum(axis=1) for p in (table.a[j], table.b[j])]
+        side, radius = np.sign(table.bulge[i]), table.radius[i]
+        first = np.arctan2(*(table.a[i] - table.center[i]).T[::-1])
+        on_arc = []
+        for p in (table.a[j], table.b[j]):
+            angle = np.arctan2(*(p - table.center[i]).T[::-1]) - first
+            # A point slightly before the start counts as before it, not as almost a full turn after it.
+            turn = np.mod(side * angle + 1e-9, _FULL) - 1e-9
+            on_arc.append(turn * radius)
+    return np.where(line, on_line[0], on_arc[0]), np.where(line, on_line[1], on_arc[1])
+
+
+def _arc_pairs(table: _Segments) -> tuple[Indices, Indices]:
+    arcs = np.flatnonzero(table.bulge != 0.0)
+    if len(arcs) < 2:
+        return arcs[:0], arcs[:0]
+    by_radius = arcs[np.argsort(table.radius[arcs], kind="stable")]
+    groups = np.split(by_radius, np.flatnonzero(np.diff(table.radius[by_radius]) > COINCIDENT) + 1)
+    batches = [np.zeros((2, 0), dtype=np.int64)]
+    for group in groups:
+        if len(group) > 1:
+            i, j, _ = near_pairs(table.center[group], COINCIDENT)
+            batches.append(np.stack([group[i], group[j]]))
+    first, second = np.concatenate(batches, axis=1)
+    first, second = np.minimum(first, second), np.maximum(first, second)
+    overlapping = _arcs_overlap(table, first, second)
+    return first[overlapping], second[overlapping]
+
+
+def _arcs_overlap(table: _Segments, i: Indices, j: Indices) -> NDArray[np.bool_]:
+    first_end, second_end = _end_positions(table, i, j)
+    opposite = np.sign(table.bulge[i]) != np.sign(table.bulge[j])
+    start = np.where(opposite, second_end, first_end)
+    turn = _FULL * table.radius[i]
+    overlap = np.minimum(start + table.length[j], table.length[i]) - np.maximum(start, 0.0)
+    overlap_across_start = np.minimum(start + table.length[j] - turn, table.length[i])
+    alike = np.abs(table.radius[i] - table.radius[j]) <= COINCIDENT
+    overlapping: NDArray[np.bool_] = alike & (np.maximum(overlap, overlap_across_start) > COINCIDENT)
+    return overlapping
+
+
+def _repeated_pieces(pieces: list[Polyline]) -> list[int]:
+    """Return the indices of the pieces that repeat an earlier piece in the same or the opposite direction."""
+    if not pieces:
+        return []
+    middles = np.array([p.point_at(0.5 * p.length) for p in pieces])
+    first, second, _ = near_pairs(middles, 2.0 * COINCIDENT)
+    a, b = np.array([p.start for p in pieces]), np.array([p.end for p in pieces])
+
+    def apart(p: Points, q: Points) -> Floats:
+        gap: Floats = np.hypot(*(p - q).T)
+        return gap
+
+    straight = np.maximum(apart(a[first], a[second]), apart(b[first], b[second]))
+    crossed = np.maximum(apart(a[first], b[second]), apart(b[first], a[second]))
+    return sorted(set(second[np.minimum(straight, crossed) <= 2.0 * COINCIDENT].tolist()))
+
+
+def _needed_pieces(pieces: list[tuple[Polyline, int]], repeated: list[int], outlines: list[Polyline]) -> set[int]:
+    """Return the duplicates to restore so that an even number of ends meets wherever three or more ends meet.
+
+    Along every tree of duplicates, odd ends are connected in pairs (a T-join, computed from the leaves).
+    """
+    ends = ends_of([*(p for p, _ in pieces), *outlines])
+    node = _end_numbers(ends)
+    doubles = set(repeated)
+    present = np.array([k // 2 not in doubles for k in range(len(ends))])
+    degree = np.bincount(node[present], minlength=len(ends))
+    odd = (degree % 2 == 1) & (degree >= 3)
+    neighbours: dict[int, list[tuple[int, int]]] = {}
+    for k in repeated:
+        u, v = int(node[2 * k]), int(node[2 * k + 1])
+        neighbours.setdefault(u, []).append((v, k))
+        neighbours.setdefault(v, []).append((u, k))
+    needed: set[int] = set()
+    visited: set[int] = set()
+    for root in neighbours:
+        if root in visited:
+            continue
+        visited.add(root)
+        tree: list[tuple[int, int, int]] = []
+        queue = deque([root])
+        while queue:
+            u = queue.popleft()
+            for v, k in neighbours[u]:
+                if v not in visited:
+                    visited.add(v)
+                    tree.append((v, u, k))
+                    queue.append(v)
+        if (sum(bool(odd[v]) for v, _, _ in tree) + bool(odd[root])) % 2:
+            continue
+        for v, u, k in reversed(tree):
+            if odd[v]:
+                needed.add(k)
+                odd[v], odd[u] = False, not odd[u]
+    return needed
+
+
+def _end_numbers(ends: Points) -> Indices:
+    """Return a number for each end. Ends that are linked by distances of at most 2 · `COINCIDENT` have the same
+    number.
+    """
+    first, second, _ = near_pairs(ends, 2.0 * COINCIDENT)
+    return component_numbers(len(ends), first, second)

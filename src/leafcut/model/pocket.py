@@ -204,7 +204,7 @@ class PocketPath:
 
 @dataclass(frozen=True)
 class PocketMeasures:
-    """Measures of a path on one level, from its simulation (`processes.pocket.measures`).
+    """Measures of a path on one level, from its simulation (`processes.pocket.clearing.measure_path`).
 
     Attributes
     ----------

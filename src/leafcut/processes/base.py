@@ -161,7 +161,7 @@ class Work(Protocol):
         return None
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the placed geometry of an input for a preview: by default, its holes."""
+        """Return the geometry of an input for a preview: by default, its holes."""
         from leafcut.read import read
 
         return read(source, settings.read)
@@ -348,3 +348,9 @@ class Process(Work, Protocol):
         from leafcut.report.path_report import PathReport
 
         return PathReport(outcome)
+
+    def preview_part(self, source: Source | str, settings: Settings) -> Part:
+        """Return the placed geometry of an input for a preview: by default, its holes."""
+        from leafcut.processes.placing import place_part
+
+        return place_part(super().preview_part(source, settings), settings.read)

@@ -11,6 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from leafcut.geometry.index import component_numbers
 from leafcut.model.contour import Contour, layer_matcher
 from leafcut.model.part import Part
 from leafcut.options.drawings import MARK_NAMES
@@ -176,15 +177,8 @@ def _areas(lines: Sequence[Contour]) -> list[shapely.Geometry]:
 
 
 def _count_chains(lines: Sequence[Contour]) -> int:
-    leader = list(range(len(lines)))
-
-    def lead(k: int) -> int:
-        while leader[k] != k:
-            leader[k] = leader[leader[k]]
-            k = leader[k]
-        return k
-
     first_of_cell: dict[tuple[int, int, int], int] = {}
+    pairs = []
     for k, line in enumerate(lines):
         for x, y in (line.path.start, line.path.end):
             # Two grids, half a cell apart: near points share a cell of one of them.
@@ -194,5 +188,6 @@ def _count_chains(lines: Sequence[Contour]) -> int:
                     round(x / (2 * _JOIN_TOLERANCE) + 0.5 * grid),
                     round(y / (2 * _JOIN_TOLERANCE) + 0.5 * grid),
                 )
-                leader[lead(k)] = lead(first_of_cell.setdefault(cell, k))
-    return len({lead(k) for k in range(len(lines))})
+                pairs.append((k, first_of_cell.setdefault(cell, k)))
+    first, second = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
+    return len(np.unique(component_numbers(len(lines), first, second)))

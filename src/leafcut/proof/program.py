@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,10 +14,12 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.own_program import interpret
 from leafcut.gcode.words import COMMENT, numbered_lines
 from leafcut.message import Message
+from leafcut.model.cutter import bodies_of, flutes_of
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
+from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
 from leafcut.proof.clearance import check_clearance
 from leafcut.proof.envelope import check_envelope
@@ -72,9 +73,7 @@ def check_program(
     *,
     zones: NDArray[np.float64] | None = None,
     zone_height: ArrayLike = math.inf,
-    tool_radii: Mapping[int, float] = MappingProxyType({}),
-    bodies: Mapping[int, Sequence[tuple[float, float]]] = MappingProxyType({}),
-    cones: Mapping[int, tuple[float, Sequence[tuple[float, float]]]] = MappingProxyType({}),
+    tools: Sequence[Tool] = (),
     milled: bool = False,
     tops: NDArray[np.float64] | None = None,
     surface: NDArray[np.float64] | None = None,
@@ -90,10 +89,9 @@ def check_program(
 
     For a `milled` program, `processes.pocket.proof.pocket` checks the rapids below the surface. `tops` contains the
     positions and heights of holes that start at different heights, float64[n, 3]. `surface` contains the triangles of
-    an uneven surface, float64[n, 3, 3]. Every rapid must stay clear of these triangles. The parts of the tool above the
-    flutes (`bodies`) must stay clear of them in every move (`check_surface`). `bodies` must also stay out of the zones.
-    At zones, a spot drill is as wide as its cone: `cones` contains the radius at its tip and the discs around the cone
-    (`model.cutter.flutes_of`). `surface_z` is the height of a flat surface, mm.
+    an uneven surface, float64[n, 3, 3]. Every rapid of the `tools` must stay clear of these triangles. The parts of a
+    tool above its flutes must stay clear of them in every move (`check_surface`), and of the zones. At zones, a spot
+    drill is as wide as its cone (`model.cutter.flutes_of`). `surface_z` is the height of a flat surface, mm.
     """
     differences = compare_motion(
         expand(planned, keep=dialect.cycles),
@@ -103,7 +101,7 @@ def check_program(
     )
     if differences:
         return differences
-    return [
+    differences = [
         *check_envelope(written, machine),
         *check_clearance(
             written,
@@ -114,50 +112,24 @@ def check_program(
             tops=tops,
             level=surface is None,
         ),
-        *_check_surface(written, surface, machine, tool_radii, bodies),
-        *_check_obstacles(
+    ]
+    dogleg, bodies = machine.rapid_style == "dogleg", {tool.number: bodies_of(tool) for tool in tools}
+    if surface is not None:
+        from leafcut.proof.surface import check_surface  # loads GEOS slowly, and most plates are flat
+
+        radii = {tool.number: 0.5 * tool.diameter for tool in tools}
+        differences += check_surface(written, surface, radii, bodies, dogleg=dogleg)
+    if zones is not None and zones.size:
+        from leafcut.proof.obstacles import check_obstacles  # loads GEOS slowly, and most tables are empty
+
+        flutes = {tool.number: flutes_of(tool) for tool in tools}
+        differences += check_obstacles(
             written,
             zones,
             zone_height,
-            machine,
-            {**tool_radii, **{tool: radius for tool, (radius, _) in cones.items()}},
-            {**bodies, **{tool: [*discs, *bodies.get(tool, ())] for tool, (_, discs) in cones.items()}},
-        ),
-    ]
-
-
-def _check_surface(
-    written: Toolpath,
-    surface: NDArray[np.float64] | None,
-    machine: Machine,
-    tool_radii: Mapping[int, float],
-    bodies: Mapping[int, Sequence[tuple[float, float]]],
-) -> list[Difference]:
-    if surface is None:
-        return []
-    from leafcut.proof.surface import check_surface  # loads GEOS slowly, and most plates are flat
-
-    return check_surface(written, surface, tool_radii, bodies, dogleg=machine.rapid_style == "dogleg")
-
-
-def _check_obstacles(
-    written: Toolpath,
-    zones: NDArray[np.float64] | None,
-    height: ArrayLike,
-    machine: Machine,
-    tool_radii: Mapping[int, float],
-    bodies: Mapping[int, Sequence[tuple[float, float]]],
-) -> list[Difference]:
-    if zones is None or not zones.size:
-        return []
-    from leafcut.proof.obstacles import check_obstacles  # loads GEOS slowly, and most tables are empty
-
-    return check_obstacles(
-        written,
-        zones,
-        height,
-        tool_radii=tool_radii,
-        bodies=bodies,
-        safe_z=machine.safe_z or 0.0,
-        dogleg=machine.rapid_style == "dogleg",
-    )
+            tool_radii={number: radius for number, (radius, _) in flutes.items()},
+            bodies={number: [*discs, *bodies[number]] for number, (_, discs) in flutes.items()},
+            safe_z=machine.safe_z or 0.0,
+            dogleg=dogleg,
+        )
+    return differences

@@ -8,7 +8,7 @@ import pytest
 from leafcut.geometry.polyline import Polyline
 from leafcut.material.removal import engaged_tool_path
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
-from leafcut.processes.pocket.air_cuts import divide_at_air_cuts
+from leafcut.processes.pocket.clearing import divide_at_air_cuts
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
 

@@ -14,10 +14,10 @@ from leafcut.errors import VerifyError
 from leafcut.gcode.dialects import dialect
 from leafcut.order.stop import Deadline
 from leafcut.processes.job import Job, machine_of
+from leafcut.processes.program.planning import Judging, stock_judge
 from leafcut.processes.program.proof import certificate
 from leafcut.processes.program.reading import read_foreign
 from leafcut.processes.program.report import stock_words
-from leafcut.processes.program.stock_proof import Judging, stock_judge
 from leafcut.processes.settings import collect_settings
 
 FAST = {"preset": "fast", "threads": 1}

@@ -4,9 +4,11 @@ front.
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -20,15 +22,18 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CuttingWork, Head, ToolMaterial
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.toolpath import Kind
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import Settings
 from leafcut.options.cutting import SpeedOptions
-from leafcut.processes.cutting_data.drawn_work import work_of_drawing
+from leafcut.order.stop import Deadline
+from leafcut.processes import registry
+from leafcut.processes.course import run_process
 from leafcut.processes.cutting_data.economics import CuttingResults, Prices, ToolWork, cutting_results, index_of_best
-from leafcut.processes.cutting_data.limits import CuttingLimit, SpeedGrid, limit_error, within_limits
-from leafcut.processes.job import library_of, machine_of
+from leafcut.processes.job import Job, library_of, machine_of
+from leafcut.read.registry import read_source
 from leafcut.read.work_materials import load_material
-from leafcut.units import format_time
+from leafcut.units import SECONDS_PER_MINUTE, format_time
 
 if TYPE_CHECKING:
     from leafcut.read import Input
@@ -57,6 +62,10 @@ _LEAST_LIFE = 300.0
 _RPM_STEP, _FEED_STEP = 10.0, 5.0 / 60.0
 #: Default depth of a mill's cut, diameters.
 _DEPTH = 0.5
+#: Number of combinations in a batch, maximum number of combinations, and maximum number of speeds.
+_BATCH_SIZE, _MAX_CANDIDATES, _MAX_SPEEDS = 200_000, 20_000_000, 1_000_000
+#: Rounding tolerance of the grid of speeds and feeds.
+_ROUNDING_TOLERANCE = 1e-9
 
 
 def cutting_data(
@@ -363,3 +372,170 @@ def _non_dominated_rows(rows: list[list[float]]) -> list[bool]:
             stop += 1
         seconds[start:stop], thirds[start:stop] = [second], [third]
     return kept
+
+
+# -- limits ----------------------------------------------------------------------------------------------------------
+
+
+class SpeedGrid(NamedTuple):
+    """All pairs of speed, rpm, and feed, mm/s, with a feed per tooth between `least_chip` and `largest_chip`, mm."""
+
+    lowest_rpm: float
+    highest_rpm: float
+    rpm_step: float
+    highest_feed: float
+    feed_step: float
+    least_chip: float
+    largest_chip: float
+    teeth: int = 1
+
+    def blocks(self) -> Iterator[tuple[Floats, Floats]]:
+        """Yield all pairs of speed, rpm, and feed, mm/s, in batches. Raises PlanError if there are too many."""
+        speeds = self._steps(self.lowest_rpm, self.highest_rpm, self.rpm_step)
+        by_rpm = self.teeth / SECONDS_PER_MINUTE
+        first = np.maximum(np.ceil(self.least_chip * by_rpm * speeds / self.feed_step - _ROUNDING_TOLERANCE), 1.0)
+        highest = np.minimum(self.largest_chip * by_rpm * speeds, self.highest_feed)
+        counts = np.maximum(np.floor(highest / self.feed_step + _ROUNDING_TOLERANCE) - first + 1.0, 0.0)
+        if not counts.sum() <= _MAX_CANDIDATES:
+            raise PlanError(
+                f"{counts.sum():.3g} speeds and feeds are too many (at most {_MAX_CANDIDATES:g}); lower the machine's "
+                "spindle.max_speed"
+            )
+        ends = np.cumsum(counts)
+        start = 0
+        while start < len(speeds):
+            done = ends[start - 1] if start else 0.0
+            stop = max(int(np.searchsorted(ends, done + _BATCH_SIZE, side="right")), start + 1)
+            batch_counts = counts[start:stop].astype(np.int64)
+            rpm = np.repeat(speeds[start:stop], batch_counts)
+            number = np.arange(len(rpm)) - np.repeat(np.cumsum(batch_counts) - batch_counts, batch_counts)
+            yield (
+                rpm,
+                np.asarray(self.feed_step * (np.repeat(first[start:stop], batch_counts) + number), dtype=np.float64),
+            )
+            start = stop
+
+    @staticmethod
+    def _steps(low: float, high: float, step: float) -> Floats:
+        """Return the multiples of a step between `low` and `high`, or else `high` alone."""
+        first, last = max(math.ceil(low / step - _ROUNDING_TOLERANCE), 1), math.floor(high / step + _ROUNDING_TOLERANCE)
+        if last - first >= _MAX_SPEEDS:
+            raise PlanError(f"{last - first:.3g} spindle speeds are too many; lower the machine's spindle.max_speed")
+        return step * np.arange(first, last + 1, dtype=float) if last >= first else np.array([high])
+
+
+@dataclass
+class CuttingLimit:
+    """A limit of speeds and feeds, and its effect on the candidates.
+
+    `alone` states whether any candidate is within this limit, regardless of the other limits. `nearest` is the value of
+    the candidate that comes closest to the limit.
+    """
+
+    quantity: str
+    flag: str
+    value: float
+    shown: Callable[[float], str]
+    values_of: Callable[[CuttingResults], Floats]
+    at_least: bool = False
+    alone: bool = False
+    nearest: float = field(default=math.nan)
+
+    def holds(self, results: CuttingResults) -> Mask:
+        """Return a mask of the candidates within the limit, and record the value that comes closest to it."""
+        values = self.values_of(results)
+        within: Mask = values >= self.value if self.at_least else values <= self.value
+        best = float(values.max() if self.at_least else values.min())
+        self.nearest = (np.fmax if self.at_least else np.fmin)(self.nearest, best)
+        return within
+
+
+def within_limits(limits: list[CuttingLimit], results: CuttingResults) -> Mask:
+    """Return a mask of the candidates within all limits, and record the effect of each limit."""
+    allowed = np.ones(len(results.rpm), dtype=bool)
+    for limit in limits:
+        mask = limit.holds(results)
+        limit.alone |= bool(mask.any())
+        allowed &= mask
+    return allowed
+
+
+def limit_error(label: str, limits: list[CuttingLimit]) -> PlanError:
+    """Return an error that names the limit that excludes all candidates.
+
+    Usually a single limit excludes them all, because a slower spindle with a thinner chip improves every limited
+    quantity.
+    """
+    for limit in limits:
+        if not limit.alone:
+            least, most = ("at least", "at most") if limit.at_least else ("at most", "at least")
+            return PlanError(
+                f"{label}: no speed and feed reaches a {limit.quantity} of {least} {limit.shown(limit.value)}; "
+                f"possible is {most} {limit.shown(limit.nearest)}; change {limit.flag}"
+            )
+    flags = ", ".join(dict.fromkeys(limit.flag for limit in limits))
+    return PlanError(f"{label}: no speed and feed is within all limits together; change {flags}")
+
+
+# -- work of a drawing -----------------------------------------------------------------------------------------------
+
+
+def work_of_drawing(
+    drawing: Input, settings: Settings, machine: Machine, issues: list[Issue], progress: OnProgress | None
+) -> list[tuple[Tool, int, float, float, float]]:
+    """Return the work of each tool that drills a drawing, in order.
+
+    Each entry contains the tool, the number of its holes, its distance at feed, mm, its distance in the material, mm,
+    and the time of its other moves, s. The drawing is planned and ordered as by `leafcut drill`. Only the distance in
+    the material wears a tool; the feed from the R plane to the surface does not.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError, PostError, VerifyError
+        The drawing cannot be drilled.
+    """
+    from leafcut.timing.toolpath import time_rows
+
+    format_, source = read_source(drawing)
+    process = registry.process("drill")
+    if "drill" not in format_.processes:
+        raise PlanError(f"{drawing}: is a {format_.name}; speeds and feeds are chosen for a drawing with holes")
+    # The material determines the speeds; in drilling, the option only selects presets of a Fusion library.
+    asked = settings.asked - {"material"}
+    limits = Deadline.of(settings.solve), Deadline.of_bounds(settings.solve)
+    # The planned speeds do not matter, so the spindle may turn slower than it can.
+    slow = replace(machine, spindle_min_rpm=0.0)
+    job = Job(replace(settings, asked=asked), slow, limits[0], progress, bounds=limits[1])
+    outcome = run_process(process, job, [source], "drill")
+    issues += [issue for issue in outcome.issues if issue.severity is not Severity.NOTE]
+    times = time_rows(outcome.path_after, machine)
+    path = times.path
+    tool_numbers = path.latest(Kind.TOOL, path.ref)
+    at_feed = path.kind == Kind.FEED
+    length = np.zeros(len(path))
+    length[1:] = np.abs(np.diff(path.end[:, 2]))
+    holes: dict[int, int] = {}
+    tools: dict[int, Tool] = {}
+    for operation in outcome.operations:
+        tools[operation.tool.number] = operation.tool
+        drilled = 0 if operation.slots else len(operation.holes)
+        holes[operation.tool.number] = holes.get(operation.tool.number, 0) + drilled
+    works = []
+    for number, tool in tools.items():
+        if tool.kind is not ToolKind.DRILL or not holes[number]:
+            works.append((tool, 0, 0.0, 0.0, 0.0))
+            continue
+        of_tool = tool_numbers == number
+        feed_length = float(length[of_tool & at_feed].sum())
+        # The times of the tool change and the spindle start belong to the part, but do not depend on the speed.
+        idle = float(times.seconds[of_tool].sum()) - feed_length / tool.feed
+        works.append(
+            (
+                tool,
+                holes[number],
+                feed_length,
+                feed_length - holes[number] * settings.job.retract_height,
+                max(idle, 0.0),
+            )
+        )
+    return works

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections import defaultdict
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatch
@@ -458,26 +458,16 @@ def _read_motions(
 
 
 class _PointIndex:
-    """Points in the plane, in mm, with a spatial index."""
+    """Points in the plane, in mm, sorted by x."""
 
     def __init__(self, points: Sequence[tuple[float, float]]) -> None:
-        self._points = points
-        self._cells: dict[tuple[int, int], list[int]] = defaultdict(list)
-        for k, (x, y) in enumerate(points):
-            self._cells[math.floor(x), math.floor(y)].append(k)
+        self._points = sorted((x, y, k) for k, (x, y) in enumerate(points))
 
     def indices_near(self, x: float, y: float, tolerance: float) -> list[int]:
         """Return the indices of the points whose distance on each axis is within a tolerance, mm."""
-        if not (math.isfinite(x) and math.isfinite(y)):
-            return []
-        columns, rows = ({math.floor(value - tolerance), math.floor(value + tolerance)} for value in (x, y))
-        cells = (self._cells.get((column, row), ()) for column in sorted(columns) for row in sorted(rows))
-        return [
-            k
-            for cell in cells
-            for k in cell
-            if abs(self._points[k][0] - x) <= tolerance and abs(self._points[k][1] - y) <= tolerance
-        ]
+        first, last = (bisect_left(self._points, (x + side * tolerance,)) for side in (-2.0, 2.0))
+        near = self._points[first:last]
+        return sorted(k for u, v, k in near if abs(u - x) <= tolerance and abs(v - y) <= tolerance)
 
 
 # The comparison.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from leafcut.model.kinds import Head
-from leafcut.options import JobOptions, MachineOptions, ReadOptions, Settings
+from leafcut.options import JobOptions, MachineOptions, ReadOptions
 from leafcut.options.option_spec import when_given
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, option_names, use
 from leafcut.processes.drilling.options import DrillOptions
@@ -14,7 +14,6 @@ from leafcut.processes.drilling.options import DrillOptions
 if TYPE_CHECKING:
     from leafcut.model.difference import Difference
     from leafcut.model.outcome import OperationOutcome, Outcome
-    from leafcut.model.part import Part
     from leafcut.model.plan import Candidate, Order
     from leafcut.model.toolpath import Toolpath
     from leafcut.processes.drilling.model import DrillingDetail
@@ -140,7 +139,6 @@ class Drilling(Process):
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
         """Compare the program with the planned motion, the limits of the machine, and the drawing."""
-        from leafcut.model.cutter import bodies_of, flutes_of
         from leafcut.processes.drilling.judge import judge_holes
         from leafcut.processes.drilling.plan.drill_toolpath import surface_tops
         from leafcut.processes.zones import crossing_heights
@@ -156,9 +154,7 @@ class Drilling(Process):
             units,
             zones=drill_plan.zones,
             zone_height=crossing_heights(settings.job.keep_out, drill_plan.clearance_height),
-            tool_radii={tool.number: 0.5 * tool.diameter for tool in drill_plan.tools},
-            bodies={tool.number: bodies_of(tool) for tool in drill_plan.tools},
-            cones={tool.number: flutes_of(tool) for tool in drill_plan.tools},
+            tools=drill_plan.tools,
             tops=surface_tops(drill_plan, settings.read.z_zero == "drawn"),
             surface=None if drill_plan.work_surface is None else drill_plan.work_surface.triangles,
         )
@@ -201,13 +197,6 @@ class Drilling(Process):
         from leafcut.processes.drilling.report import DrillingReport
 
         return DrillingReport(outcome)
-
-    def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the holes and slots of an input after placement."""
-        from leafcut.processes.placing import place_part
-        from leafcut.read import read
-
-        return place_part(read(source, settings.read), settings.read)
 
 
 def _drilling_motion(plan: Plan, drill_plan: DrillPlan, order: Order) -> Toolpath:

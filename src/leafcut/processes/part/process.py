@@ -112,13 +112,11 @@ class PartMilling(Process):
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
         """Compare the program with the motion, the limits of the machine, and the drawing."""
-        from leafcut.model.cutter import bodies_of
         from leafcut.processes.part.proof.part import judge_part
         from leafcut.processes.zones import crossing_heights, parse_zones
         from leafcut.proof.program import check_program, read_back
 
-        settings, tools = plan.job.settings, plan.tools
-        written = read_back(text, plan.dialect)
+        settings, written = plan.job.settings, read_back(text, plan.dialect)
         problems = check_program(
             best.path,
             written,
@@ -127,8 +125,7 @@ class PartMilling(Process):
             settings.post.output_units,
             zones=parse_zones(settings.job.keep_out),
             zone_height=crossing_heights(settings.job.keep_out, settings.job.clearance_height),
-            tool_radii={tool.number: 0.5 * tool.diameter for tool in tools},
-            bodies={tool.number: bodies_of(tool) for tool in tools},
+            tools=plan.tools,
             milled=bool(plan.spec.pockets),
         )
         return written, [*problems, *judge_part(plan.spec, written)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,9 +13,12 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError, SolveError
-from leafcut.geometry.arrays import Points
+from leafcut.geometry.arrays import Floats, Points
 from leafcut.geometry.regions import as_polyline
-from leafcut.material.removal import engaged_tool_path
+from leafcut.material.engagement import Engaged
+from leafcut.material.removal import engaged_tool_path, entry_mask, removal, reported_width
+from leafcut.material.step_over import widest_gaps
+from leafcut.material.tool_steps import ToolSteps
 from leafcut.message import Message
 from leafcut.model.heartbeat import Trial
 from leafcut.model.issue import Issue
@@ -29,15 +33,14 @@ from leafcut.model.pocket import (
     PocketPlan,
     PocketProgram,
     PocketResult,
+    PocketRules,
 )
 from leafcut.model.problem import RoutingProblem
-from leafcut.processes.pocket.air_cuts import divide_at_air_cuts
-from leafcut.processes.pocket.feeds import with_varied_feeds
+from leafcut.processes.pocket.feeds import MIN_LENGTH, divide_section, with_varied_feeds
 from leafcut.processes.pocket.job import PocketJob, PocketMotion, raise_path
-from leafcut.processes.pocket.measures import measure_path
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.arcs import fit_arcs_to_path
-from leafcut.processes.pocket.plan.region import centre_regions
+from leafcut.processes.pocket.plan.region import CentreRegion, centre_regions
 from leafcut.processes.pocket.plan.toolpath import Clearing, pocket_motion
 from leafcut.processes.pocket.plan.walls import wall_passes
 from leafcut.processes.pocket.strategies import STRATEGIES
@@ -46,13 +49,15 @@ from leafcut.timing.travel import travel_metric
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
-    from leafcut.processes.pocket.plan.region import CentreRegion
-    from leafcut.processes.pocket.plan.toolpath import Clearing
     from leafcut.processes.pocket.strategies import ClearingStrategy, SearchTime
 
 #: Maximum cost of a strategy that may be chosen, relative to the lowest cost. Among these strategies, the one with the
 #: fewest retracts is chosen, because each plunge wears the tool and marks the floor.
 NEARLY = 1.05
+#: Minimum length of an air cut, in tool diameters; a shorter air cut would save hardly any time.
+MIN_AIR_CUT = 0.5
+#: Distance from the material at which the higher feed starts and ends, in tool diameters (one step of the measurement).
+MARGIN = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -380,3 +385,110 @@ def strategy_programs(job: PocketJob, cleared: list[ClearedPocket], nodes: Seque
         path = PocketPath(name, tuple(piece for clearing in order for piece in clearing.path.pieces))
         programs.append(PocketProgram(name, clearing_motion(job, order).measure.time_s, path.rapid_mm, path.retracts))
     return tuple(programs)
+
+
+# -- air cuts --------------------------------------------------------------------------------------------------------
+
+
+def divide_at_air_cuts(
+    pieces: Sequence[PocketPiece], path: ToolSteps, engaged: Engaged, rules: PocketRules
+) -> list[list[PocketPiece]]:
+    """Divide each path section where the tool enters or leaves the material; sections in air get the kind ``air``.
+
+    `path` and `engaged` are the sampled path and its engagement. Finishing sections and entries are not divided. The
+    divided path is measured again, because the first measurement may have missed a sliver between two samples, and
+    verification samples the program at other points.
+    """
+    stations, free = np.cumsum(path.step), _air_cuts(path, engaged, rules)
+    rows = np.arange(len(pieces))
+    ends = stations[np.searchsorted(path.piece, rows, side="right") - 1]
+    starts = np.concatenate([[0.0], ends[:-1]])
+    result = []
+    for piece, start, end in zip(pieces, starts.tolist(), ends.tolist(), strict=True):
+        if piece.kind not in ("rough", "link") or end - start <= MIN_LENGTH:
+            result.append([piece])
+            continue
+        near = free[(free[:, 1] > start) & (free[:, 0] < end)]
+        share = piece.path.length / (end - start)  # because arcs are longer than their sampled chords
+        result.append(_divide_section(piece, (np.clip(near, start, end) - start) * share))
+    return _without_false_air_cuts(pieces, result, rules)
+
+
+def _without_false_air_cuts(
+    pieces: Sequence[PocketPiece], divided: list[list[PocketPiece]], rules: PocketRules
+) -> list[list[PocketPiece]]:
+    parts = [part for pieces_of in divided for part in pieces_of]
+    if all(part.kind != "air" for part in parts):
+        return divided
+    path, engaged = engaged_tool_path(PocketPath("", tuple(parts)), rules)
+    cutting = set(np.unique(path.piece[engaged.angle > 0.0]).tolist())
+    number = count()
+    return [
+        [
+            PocketPiece(part.path, piece.kind) if next(number) in cutting and part.kind == "air" else part
+            for part in pieces_of
+        ]
+        for piece, pieces_of in zip(pieces, divided, strict=True)
+    ]
+
+
+def _air_cuts(path: ToolSteps, engaged: Engaged, rules: PocketRules) -> Floats:
+    """Return the start and end of each air cut, measured along the path, float64[n, 2], mm."""
+    stations = np.cumsum(path.step)
+    # A step is in air if both its ends are in air and the tool is not lifted between them.
+    step = (engaged.angle == 0.0) & np.isfinite(path.back[:, 0])
+    step[1:] &= (engaged.angle[:-1] == 0.0) | (path.step[1:] == 0.0)
+    edge = np.flatnonzero(np.diff(np.concatenate([[False], step, [False]]).astype(np.int8)))
+    first, last = edge[0::2], edge[1::2] - 1
+    margin = MARGIN * rules.tool_diameter
+    free = np.column_stack([stations[first] - path.step[first] + margin, stations[last] - margin])
+    long: Floats = free[free[:, 1] - free[:, 0] >= MIN_AIR_CUT * rules.tool_diameter]
+    return long
+
+
+def _divide_section(piece: PocketPiece, free: Floats) -> list[PocketPiece]:
+    """Divide a section at its air cuts.
+
+    `free` contains the start and end of each air cut, mm from the start of the section, float64[n, 2].
+    """
+    parts, at = [], 0.0
+    for start, end in free.tolist():
+        parts += [(at, piece.kind, 1.0), (start, "air", 1.0)]
+        at = end
+    return divide_section(piece, [*parts, (at, piece.kind, 1.0)])
+
+
+def measure_path(
+    pocket: Pocket, path: PocketPath, rules: PocketRules, engaged: tuple[ToolSteps, Engaged] | None = None
+) -> PocketMeasures:
+    """Return the measures of a path on one level of a pocket.
+
+    Feed moves without engagement count as air. The first cut into full material has an engagement of 180°. Entry loops
+    are not part of engagement, air and step-over, because the tool clears them while it descends. `engaged` is the
+    result of `engaged_tool_path`, if known. Raises PlanError if the outline or the islands of the pocket cross
+    themselves or touch.
+    """
+    removed = removal(pocket, path, rules)
+    samples, (angle, width, _) = engaged_tool_path(path, rules) if engaged is None else engaged
+    entry = entry_mask(path, samples)
+    step = np.where(entry, 0.0, samples.step)
+    length = float(step.sum())
+    opened = [shapely.Polygon(piece.path.flattened()) for piece in path.pieces if piece.kind == "entry"]
+    gaps = widest_gaps(samples, removed.centres.difference(shapely.union_all(opened)), rules, ~entry)
+    return PocketMeasures(
+        feed_mm=path.feed_mm,
+        rapid_mm=path.rapid_mm,
+        retracts=path.retracts,
+        finish_mm=path.finish_mm,
+        gouge_mm2=float(removed.gouges.area),
+        reachable_mm2=float(removed.reachable.area),
+        uncovered_mm2=float(removed.uncovered.area),
+        max_step_over=gaps.step_over,
+        max_core=gaps.core,
+        max_engagement=float(angle.max(initial=0.0)),
+        mean_engagement=float(angle @ step) / length if length > 0.0 else 0.0,
+        max_width=float(width.max(initial=0.0)),
+        wide_mm=float(step[width > reported_width(rules)].sum()),
+        air_mm=float(step[angle == 0.0].sum()),
+        floor_mm=float(removed.centres.area) / rules.step_over,
+    )

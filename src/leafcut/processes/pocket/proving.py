@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from leafcut.errors import count_of
 from leafcut.message import Message
-from leafcut.model.cutter import bodies_of
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.pocket import UNCOVERED
 from leafcut.model.toolpath import Toolpath
@@ -76,8 +75,7 @@ def prove_pockets(
             job.run.settings.post.output_units,
             zones=parse_zones(job.run.settings.job.keep_out),
             zone_height=crossing_heights(job.run.settings.job.keep_out, heights.clearance + job.top),
-            tool_radii={tool.number: 0.5 * tool.diameter},
-            bodies={tool.number: bodies_of(tool)},
+            tools=(tool,),
             milled=True,
             surface_z=job.top,
         )

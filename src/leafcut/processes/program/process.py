@@ -15,7 +15,6 @@ from leafcut.options import (
     MachineOptions,
     PostOptions,
     ReadOptions,
-    Settings,
     StockOptions,
 )
 from leafcut.options.option_spec import when_given
@@ -35,7 +34,6 @@ from leafcut.processes.program.options import ResequenceOptions
 if TYPE_CHECKING:
     from leafcut.model.issue import Issue
     from leafcut.model.outcome import OperationOutcome, Outcome
-    from leafcut.model.part import Part
     from leafcut.model.plan import Candidate, Order
     from leafcut.processes.job import Job
     from leafcut.processes.plan import OrderRefused, Pass, Plan
@@ -221,9 +219,3 @@ class ForeignProgram(Process):
         from leafcut.processes.program.report import ProgramReport
 
         return ProgramReport(outcome)
-
-    def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Raise an error, because a program contains no drawing to preview."""
-        from leafcut.read import read
-
-        return read(source, settings.read)

@@ -12,20 +12,20 @@ import numpy as np
 
 from leafcut.errors import OptionError, ReadError
 from leafcut.files.whole_files import read_program
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import Dialect, dialect
 from leafcut.gcode.languages import other_language
 from leafcut.gcode.material import with_controller_moves
 from leafcut.gcode.program import Program
 from leafcut.gcode.tool_comments import sizes_in_other_unit
+from leafcut.gcode.words import COMMENT
 from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import Head, ProgramKind
-from leafcut.model.toolpath import Kind
+from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.options import FeedOptions, MachineOptions, Settings, flag_name
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
-from leafcut.processes.job import machine_of
-from leafcut.processes.program.router_timing import router_for, timed_as
+from leafcut.processes.job import Job, machine_of
 from leafcut.proof.doubts import find_doubts
 from leafcut.read.machine import load_machine
 from leafcut.read.registry import format_name
@@ -34,25 +34,44 @@ from leafcut.units import SECONDS_PER_MINUTE
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from leafcut.gcode.dialects import Dialect
-    from leafcut.gcode.program import Program
     from leafcut.geometry.arrays import Mask
     from leafcut.model.machine import Machine
-    from leafcut.model.toolpath import Toolpath
-    from leafcut.processes.job import Job
     from leafcut.read import Input
 
 #: Options that set the feed of a program that takes it from the material table of the controller.
 _OF_MATERIALS = ("cut_speed", "cut_process", "material", "thickness", "amps", "nozzle", "chart")
 #: Thickness for a feed from the cut chart if the user states none, mm.
 _USUAL_THICKNESS = 3.0
-
-
 #: File extensions of drawings that a user may give instead of the program.
 DRAWINGS = (".dxf", ".svg", ".step", ".stp", ".stl")
-
 #: Issue codes of rapids that are dangerous only if the part surface is at Z0 everywhere.
 BELOW_SURFACE = ("L801", "L802")
+#: Number of lines at the top of a program whose comments may name the machine.
+_TOP = 200
+#: Names of router software and controllers in comments, with the machine profile; makers come before firmware.
+#: "Carbide" alone would match the material of a tool.
+_NAMED = (
+    (re.compile(r"open\s?builds", re.IGNORECASE), "openbuilds-router"),
+    (re.compile(r"shapeoko|carbide\s?(?:3d|create|motion)", re.IGNORECASE), "shapeoko-router"),
+    (re.compile(r"\bgrbl", re.IGNORECASE), "shapeoko-router"),
+)
+#: Controllers of both routers and mills. A program with the spindle speed of a router is for a router.
+_WITH_SPEED = (
+    (re.compile(r"\bmach\s?4\b", re.IGNORECASE), "mach4-router"),
+    (re.compile(r"\bmach\s?[23]\b", re.IGNORECASE), "mach3-router"),
+    (re.compile(r"\buccnc\b", re.IGNORECASE), "uccnc-router"),
+    (re.compile(r"\bmasso\b", re.IGNORECASE), "masso-router"),
+    (re.compile(r"\beding\s?cnc\b", re.IGNORECASE), "edingcnc-router"),
+)
+#: Names of machining centres and high-speed mills in comments; their spindles can be as fast as router spindles.
+_CENTRE = re.compile(
+    r"\b(?:haas|fanuc|mazak|okuma|doosan|hurco|brother|mori|makino|datron|tormach|fadal|sinumerik|heidenhain|fagor|"
+    r"centroid|syil)\b",
+    re.IGNORECASE,
+)
+#: Range of router spindle speeds, rpm: VFD spindles reach 24000, trim routers 30000. Belt-driven mills and most
+#: machining centres stay below.
+_ROUTER_RPM = (12_000.0, 30_000.0)
 
 
 @dataclass(frozen=True)
@@ -385,3 +404,46 @@ def _chart_feed(settings: Settings) -> tuple[float, str]:
         rows, options.cut_process or "plasma", job.material, thickness, options.amps, options.nozzle
     )
     return data.feed, Message("the cut chart's for {:g} mm of {}", thickness, job.material.replace("_", " "))
+
+
+# -- timing on a router ----------------------------------------------------------------------------------------------
+
+
+def router_for(program: Program) -> tuple[str, str] | None:
+    """Return the router profile that a program indicates, and the word that indicates it, or None without such a
+    word.
+    """
+    top = " ".join(text for line in program.lines[:_TOP] for text in COMMENT.findall(line))
+    for name, machine in _NAMED:
+        if named := name.search(top):
+            return machine, named[0]
+    path = program.path
+    fastest = float(np.max(np.abs(path.value[path.kind == Kind.SPINDLE]), initial=0.0))
+    if not _ROUTER_RPM[0] <= fastest <= _ROUTER_RPM[1] or _CENTRE.search(top):
+        return None
+    machine = next((machine for name, machine in _WITH_SPEED if name.search(top)), "mach3-router")
+    return machine, f"S{fastest:.0f}"
+
+
+def timed_as(machine: Machine, router: Machine) -> Machine:
+    """Return a machine with the motion and times of a router, but with its own limits.
+
+    The router is only assumed, so the maximum feed is the lower of the two. Units, travel, heights and spindle of the
+    machine stay.
+    """
+    return replace(
+        machine,
+        name=router.name,
+        description=router.description,
+        rapid_velocity=router.rapid_velocity,
+        acceleration=router.acceleration,
+        acceleration_factor=router.acceleration_factor,
+        max_feed=min(machine.max_feed, router.max_feed),
+        corners=router.corners or ("grbl" if router.control.startswith("grbl") else "round"),
+        corner_deviation=router.corner_deviation,
+        arc_tolerance=router.arc_tolerance,
+        steps_per_mm=router.steps_per_mm,
+        motor_lock_s=router.motor_lock_s,
+        tool_change_s=router.tool_change_s,
+        spindle_start_s=router.spindle_start_s,
+    )

@@ -8,7 +8,7 @@ import pytest
 
 from leafcut.errors import PlanError
 from leafcut.model.tool import Tool, ToolKind
-from leafcut.processes.drilling.plan.depth_rule import depth_rule, tap_lead_issue
+from leafcut.processes.drilling.plan.drilling import depth_rule, tap_lead_issue
 from option_groups import drilling
 
 #: A point of 90° on 6 mm is 3 mm long.

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
-from leafcut.processes.pocket.plan.cleared_discs import ClearedDiscs
+from leafcut.processes.pocket.plan.adaptive import ClearedDiscs
 
 TOOL = 5.0
 

@@ -17,9 +17,8 @@ from leafcut.model.pocket import SAME_PLACE, Pocket, PocketLevels, PocketMeasure
 from leafcut.model.toolpath import Kind
 from leafcut.options import JobOptions, MillingOptions
 from leafcut.processes.milling.mill import milling_data
-from leafcut.processes.pocket.measures import measure_path
-from leafcut.processes.pocket.plan.adaptive import adaptive
-from leafcut.processes.pocket.plan.medial_axis import medial_axis
+from leafcut.processes.pocket.clearing import measure_path
+from leafcut.processes.pocket.plan.adaptive import adaptive, medial_axis
 from leafcut.processes.pocket.plan.region import centre_regions
 from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, pocket_motion
 from leafcut.read.machine import load_machine

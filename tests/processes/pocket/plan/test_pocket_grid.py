@@ -17,9 +17,16 @@ from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketRules
 from leafcut.order.stop import Deadline
 from leafcut.processes.job import Job, machine_of
 from leafcut.processes.pocket.plan import grid as pocket_grid
-from leafcut.processes.pocket.plan.grid import Retract, best_grid, grid_path, grid_points, grid_problem
+from leafcut.processes.pocket.plan.grid import (
+    RegionPaths,
+    Retract,
+    best_grid,
+    grid_path,
+    grid_points,
+    grid_problem,
+    length_of,
+)
 from leafcut.processes.pocket.plan.region import CentreRegion
-from leafcut.processes.pocket.plan.region_paths import RegionPaths, length_of
 from leafcut.processes.pocket.strategies import STRATEGIES, Grids
 from leafcut.processes.settings import collect_settings
 

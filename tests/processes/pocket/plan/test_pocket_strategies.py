@@ -16,7 +16,7 @@ from pocket_shapes import RULES, box, floor_mm, l_shape, leaves, only_region, pl
 from leafcut.geometry.polyline import Polyline
 from leafcut.material.step_over import WidePlaceFinder
 from leafcut.model.pocket import Pocket, PocketPath
-from leafcut.processes.pocket.measures import measure_path
+from leafcut.processes.pocket.clearing import measure_path
 from leafcut.processes.pocket.plan.connected_rings import connected_path
 from leafcut.processes.pocket.plan.region import CentreRegion, centre_regions
 from leafcut.processes.pocket.plan.rings import contour_parallel_path, rings

@@ -25,8 +25,13 @@ from leafcut.model.pocket import (
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.processes.pocket.model import PocketDetail
-from leafcut.processes.pocket.report.pocket_drawing import build_pocket_scene, pocket_drawing, shapes_of
-from leafcut.processes.pocket.report.pocket_words import figures_by_strategy, sum_measures
+from leafcut.processes.pocket.report.pocket_report import (
+    build_pocket_scene,
+    figures_by_strategy,
+    pocket_drawing,
+    shapes_of,
+    sum_measures,
+)
 from leafcut.processes.registry import report_of
 from leafcut.report.json_answer import as_json
 from leafcut.report.page import path_svg, write_page

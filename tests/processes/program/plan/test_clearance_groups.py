@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from leafcut.processes.program.plan.find_sections import group_by_height
+from leafcut.processes.program.plan.resequencing import group_by_height
 
 APART = [(10.0 * k, 0.0) for k in range(40)]
 

@@ -8,11 +8,16 @@ from itertools import chain
 from leafcut.gcode.program import Program
 from leafcut.model.issue import Issue
 from leafcut.model.sequence import FixedBlocks, ProgramTask, Section, Sequence
-from leafcut.processes.program.plan.find_sections import SectionFinder
-from leafcut.processes.program.plan.fixed_last import follows_compensation, must_stay_last, stops_before_work
-from leafcut.processes.program.plan.merging import changes_saved, merge_sections
-from leafcut.processes.program.plan.operations import divide_at_operations
-from leafcut.processes.program.plan.reversing import with_reversible
+from leafcut.processes.program.plan.resequencing import (
+    SectionFinder,
+    changes_saved,
+    divide_at_operations,
+    follows_compensation,
+    merge_sections,
+    must_stay_last,
+    stops_before_work,
+    with_reversible,
+)
 from rewriting import program_of
 
 HOLE = "G0 X{0} Y0 / G1 Z-1 F100 / G0 Z5"
@@ -36,7 +41,7 @@ def texts(program: Program, item: ProgramTask | FixedBlocks) -> list[str]:
     return [program.lines[int(program.line[block]) - 1].strip() for block in range(item.begin, item.end)]
 
 
-# -- find_sections ---------------------------------------------------------------------------------------------------
+# -- SectionFinder ---------------------------------------------------------------------------------------------------
 
 
 def test_sections_and_what_stays_are_all_blocks_of_the_program_each_once() -> None:

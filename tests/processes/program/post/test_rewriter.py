@@ -9,8 +9,7 @@ from leafcut.errors import PostError
 from leafcut.model.sequence import FixedBlocks, Section, Sequence
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.post.insertion import format_length, insert_words, insert_words_within, renumbered
-from leafcut.processes.program.post.rewriter import rewrite
-from leafcut.processes.program.post.source_positions import OriginalPositions
+from leafcut.processes.program.post.rewriter import OriginalPositions, rewrite
 from rewriting import program_of, rewritten
 
 HEAD = "G21 G90 / S1000 M3 / G0 Z5 / X-9 Y-9 / "

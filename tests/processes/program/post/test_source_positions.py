@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from leafcut.processes.program.post.source_positions import OriginalPositions
+from leafcut.processes.program.post.rewriter import OriginalPositions
 from rewriting import program_of
 
 

@@ -10,7 +10,7 @@ import pytest
 import shapely
 
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, ToolpathBuilder
-from leafcut.processes.program.proof.changed_order import _moved_visits, _reordered_features
+from leafcut.processes.program.proof.certificate import _moved_visits, _reordered_features
 from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.order_rules import (
     Visits,

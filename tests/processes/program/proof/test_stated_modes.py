@@ -9,8 +9,8 @@ import pytest
 
 from leafcut.gcode.program import Program
 from leafcut.model.difference import Difference
+from leafcut.processes.program.proof.certificate import find_lost_modes
 from leafcut.processes.program.proof.program_work import read_work
-from leafcut.processes.program.proof.stated_modes import find_lost_modes
 from rewriting import program_of
 
 #: Mode → its words (_ for a blank), the letters of the lines of `WORK` that rely on it, and whether few controllers

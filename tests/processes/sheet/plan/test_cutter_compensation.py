@@ -9,7 +9,7 @@ import shapely
 from cut_sheets import PLASMA, cutting_of, part_in_notch, ring, sheet_of, square, two_squares
 from leafcut.geometry.polyline import Polyline
 from leafcut.processes.sheet.plan.contours import CutContour
-from leafcut.processes.sheet.plan.cut_path import programmed_path
+from leafcut.processes.sheet.plan.cutting import programmed_path
 
 HALF = PLASMA.kerf / 2
 

@@ -24,8 +24,8 @@ from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.plan.detached_parts import HIT, DetachableParts, cut_outlines_later
 from leafcut.processes.sheet.proof.cut_motion import read_back
-from leafcut.processes.sheet.proof.detached_parts import check_detached_parts, crossings
 from leafcut.processes.sheet.proof.matched_runs import CutRequest, MatchedRuns
+from leafcut.processes.sheet.proof.sheet import check_detached_parts, crossings
 from leafcut.processes.sheet.proof.torch_runs import torch_runs
 
 

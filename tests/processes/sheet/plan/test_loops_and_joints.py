@@ -12,13 +12,13 @@ import shapely
 from cut_sheets import LASER, PLASMA, cutting_of, rules_of, sheet_of, square, two_squares
 from leafcut.geometry.polyline import Polyline
 from leafcut.processes.sheet.plan.contours import prepare_contours
-from leafcut.processes.sheet.plan.corner_loops import with_loops
-from leafcut.processes.sheet.plan.cut_path import (
+from leafcut.processes.sheet.plan.cutting import (
     chain_length,
     joints_of,
     make_chain,
     make_cut,
     path_from_start,
+    with_loops,
     without_tiny_segments,
 )
 from leafcut.processes.sheet.plan.scrap import Scrap

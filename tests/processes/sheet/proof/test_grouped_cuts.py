@@ -10,8 +10,7 @@ import pytest
 import shapely
 
 from leafcut.model.difference import Difference
-from leafcut.processes.sheet.proof.chains import _detached_scrap_faults
-from leafcut.processes.sheet.proof.common_lines import _crossing_faults, _group_faults
+from leafcut.processes.sheet.proof.sheet import _crossing_faults, _detached_scrap_faults, _group_faults
 
 
 def claim(index: int, shape: Any) -> Any:

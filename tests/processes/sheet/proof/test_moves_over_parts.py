@@ -12,7 +12,7 @@ import shapely
 
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.processes.sheet.proof.detached_parts import check_detached_parts, crossings
+from leafcut.processes.sheet.proof.sheet import check_detached_parts, crossings
 
 #: Corners of the parts: the run that ends in line 10 detaches the first, and the run that ends in line 20 the second.
 FIRST, SECOND = shapely.box(10, 10, 30, 30), shapely.box(50, 10, 70, 30)

@@ -22,8 +22,8 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.processes.registry import report_of
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report.cut_words import clock, contour_words, cut_title, name_words, size_words
-from leafcut.processes.sheet.report.sheet_detail import cut_detail, detailed_cuts
 from leafcut.processes.sheet.report.sheet_drawing import build_sheet_scene, part_window, path_sections, sheet_drawing
+from leafcut.processes.sheet.report.sheet_report import cut_detail, detailed_cuts
 from leafcut.report.json_answer import as_json
 from leafcut.report.page import path_svg, write_page
 from leafcut.report.summary import print_summary

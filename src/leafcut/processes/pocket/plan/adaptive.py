@@ -4,7 +4,7 @@ A helix and a spiral clear the largest disc in the region of tool centres. From 
 both sides follow the medial axis into every branch and corner. The tool clears each disc by an arc along its front, and
 returns through the cleared area to the start of the next arc. The next disc is the most distant disc with an arc that
 stays within the engagement limit. The engagement is exact, because the cleared area is a union of discs
-(`cleared_discs`).
+(`ClearedDiscs`).
 
 Sources: M. Held, C. Spielberger, "A smooth spiral tool path for high speed machining of 2D pockets", Computer-Aided
 Design 41 (2009), for discs on the axis; G. Elber, E. Cohen, S. Drake, "MATHSM: medial axis transform toward high speed
@@ -13,6 +13,7 @@ machining of pockets", Computer-Aided Design 37 (2005), for clearing the discs b
 
 from __future__ import annotations
 
+import heapq
 import math
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -20,14 +21,13 @@ from typing import Any
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
-from leafcut.geometry.arrays import Floats, Points
+from leafcut.geometry.arrays import Floats, Points, segments
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
-from leafcut.processes.pocket.plan.cleared_discs import ClearedDiscs
-from leafcut.processes.pocket.plan.medial_axis import Axis, medial_axis
 from leafcut.processes.pocket.plan.region import CentreRegion
 
 #: Safety margin of the engagement limit, rad, because the engagement is sampled and may peak between two samples.
@@ -47,6 +47,19 @@ _HALVINGS = 5
 _BACK = 0.8
 #: Minimum step to a new disc, mm; if only shorter steps are possible, the engagement limit cannot be met.
 _STUCK = 1e-5
+#: A branch leads into a corner if its end is closer to the boundary than this distance, in sample spacings.
+_IN_CORNER = 4.0
+#: Maximum number of samples on the boundary for the medial axis; it limits memory.
+_MOST_SAMPLES = 200_000
+#: Number of nearest discs from which an engagement is computed; other discs could only reduce it.
+_NEAREST = 96
+#: Samples of the engagement along an arc: spacing, in tool radii, and maximum number.
+_APART, _MOST = 0.1, 160
+#: Finer sampling for a safe result, because cusps of earlier arcs cause short peaks of the engagement.
+_APART_SURE, _MOST_SURE = 0.025, 1000
+_HALF = 0.5 * math.pi
+#: Rounding tolerance for points on the edge of a disc, mm.
+_SLACK = 1e-6
 
 
 def adaptive(region: CentreRegion) -> PocketPath:
@@ -310,3 +323,301 @@ def _arc(x: float, y: float, radius: float, start: float, sweep: float) -> Polyl
     angles = start + sweep * np.linspace(0.0, 1.0, parts + 1)
     bulges = np.append(np.full(parts, math.tan(0.25 * sweep / parts)), 0.0)
     return Polyline(np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles), bulges]))
+
+
+# -- medial axis -----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """The medial axis as a tree of points.
+
+    - `xy`: points, float64[n, 2], mm; the first point is the root (widest point), other points follow their parents
+    - `width`: distance of each point from the boundary of the region, float64[n], mm
+    - `parent`: index of the parent of each point, int64[n]; -1 for the root
+    """
+
+    xy: Points
+    width: Floats
+    parent: NDArray[np.int64]
+
+    def children(self) -> list[list[int]]:
+        """Return the children of each point, sorted by the length of their branches, shortest first."""
+        below = np.zeros(len(self.xy))
+        follow: list[list[int]] = [[] for _ in below]
+        for i in range(len(below) - 1, 0, -1):
+            up = int(self.parent[i])
+            below[up] += below[i] + math.dist(self.xy[i], self.xy[up])
+            follow[up].append(i)
+        for nodes in follow:
+            nodes.sort(key=lambda i: below[i])
+        return follow
+
+
+def medial_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
+    """Return the medial axis of a polygon, from the Voronoi diagram of points on its boundary, `spacing` mm apart.
+
+    Cycles around islands are cut at their narrowest points. Branches into corners are extended to the corner. A branch
+    is removed if its discs extend beyond the disc at its fork by less than the tolerance, because such a branch only
+    leads to a vertex between two chords. Source: J. W. Brandt, "Convergence and continuity criteria for discrete
+    approximations of the continuous planar skeleton", CVGIP: Image Understanding 59 (1994): the inner edges of the
+    diagram converge to the axis.
+    """
+    points = _boundary_points(polygon, spacing)
+    lines = shapely.voronoi_polygons(shapely.MultiPoint(points), only_edges=True)
+    ends = np.concatenate([segments(np.asarray(g.coords)) for g in getattr(lines, "geoms", [lines])])
+    shapely.prepare(polygon)
+    ends = ends[shapely.contains_properly(polygon, shapely.linestrings(ends))]
+    if not len(ends):  # a circle, where all edges of the diagram meet in the centre
+        line = shapely.maximum_inscribed_circle(polygon, 0.1 * tolerance)
+        return Axis(np.asarray(line.coords)[:1], np.array([line.length]), np.array([-1]))
+    xy, names = np.unique(ends.reshape(-1, 2).round(7), axis=0, return_inverse=True)
+    width = shapely.distance(shapely.points(xy), polygon.boundary)
+    order, parent = _widest_spanning_tree(xy, width, names.reshape(-1, 2))
+    axis = Axis(xy[order], width[order], parent)
+    return _prune_branches(_extend_into_corners(axis, polygon, _IN_CORNER * spacing), tolerance)
+
+
+def _boundary_points(polygon: Any, spacing: float) -> Points:
+    parts = []
+    spacing = max(spacing, polygon.length / _MOST_SAMPLES)
+    for ring in (polygon.exterior, *polygon.interiors):
+        points = np.asarray(ring.coords)[:, :2]
+        vector = np.diff(points, axis=0)
+        count = np.maximum(np.ceil(np.hypot(vector[:, 0], vector[:, 1]) / spacing).astype(np.int64), 1)
+        row = np.repeat(np.arange(len(vector)), count)
+        share = (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)) / count[row]
+        parts.append(points[row] + share[:, None] * vector[row])
+    return np.concatenate(parts)
+
+
+def _widest_spanning_tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -> tuple[list[int], NDArray[np.int64]]:
+    """Return the points in the order in which the widest spanning tree reaches them, and the parent of each point.
+
+    A parent is an index in this order.
+    """
+    near: list[list[int]] = [[] for _ in xy]
+    for a, b in pairs.tolist():
+        near[a].append(b)
+        near[b].append(a)
+    root = int(np.argmax(width))
+    number: dict[int, int] = {}
+    order: list[int] = []
+    parent: list[int] = []
+    heap = [(0.0, root, -1)]
+    while heap:
+        _, node, came = heapq.heappop(heap)
+        if node in number:
+            continue
+        number[node] = len(order)
+        order.append(node)
+        parent.append(came)
+        for neighbour in near[node]:
+            if neighbour not in number:
+                heapq.heappush(heap, (-float(width[neighbour]), neighbour, number[node]))
+    return order, np.array(parent, dtype=np.int64)
+
+
+def _extend_into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
+    """Extend each branch that ends near a corner of the boundary into the corner."""
+    leaf = np.ones(len(axis.xy), dtype=bool)
+    leaf[axis.parent[1:]] = False
+    leaf[0] = False
+    ends = np.flatnonzero(leaf & (axis.width < reach))
+    corners = np.concatenate([np.asarray(r.coords)[:-1, :2] for r in (polygon.exterior, *polygon.interiors)])
+    places: Any = shapely.points(corners)
+    tree = shapely.STRtree(places)
+    pairs, _ = tree.query_nearest(shapely.points(axis.xy[ends]), all_matches=False, return_distance=True)
+    to = corners[pairs[1]]
+    near = np.hypot(*(to - axis.xy[ends[pairs[0]]]).T) < 2.0 * reach
+    came, to = ends[pairs[0]][near], to[near]
+    return Axis(
+        np.concatenate([axis.xy, to]),
+        np.concatenate([axis.width, np.zeros(len(to))]),
+        np.concatenate([axis.parent, came]),
+    )
+
+
+def _prune_branches(axis: Axis, tolerance: float) -> Axis:
+    """Remove the branches whose discs lie inside the disc at their fork, within the tolerance."""
+    n = len(axis.xy)
+    parent, places, width = axis.parent.tolist(), axis.xy.tolist(), axis.width.tolist()
+    keep = np.ones(n, dtype=bool)
+    degree = np.bincount(axis.parent[1:], minlength=n).tolist()
+    ends = [i for i in range(1, n) if not degree[i]]
+    while ends:
+        again = []
+        for end in ends:
+            branch = [end]
+            while parent[branch[-1]] > 0 and degree[parent[branch[-1]]] == 1:
+                branch.append(parent[branch[-1]])
+            fork = parent[branch[-1]]
+            if fork < 0:
+                continue
+            beyond = max(math.dist(places[i], places[fork]) + width[i] for i in branch) - width[fork]
+            if beyond <= tolerance:
+                keep[branch] = False
+                degree[fork] -= 1
+                if not degree[fork] and fork > 0:
+                    again.append(fork)
+        ends = again
+    number = np.cumsum(keep) - 1
+    up = axis.parent[keep]
+    return Axis(axis.xy[keep], axis.width[keep], np.where(up >= 0, number[up], -1))
+
+
+# -- cleared area ----------------------------------------------------------------------------------------------------
+
+
+class ClearedDiscs:
+    """The discs cleared so far, in order.
+
+    `turn` is 1 for counter-clockwise arcs, and -1 for clockwise arcs. Some material is not worth cutting: films up to
+    a thickness of `fine` mm, and chips no thicker than in a straight cut of `thin` mm width.
+    """
+
+    def __init__(self, tool_radius: float, turn: int, fine: float, thin: float) -> None:
+        self.tool = tool_radius
+        self.turn = turn
+        self.fine, self.thin = fine, thin
+        self.count = 0
+        self._discs = np.zeros((64, 3))
+
+    @property
+    def discs(self) -> Floats:
+        """Centres and radii of all discs, float64[n, 3], mm."""
+        return self._discs[: self.count]
+
+    def add(self, x: float, y: float, radius: float) -> int:
+        """Add a disc and return its index."""
+        if self.count == len(self._discs):
+            self._discs = np.concatenate([self._discs, np.zeros_like(self._discs)])
+        self._discs[self.count] = x, y, radius
+        self.count += 1
+        return self.count - 1
+
+    def arcs(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
+        """Return the arcs of a circle outside all discs, as start angle and sweep, rad, in the direction of `turn`.
+
+        Arcs within `fine` mm of the discs, and arcs with thinner chips than a straight cut of width `thin` mm, are
+        omitted.
+        """
+        return self._arcs(x, y, radius, self.discs)
+
+    def contains_disc(self, x: float, y: float, radius: float, but: float) -> bool:
+        """Return whether a cleared disc contains the given disc, except for a film of `but` mm."""
+        discs = self.discs
+        return bool((np.hypot(discs[:, 0] - x, discs[:, 1] - y) + radius <= discs[:, 2] + but).any())
+
+    def _arcs(self, x: float, y: float, radius: float, discs: Floats) -> list[tuple[float, float]]:
+        dx, dy = discs[:, 0] - x, discs[:, 1] - y
+        distance = np.hypot(dx, dy)
+        reach, film = discs[:, 2], min(self.fine, self.thin * radius / (self.tool + radius))
+        if len(discs) and (distance + radius <= reach + film).any():
+            return []
+        touching = (distance < radius + reach) & (distance > np.abs(radius - reach))
+        if not touching.any():
+            return [(0.0, math.tau)]
+        d, r = distance[touching], reach[touching]
+        half = np.arccos(np.clip((d * d + radius * radius - r * r) / (2.0 * d * radius), -1.0, 1.0))
+        middle = self.turn * np.arctan2(dy[touching], dx[touching])
+        start = (middle - half) % math.tau
+        order = np.argsort(start)
+        start, end = start[order], (start + 2.0 * half)[order]
+        gaps, reached = [], float(end.max()) - math.tau
+        for a, b in zip(start.tolist(), end.tolist(), strict=True):
+            if a > reached:
+                gaps.append((reached, a))
+            reached = max(reached, b)
+        arcs = [(self.turn * a, b - a) for a, b in gaps]
+        return [arc for arc in arcs if self._arc_depth(x, y, radius, arc, discs) > film]
+
+    def _arc_depth(self, x: float, y: float, radius: float, arc: tuple[float, float], discs: Floats) -> float:
+        angle = arc[0] + self.turn * arc[1] * np.linspace(0.0, 1.0, 9)[1:-1]
+        px, py = x + radius * np.cos(angle), y + radius * np.sin(angle)
+        gaps = np.hypot(px[:, None] - discs[:, 0], py[:, None] - discs[:, 1]) - discs[:, 2]
+        return float(gaps.min(axis=1).max())
+
+    def engagement(self, x: float, y: float, radius: float, sure: bool = False) -> float:
+        """Return the maximum engagement of the tool along the uncut arcs of a circle, rad; 0 in air.
+
+        If `sure`, the engagement is sampled at more points.
+        """
+        discs = self.discs
+        gap = np.hypot(discs[:, 0] - x, discs[:, 1] - y) - discs[:, 2]
+        if len(discs) > _NEAREST:
+            discs = discs[np.argpartition(gap, _NEAREST)[:_NEAREST]]
+        arcs = self._arcs(x, y, radius, discs)
+        if not arcs:
+            return 0.0
+        apart, most = (_APART_SURE, _MOST_SURE) if sure else (_APART, _MOST)
+        step = apart * min(self.tool, radius + 0.01)
+        angles = []
+        for start, sweep in arcs:
+            samples = min(max(math.ceil(sweep * radius / step), 8), most)
+            angles.append(start + self.turn * sweep * np.linspace(0.0, 1.0, samples + 1))
+        angle = np.concatenate(angles)
+        return float(self._engagement_at(x, y, radius, angle, discs).max())
+
+    def _engagement_at(self, x: float, y: float, radius: float, angle: Floats, discs: Floats) -> Floats:
+        """Return the engagement at points of a circle, float64[k], rad.
+
+        The engagement is the angle of the tool's front half that is in uncut material.
+        """
+        px, py = x + radius * np.cos(angle), y + radius * np.sin(angle)
+        dx, dy = discs[:, 0] - px[:, None], discs[:, 1] - py[:, None]
+        distance = np.hypot(dx, dy)
+        tool, cleared = self.tool, discs[:, 2] + self.tool
+        with np.errstate(divide="ignore", invalid="ignore"):
+            cosine = (tool * tool + distance * distance - cleared * cleared) / (2.0 * tool * distance)
+        half = np.arccos(np.clip(np.where(distance > 0.0, cosine, -1.0), -1.0, 1.0))
+        ahead = angle + self.turn * _HALF
+        # Angles are relative to the direction of travel; intervals that cross ±π are copied.
+        middle = (np.arctan2(dy, dx) - ahead[:, None] + math.pi) % math.tau - math.pi
+        low = np.concatenate([middle - half, middle - half + math.tau, middle - half - math.tau], axis=1)
+        high = np.concatenate([middle + half, middle + half + math.tau, middle + half - math.tau], axis=1)
+        low, high = np.clip(low, -_HALF, _HALF), np.clip(high, -_HALF, _HALF)
+        order = np.argsort(low, axis=1)
+        low, high = np.take_along_axis(low, order, axis=1), np.take_along_axis(high, order, axis=1)
+        reach = np.maximum.accumulate(high, axis=1)
+        before = np.concatenate([np.full((len(angle), 1), -_HALF), reach[:, :-1]], axis=1)
+        covered: Floats = np.maximum(high - np.maximum(low, before), 0.0).sum(axis=1)
+        return math.pi - np.minimum(covered, math.pi)
+
+    def nearest(self, x: float, y: float) -> int:
+        """Return the index of the disc in which a point is deepest, or of the nearest disc if it is outside all
+        discs.
+        """
+        discs = self.discs
+        return int(np.argmin(np.hypot(discs[:, 0] - x, discs[:, 1] - y) - discs[:, 2]))
+
+    def distances_outside(self, places: Floats) -> Floats:
+        """Return the distances of points from the union of all discs, float64[k], mm; negative inside."""
+        discs, gaps = self.discs, np.full(len(places), np.inf)
+        for first in range(0, len(discs), 256):
+            some = discs[first : first + 256]
+            away = np.hypot(places[:, :1] - some[:, 0], places[:, 1:2] - some[:, 1]) - some[:, 2]
+            gaps = np.minimum(gaps, away.min(axis=1))
+        return gaps
+
+    def contains_move(self, a: tuple[float, float], b: tuple[float, float], which: list[int]) -> bool:
+        """Return whether the straight move from `a` to `b` is inside the union of the discs with indices `which`."""
+        discs = self._discs[which]
+        move = np.array(b) - a
+        length = float(np.hypot(*move))
+        if length == 0.0:
+            return True
+        from_a = discs[:, :2] - a
+        along = from_a @ move / length
+        off = (from_a[:, 0] * move[1] - from_a[:, 1] * move[0]) / length
+        rest = (discs[:, 2] + _SLACK) ** 2 - off * off
+        half = np.sqrt(np.maximum(rest, 0.0))
+        there = rest > 0.0
+        low, high = (along - half)[there], (along + half)[there]
+        order = np.argsort(low)
+        reach = 0.0
+        for start, end in zip(low[order].tolist(), high[order].tolist(), strict=True):
+            if start > reach:
+                break
+            reach = max(reach, end)
+        return reach >= length - _SLACK

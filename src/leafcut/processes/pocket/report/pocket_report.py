@@ -3,43 +3,36 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from leafcut.geometry.arrays import segments
+from leafcut.geometry.polyline import Polyline
+from leafcut.geometry.regions import polygons, shrink, swept
+from leafcut.material.removal import swept_area
 from leafcut.message import Message
 from leafcut.model.fact import Fact
+from leafcut.model.issue import Issue
 from leafcut.model.measure import Measure
 from leafcut.model.outcome import Outcome, Which
-from leafcut.model.pocket import SAME_PLACE, PocketMeasures, PocketPath
+from leafcut.model.pocket import SAME_PLACE, Pocket, PocketMeasures, PocketPath, PocketPlan, PocketProgram, PocketRules
 from leafcut.model.shown_stock import ShownStock
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder
 from leafcut.processes.pocket.model import PocketDetail
-from leafcut.processes.pocket.report.pocket_drawing import (
-    PocketScene,
-    build_pocket_scene,
-    pocket_drawing,
-    shapes_of,
-    small_drawing,
-)
-from leafcut.processes.pocket.report.pocket_words import (
-    StrategyFigures,
-    levels_words,
-    plain_measures,
-    several_depths,
-    strategy_figures,
-    sum_measures,
-    wide_cut_words,
-    written_measures,
-)
 from leafcut.report import chart, views
+from leafcut.report.frame import Frame
+from leafcut.report.marks import arrow_head, end_marks
+from leafcut.report.missing_drawing import missing_drawing, missing_points
 from leafcut.report.pace_words import pace_facts
 from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import coordinate_words, height_facts, range_facts
+from leafcut.report.svg import element, lines_data, scaled_group, svg_number, title
 from leafcut.report.wording import (
     NO_VALUE,
     OURS,
@@ -69,6 +62,16 @@ _FEEDS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 #: Columns of the table of strategies, and the columns that the summary omits.
 _TITLES = ("feed", "rapid", "retracts", "uncut", "step-over mm", "engagement", "mean", "air", "program time")
 _WIDE = ("step-over mm", "air")
+#: Chord error for arcs, in user units of the drawing.
+_CHORDS = 0.06
+#: Tolerance for uncut and unreachable areas in the drawing, mm; coarser than the tolerance of the path.
+_SEEN = 0.02
+#: Arrowheads: spacing along a path and half length, in user units of the drawing, and maximum number.
+_ARROW_APART, _ARROW, _MOST_ARROWS = 70.0, 3.2, 90
+_HATCH = 4.0
+_WIDE_FROM = 1.9
+#: Kinds of path sections, from the lowest layer of the drawing to the highest.
+_KINDS = ("rough", "link", "entry", "finish")
 
 
 class PocketReport(PathReport[PocketDetail]):
@@ -265,7 +268,7 @@ class PocketReport(PathReport[PocketDetail]):
 
         Each row has a flag that is true for the chosen strategy.
         """
-        keep = [k for k, title in enumerate(_TITLES) if title not in _WIDE]
+        keep = [k for k, column in enumerate(_TITLES) if column not in _WIDE]
         rows = [((row.name, *(_cells(row)[k] for k in keep)), row.chosen) for row in self.strategies if row.measures]
         return [(("one level", *(_TITLES[k] for k in keep)), False), *rows]
 
@@ -444,3 +447,334 @@ def toolpath_over_level(paths: Sequence[PocketPath], level: float, tool: Tool) -
                     builder.feed(*step.end, feed=tool.feed)
     builder.rapid(z=_ABOVE)
     return builder.build()
+
+
+# -- numbers ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class StrategyFigures:
+    """Measures of a strategy over one level of all pockets.
+
+    `measures` contains sums and maxima; it is None if the strategy is refused. `program_s` is the time of a program
+    that clears all pockets by this strategy. `passed_over` states why the strategy was rejected although it is cheaper,
+    for the first pocket with a reason. `usual` is true if the written program is compared with this strategy in any
+    pocket.
+    """
+
+    name: str
+    chosen: bool
+    measures: PocketMeasures | None
+    refused: str = ""
+    program_s: float = 0.0
+    passed_over: str = ""
+    usual: bool = False
+
+
+def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
+    """Return the measures of each strategy over all pockets.
+
+    If the written program uses the same strategy in all pockets, the strategy gets the machine time of this program.
+    The same applies to the program for comparison.
+    """
+    detail = outcome.detail
+    whole = {
+        tuple({plan.usual.strategy for plan in detail.plans}): outcome.before.time_s,
+        tuple({plan.result.strategy for plan in detail.plans}): outcome.after.time_s,
+    }
+    rows = figures_by_strategy(detail.plans, detail.programs)
+    return [replace(row, program_s=whole.get((row.name,), row.program_s)) for row in rows]
+
+
+def figures_by_strategy(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ()) -> list[StrategyFigures]:
+    """Return the measures of each strategy over all pockets. A strategy that is refused in any pocket is refused.
+
+    `programs` contains the times and rapids of programs for several pockets.
+    """
+    rows, whole = [], {program.strategy: program for program in programs}
+    for name in dict.fromkeys(r.strategy for plan in plans for r in plan.results):
+        mine = [r for plan in plans for r in plan.results if r.strategy == name]
+        chosen = any(plan.result.strategy == name for plan in plans)
+        refused = next((r.refused for r in mine if r.measures is None), "")
+        known = [r.measures for r in mine if r.measures is not None]
+        found = None if refused else _with_moves_between(sum_measures(known), whole.get(name))
+        time_s = whole[name].time_s if name in whole else sum(r.program_s for r in mine)
+        passed_over = next((r.passed_over for r in mine if r.passed_over), "")
+        usual = any(plan.usual.strategy == name for plan in plans)
+        rows.append(StrategyFigures(name, chosen, found, refused, time_s, passed_over, usual))
+    return rows
+
+
+def _with_moves_between(measures: PocketMeasures, program: PocketProgram | None) -> PocketMeasures:
+    """Return the measures with the rapids and retracts of a program for several pockets, if there is a program."""
+    if program is None:
+        return measures
+    return replace(measures, rapid_mm=program.rapid_mm, retracts=program.retracts)
+
+
+def sum_measures(every: Sequence[PocketMeasures]) -> PocketMeasures:
+    """Return the combined measures of several pockets.
+
+    Lengths and areas are added, the mean engagement is weighted by path length, and all other values are maxima.
+    """
+    feed = sum(m.feed_mm for m in every)
+    return PocketMeasures(
+        feed_mm=feed,
+        rapid_mm=sum(m.rapid_mm for m in every),
+        retracts=sum(m.retracts for m in every),
+        finish_mm=sum(m.finish_mm for m in every),
+        gouge_mm2=sum(m.gouge_mm2 for m in every),
+        reachable_mm2=sum(m.reachable_mm2 for m in every),
+        uncovered_mm2=sum(m.uncovered_mm2 for m in every),
+        max_step_over=max((m.max_step_over for m in every), default=0.0),
+        max_core=max((m.max_core for m in every), default=0.0),
+        max_engagement=max((m.max_engagement for m in every), default=0.0),
+        max_width=max((m.max_width for m in every), default=0.0),
+        wide_mm=sum(m.wide_mm for m in every),
+        mean_engagement=sum(m.mean_engagement * m.feed_mm for m in every) / feed if feed > 0.0 else 0.0,
+        air_mm=sum(m.air_mm for m in every),
+        floor_mm=sum(m.floor_mm for m in every),
+    )
+
+
+def written_measures(outcome: Outcome[PocketDetail]) -> PocketMeasures:
+    """Return the measures of the written path on one level of each pocket, including the moves between pockets."""
+    known = [plan.result.measures for plan in outcome.detail.plans if plan.result.measures is not None]
+    program = next((program for program in outcome.detail.programs if not program.strategy), None)
+    return _with_moves_between(sum_measures(known), program)
+
+
+def plain_measures(m: PocketMeasures) -> dict[str, Any]:
+    """Return the measures on one level as plain numbers for the JSON result; angles are in degrees."""
+    return {
+        "length_mm": plain_number(m.feed_mm + m.rapid_mm),
+        "feed_mm": plain_number(m.feed_mm),
+        "rough_mm": plain_number(m.feed_mm - m.finish_mm),
+        "finish_mm": plain_number(m.finish_mm),
+        "rapid_mm": plain_number(m.rapid_mm),
+        "retracts": m.retracts,
+        "uncovered_percent": plain_number(m.uncovered_percent),
+        "gouge_mm2": plain_number(m.gouge_mm2),
+        "max_step_over": plain_number(m.max_step_over),
+        "max_core": plain_number(m.max_core),
+        "max_width": plain_number(m.max_width),
+        "wide_mm": plain_number(m.wide_mm),
+        "max_engagement_deg": math.degrees(m.max_engagement),
+        "mean_engagement_deg": math.degrees(m.mean_engagement),
+        "air_mm": plain_number(m.air_mm),
+        "floor_mm": plain_number(m.floor_mm),
+    }
+
+
+# -- words -----------------------------------------------------------------------------------------------------------
+
+
+def several_depths(plans: Sequence[PocketPlan]) -> bool:
+    """Return whether the pockets differ in the heights of their levels."""
+    return len({plan.heights for plan in plans}) > 1
+
+
+def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
+    """Return a text such as ``3 × 2 mm to Z-6`` for each set of levels.
+
+    If there are several sets, each text also states the number of pockets.
+    """
+    counted = Counter((plan.begin, plan.levels, plan.heights, plan.in_floor) for plan in plans)
+    words = []
+    for begin, levels, heights, in_floor in sorted(counted, key=lambda one: (-one[1][-1], -one[0])):
+        step = begin - levels[0]
+        line = f"{len(levels)} × {step:.4g} mm to Z{heights[-1]:.4g}"
+        if len(counted) > 1:
+            line += f", {count(counted[begin, levels, heights, in_floor], 'pocket')}"
+        what = "the floor of another" if in_floor else "the surface around"
+        words.append(f"{line} from Z{heights[0] + step:.4g}, {what}" if begin else line)
+    return words
+
+
+def wide_cut_words(m: PocketMeasures, diameter: float) -> str:
+    """Return a sentence about cuts that are much wider than the step-over: their share of the path, and the widest
+    cut.
+    """
+    full = Message("the full width of the tool") if m.max_width > 0.99 * diameter else f"{m.max_width:.2f} mm"
+    share = percent_words(100.0 * m.wide_mm / m.feed_mm) if m.feed_mm > 0.0 else NO_VALUE
+    return Message("first cuts and corners, {} of the path, are wider than the step-over: up to {}", share, full)
+
+
+# -- drawings --------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class PocketShapes:
+    """The area of a pocket that the tool cannot reach, and the reachable area that remains uncut (shapely geometry)."""
+
+    unreachable: Any
+    uncovered: Any
+
+
+@dataclass(frozen=True, eq=False)
+class PocketScene:
+    """Data that all drawings of a page share: the frame, the pockets, and the issues about missing work."""
+
+    frame: Frame
+    pockets: tuple[Pocket, ...]
+    missing: tuple[Issue, ...] = ()
+
+
+def build_pocket_scene(plans: Sequence[PocketPlan], missing: tuple[Issue, ...] = ()) -> PocketScene:
+    """Return the scene of all pockets of a drawing."""
+    boxes = np.array([plan.pocket.outline.extents for plan in plans])
+    corners = np.concatenate([boxes.reshape(-1, 2), missing_points(missing)])
+    low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+    frame = Frame.around((low[0], low[1]), (high[0], high[1]), _WIDE_FROM)
+    return PocketScene(frame, tuple(p.pocket for p in plans), missing)
+
+
+def shapes_of(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketShapes:
+    """Return the unreachable area and the uncut area of a pocket. Films no thicker than the tolerance are left out."""
+    whole = pocket.region(_SEEN)
+    reachable = swept(shrink(whole, rules.radius, _SEEN), rules.radius, _SEEN).intersection(whole)
+    steps = np.concatenate([segments(piece.path.flattened(0.5 * _SEEN)) for piece in path.pieces])
+    cleared = swept_area(steps, rules.radius + _SEEN, 24)
+    return PocketShapes(_visible_area(whole.difference(reachable)), _visible_area(reachable.difference(cleared)))
+
+
+def _visible_area(shape: Any) -> Any:
+    film = 2.0 * _SEEN
+    return shape.buffer(-film).buffer(film, join_style="mitre").intersection(shape)
+
+
+def pocket_drawing(
+    scene: PocketScene,
+    paths: Sequence[PocketPath],
+    name: str,
+    words: str,
+    *,
+    shapes: Sequence[PocketShapes] = (),
+    tool_diameter: float = 0.0,
+    size: bool = False,
+) -> str:
+    """Return an SVG element with the pockets and a path in each of them.
+
+    The title of the element is `words`; `name` must be unique on the page.
+    """
+    frame, window = scene.frame, f"window-{name}"
+    parts = (
+        *(_pocket(frame, pocket) for pocket in scene.pockets),
+        *(_unfinished_areas(frame, one, f"{name}-{k}") for k, one in enumerate(shapes)),
+        *(_tool_path(frame, path) for path in paths),
+        *(_arrows(frame, path) for path in paths),
+    )
+    lost = missing_drawing(frame, scene.missing)
+    inside = (element("g", *parts, clip_path=f"url(#{window})"), lost, *_marks(frame, paths, tool_diameter))
+    return frame.drawing(words, window, inside, "drawing pocket", size)
+
+
+def small_drawing(scene: PocketScene, paths: Sequence[PocketPath], words: str) -> str:
+    """Return a small SVG drawing of pockets and paths, without axes and marks."""
+    frame = scene.frame
+    parts = (*(_pocket(frame, p) for p in scene.pockets), *(_tool_path(frame, path) for path in paths))
+    box = f"0 0 {svg_number(frame.width)} {svg_number(frame.height)}"
+    return element("svg", title(words), *parts, viewBox=box, class_="drawing pocket small", role="img")
+
+
+# -- shapes ----------------------------------------------------------------------------------------------------------
+
+
+def _pocket(frame: Frame, pocket: Pocket) -> str:
+    walls = "".join(f"{_line(frame, path)}z" for path in (pocket.outline, *pocket.islands))
+    named = title(Message("pocket {}", pocket.name)) if pocket.name else ""
+    return scaled_group(element("path", named, d=walls, class_="floor"))
+
+
+def _unfinished_areas(frame: Frame, shapes: PocketShapes, name: str) -> str:
+    """Draw unreachable areas hatched, and uncut areas filled."""
+    drawn = []
+    if not shapes.unreachable.is_empty:
+        clip, hatch = f"far-{name}", _hatch(frame, shapes.unreachable)
+        outline = scaled_group(element("path", d=_area_path(frame, shapes.unreachable)))
+        drawn.append(element("clipPath", outline_of(frame, shapes.unreachable), id=clip))
+        drawn.append(element("g", outline, element("g", hatch, clip_path=f"url(#{clip})"), class_="far"))
+    if not shapes.uncovered.is_empty:
+        drawn.append(
+            scaled_group(element("path", title("stays uncut"), d=_area_path(frame, shapes.uncovered), class_="uncut"))
+        )
+    return "".join(drawn)
+
+
+def outline_of(frame: Frame, shape: Any) -> str:
+    """Return the SVG path around an area, for use in a clip path."""
+    return element("path", d=_area_path(frame, shape), transform="scale(0.03125)", clip_rule="evenodd")
+
+
+def _hatch(frame: Frame, shape: Any) -> str:
+    x0, y0, x1, y1 = shape.bounds
+    (left, bottom), (right, top) = frame.place(np.array([[x0, y0], [x1, y1]])).tolist()
+    height = bottom - top
+    number = min(math.ceil((right - left + height) / _HATCH) + 1, 400)
+    lines = [
+        f"M{svg_number(left + k * _HATCH - height)} {svg_number(bottom)}l{svg_number(height)} {svg_number(-height)}"
+        for k in range(number)
+    ]
+    return element("path", d="".join(lines), class_="hatch")
+
+
+def _area_path(frame: Frame, shape: Any) -> str:
+    rings = [ring for p in polygons(shape) for ring in (p.exterior, *p.interiors)]
+    return "".join(f"{lines_data(segments(frame.place(np.asarray(r.coords)[:, :2])))}z" for r in rings)
+
+
+def _line(frame: Frame, path: Polyline) -> str:
+    return lines_data(segments(frame.place(path.flattened(_CHORDS / frame.scale))))
+
+
+# -- the tool path ---------------------------------------------------------------------------------------------------
+
+
+def _tool_path(frame: Frame, path: PocketPath) -> str:
+    data: dict[str, str] = {}
+    for piece in path.pieces:
+        data[piece.kind] = data.get(piece.kind, "") + _line(frame, piece.path)
+    rapids = [
+        [a.path.end, b.path.start]
+        for a, b, gap in zip(path.pieces[:-1], path.pieces[1:], path.gaps, strict=True)
+        if gap > 0.0
+    ]
+    lines = [element("path", d=data[kind], class_=f"way {kind}") for kind in _KINDS if kind in data]
+    if rapids:
+        moves = lines_data(frame.place(np.array(rapids)))
+        lines.append(element("path", d=moves, class_="rapid"))
+    return scaled_group(*lines)
+
+
+def _arrows(frame: Frame, path: PocketPath) -> str:
+    apart = max(_ARROW_APART / frame.scale, path.feed_mm / _MOST_ARROWS)
+    heads: dict[str, list[str]] = {}
+    waiting = 0.5 * apart
+    for piece in path.pieces:
+        at = waiting
+        while at < piece.path.length:
+            (x, y), (dx, dy) = frame.place(np.array(piece.path.point_at(at))).tolist(), piece.path.direction_at(at)
+            heads.setdefault(piece.kind, []).append(arrow_head((x, y), (dx, -dy), _ARROW))
+            at += apart
+        waiting = at - piece.path.length
+    return "".join(element("path", d="".join(h), class_=f"head {kind}") for kind, h in sorted(heads.items()))
+
+
+def _marks(frame: Frame, paths: Sequence[PocketPath], tool_diameter: float) -> list[str]:
+    drawn = [path for path in paths if path.pieces]
+    if not drawn:
+        return []
+    first = frame.place(np.array(drawn[0].pieces[0].path.start)).tolist()
+    last = frame.place(np.array(drawn[-1].pieces[-1].path.end)).tolist()
+    marks = []
+    if tool_diameter > 0.0:
+        radius = 0.5 * tool_diameter * frame.scale
+        marks.append(element("circle", title("the tool"), cx=first[0], cy=first[1], r=radius, class_="tool-disc"))
+    downs = [
+        frame.place(np.array(piece.path.start)).tolist()
+        for path in drawn
+        for piece, gap in zip(path.pieces, (math.inf if path is not drawn[0] else 0.0, *path.gaps), strict=True)
+        if gap > 0.0
+    ]
+    marks += [element("circle", cx=x, cy=y, r=2.4, class_="down") for x, y in downs]
+    return [*marks, *end_marks((*first, 4.6), (*last, 4.2), (frame.width, frame.height))]

@@ -278,7 +278,7 @@ def _idle_rows(program: Program, rows: Rows) -> list[int]:
     ways = rows.travel & ~rows.cut
     cut, rapid, travel = last_rows(rows.cut), last_rows(kind == Kind.RAPID), last_rows(ways)
     dwells = kind == Kind.DWELL
-    # A spindle speed set by S alone belongs to the following cut (`find_sections`).
+    # A spindle speed set by S alone belongs to the following cut (`SectionFinder`).
     switches = (kind == Kind.SPINDLE) & (program.path.ref != SPEED_ALONE) & (not rows.beam.any())
     after_work = (cut >= 0) & (rapid > cut)
     leads_away = ((dwells | switches) & (travel < cut)) | (dwells & (next_(ways) < next_(rows.cut)))

@@ -8,13 +8,19 @@ from __future__ import annotations
 import hashlib
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from functools import partial
+from itertools import islice, pairwise
+from typing import NamedTuple
 
 import numpy as np
+import shapely
 
+from leafcut.gcode.block_description import normalized
 from leafcut.gcode.program import Program
 from leafcut.gcode.tool_comments import narrowest_tool
+from leafcut.geometry.arrays import Indices, Mask
 from leafcut.message import Message
 from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.difference import Difference
@@ -22,26 +28,45 @@ from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.barriers import (
+    Barrier,
     ComparisonGroups,
     compare_barrier_groups,
     compare_unreached_settings,
     find_misplaced_barriers,
 )
-from leafcut.processes.program.proof.changed_order import ChangedOrder
 from leafcut.processes.program.proof.explanation import explain
-from leafcut.processes.program.proof.features import FIRST_CYCLE, first_block_with_units
+from leafcut.processes.program.proof.features import (
+    AMOUNT,
+    EXACT,
+    FIRST_CYCLE,
+    Features,
+    first_block_with_units,
+    is_uniform,
+)
 from leafcut.processes.program.proof.matching import Feature, MatchTolerance, Pairing, match_features
+from leafcut.processes.program.proof.order_rules import (
+    LEVEL,
+    Visits,
+    detaching_visits,
+    line_index,
+    nearby_passes,
+    rows_in_order,
+    touching_in_new_order,
+    visits_of,
+)
+from leafcut.processes.program.proof.order_thresholds import FREE
+from leafcut.processes.program.proof.outlines import BEAM_TAB, MILL_TAB, lines_of, lines_starting_inside, outlines_of
 from leafcut.processes.program.proof.program_work import (
+    STILL,
     ProgramWork,
     cuts_with_beam,
     has_no_mill,
     read_work,
     works_without_cycles,
 )
-from leafcut.processes.program.proof.rapids import compare_rapids, group_rapids
-from leafcut.processes.program.proof.reversed_cuts import in_reference_direction, reversed_runs, unchanged_work
-from leafcut.processes.program.proof.stated_modes import find_lost_modes
-from leafcut.proof.difference import MOST_LISTED, cap_differences
+from leafcut.processes.program.proof.rapids import RapidGaps, allowed_heights, compare_rapids, group_rapids
+from leafcut.processes.program.proof.traces import is_simple, traces_of
+from leafcut.proof.difference import MOST_LISTED, cap_differences, position_text
 from leafcut.proof.envelope import check_envelope
 from leafcut.units import MM_PER_INCH
 
@@ -59,14 +84,28 @@ COMPARED = (
 )
 #: Additional check if cuts may be reversed.
 _EITHER_WAY = "open cuts at one level without lead-in or lead-out, in either direction"
-
 #: Lowest and highest x, y, z, mm.
 Bounds = tuple[tuple[float, ...], tuple[float, ...]]
-
 _NOT_IN_COMMENT = re.compile(r"[^A-Za-z0-9 ._+=,-]")
 #: Maximum length of a comment, characters: a GRBL line has 80, and parentheses and line number need some of them.
 _LONGEST_COMMENT = 66
 _LINES_AT_ONCE = 10_000
+#: Kinds of rows that rely on a mode; an unknown block may rely on any mode.
+_ARCS = (Kind.FOREIGN, Kind.ARC_CW, Kind.ARC_CCW)
+_CYCLES = (Kind.FOREIGN, Kind.DRILL)
+_ROUND = (*_ARCS, Kind.DRILL)
+_CUTS = (*_ROUND, Kind.FEED)
+_MOVES = (*_CUTS, Kind.RAPID)
+#: Largest gap between the ends of a closed cut, mm.
+_CLOSED = 0.01
+#: Reference direction of cuts in the comparison. Lines in a usual drawing are not parallel to it.
+_ONWARD = np.array([0.8386705679, 0.5446390350])
+#: Values that must be constant in a reversible run. Dwells differ in feed and time, arcs in kind, plane and turns.
+_STEADY = tuple(name for name in (*EXACT, *AMOUNT) if name not in ("kind", "plane", "turns", "feed", "dwell"))
+#: Message about two features, from their places.
+_MessageOf = Callable[[Message, Message], Message]
+#: Two features of the original, the earlier first, and the message about their relation.
+_Pair = tuple[int, int, _MessageOf]
 
 
 def certify(
@@ -106,7 +145,7 @@ def certify(
     machine
         Machine whose travel is checked.
     allow_reverse
-        Whether open cuts at one level may be reversed (`reversed_cuts`).
+        Whether open cuts at one level may be reversed (`in_reference_direction`).
     tool_diameter_mm
         Diameter of the mills that no comment describes.
     beyond
@@ -339,3 +378,495 @@ def _counts(work: ProgramWork) -> Counts:
         stages=len(set(ends)),
         tool_changes=int((work.path.kind == Kind.TOOL).sum()),
     )
+
+
+# -- stated modes ----------------------------------------------------------------------------------------------------
+
+
+class _Mode(NamedTuple):
+    """A mode: its name, its G words (a regular expression for their numbers), and the kinds of rows that need it.
+
+    A `rare` word is unknown to some controllers, so the new program must not add it.
+    """
+
+    name: str
+    words: str
+    kinds: tuple[Kind, ...]
+    rare: bool = False
+
+
+_MODES = (
+    _Mode(Message("the distance mode (G90, G91)"), "9[01]", _MOVES),
+    _Mode(Message("the plane (G17)"), "1[789]", _ROUND),
+    _Mode(Message("radius compensation off (G40)"), "4[012](?:[.]1)?", _MOVES),
+    _Mode(Message("the feed mode (G94)"), "9[345]", _CUTS),
+    _Mode(Message("the arc distance mode (G91.1)"), "9[01][.]1", _ARCS),
+    _Mode(Message("the return of cycles (G98, G99)"), "9[89]", _CYCLES),
+    _Mode(Message("the length offset (G43, G49)"), "4[349](?:[.][0-9])?", _MOVES),
+    _Mode(Message("the work offset (G54)"), "(?:5[4-9](?:[.][1-9])?|154|1[12][0-9])", _MOVES),
+    _Mode(Message("constant surface speed off (G97)"), "9[67]", _CUTS),
+    _Mode(Message("rotation off (G69)"), "6[89](?:[.][0-9])?", _MOVES, True),
+    _Mode(Message("scaling off (G50)"), "5[01]", _MOVES, True),
+    _Mode(Message("mirroring off (G50.1)"), "5[01][.]1", _MOVES, True),
+    _Mode(Message("polar coordinates off (G15)"), "1[56]", _MOVES, True),
+    _Mode(Message("macro calls off (G67)"), "6[67](?:[.]1)?", _MOVES, True),
+    _Mode(Message("the shift of the origin (G92.1)"), "92(?:[.][123])?", _MOVES, True),
+)
+#: A G word except G0 to G3; numbers may contain blanks.
+_OTHER = re.compile(r"[Gg](?![ \t]*0*[0-3](?![ \t]*[0-9.]))")
+_PATTERNS = [re.compile(rf"G0*{mode.words}(?![0-9.])") for mode in _MODES]
+
+
+def find_lost_modes(
+    programs: tuple[Program, Program],
+    works: tuple[ProgramWork, ProgramWork],
+    new_of: Indices,
+    mark_of: dict[float, Barrier],
+) -> Iterator[Difference]:
+    """Yield the modes that only the original program states before the work that depends on them.
+
+    A mode that is not stated, such as G90, keeps the last state of the machine, which a comparison of motion does not
+    show.
+    `new_of` and `mark_of` are the matched features and barriers. Only cuts in both programs count, because an added cut
+    depends on the same modes as its neighbours.
+    """
+    words = [_lines_with_g_words(program) for program in programs]
+    counted = _common_rows(works, new_of, mark_of)
+    for mode, pattern in zip(_MODES, _PATTERNS, strict=True):
+        was, now = (_first_use(*side, mode, pattern) for side in zip(programs, works, words, counted, strict=True))
+        if (now.first and not was.first) or now.cuts > was.cuts:
+            text = Message(
+                "{}: the original states this mode before line {}, which relies on it; the new program does not",
+                mode.name,
+                now.line or was.line,
+            )
+            yield Difference(Message("not stated"), was.line, now.line, text)
+        elif mode.rare and was.first and not now.first:
+            text = Message(
+                "{}: the new program states this mode before line {}, which relies on it; the original does not",
+                mode.name,
+                was.line,
+            )
+            yield Difference(Message("newly stated"), was.line, now.line, text)
+
+
+def _common_rows(
+    works: tuple[ProgramWork, ProgramWork], new_of: Indices, mark_of: dict[float, Barrier]
+) -> tuple[Mask, Mask]:
+    """Return masks of the rows that both programs have. If no work is missing or new, return all rows."""
+    old = np.flatnonzero(new_of >= 0)
+    features = old, new_of[old]
+    keys = set(mark_of), {mark.key for mark in mark_of.values()}
+    masks = []
+    whole = True
+    for work, paired, known in zip(works, features, keys, strict=True):
+        foreign = [mark for mark in work.marks if mark.kind == Kind.FOREIGN]
+        same = [int(mark.key) for mark in foreign if mark.key in known]
+        mask = np.zeros(len(work.path), dtype=bool)
+        mask[work.features.row[paired]] = True
+        mask[same] = True
+        masks.append(mask)
+        whole &= len(paired) == len(work.features) and len(same) == len(foreign)
+    if whole:
+        for mask in masks:
+            mask[:] = True
+    return masks[0], masks[1]
+
+
+class _FirstUse(NamedTuple):
+    """The first use of a mode: whether the first row that depends on the mode comes before the word, the line of that
+    row, and the number of cuts before the word.
+    """
+
+    first: bool
+    line: int
+    cuts: int
+
+
+def _lines_with_g_words(program: Program) -> dict[int, str]:
+    """Return the normalized text of all lines with a G word other than G0 to G3, by line number."""
+    return {number: normalized(text) for number, text in enumerate(program.lines, 1) if _OTHER.search(text)}
+
+
+def _first_use(
+    program: Program, work: ProgramWork, words: dict[int, str], counted: Mask, mode: _Mode, pattern: re.Pattern[str]
+) -> _FirstUse:
+    path = program.path
+    rows = np.flatnonzero(np.isin(path.kind, mode.kinds))
+    if not len(rows):
+        return _FirstUse(False, 0, 0)
+    block = int(program.row_block[rows[0]])
+    stating = _first_block_on(program, [number for number, text in words.items() if pattern.search(text)])
+    if stating <= block:
+        return _FirstUse(False, int(path.line[rows[0]]), 0)
+    return _FirstUse(
+        True, int(path.line[rows[0]]), _cuts_before(program, work, int(program.first[stating]), counted, mode)
+    )
+
+
+def _cuts_before(program: Program, work: ProgramWork, end: int, counted: Mask, mode: _Mode) -> int:
+    kinds = [kind for kind in mode.kinds if kind in _CUTS]
+    if Kind.FEED in kinds:
+        return int((np.isin(work.path.kind, kinds) & (work.source < end) & counted).sum())
+    # The feed moves of an expanded cycle rely on fewer modes than the cycle.
+    rows = np.unique(work.source[counted & (work.source < end)])
+    return int(np.isin(program.path.kind[rows[rows < len(program.path)]], kinds).sum())
+
+
+def _first_block_on(program: Program, lines: list[int]) -> int:
+    """Return the first block on any of the given lines, or the number of blocks."""
+    found = np.isin(program.line, lines)
+    return int(np.argmax(found)) if found.any() else program.n_blocks
+
+
+# -- reversed cuts ---------------------------------------------------------------------------------------------------
+
+
+class DirectedWork(NamedTuple):
+    """The work of a program with its open cuts in the reference direction.
+
+    The features are sorted run by run, and a reversed run keeps its place in the order. `run`, int64[n], is the run of
+    each feature if that run is reversible, otherwise -1. `turned` marks the features that were reversed.
+    """
+
+    work: ProgramWork
+    run: Indices
+    turned: Mask
+
+
+def unchanged_work(work: ProgramWork) -> DirectedWork:
+    """Return the work with all cuts unchanged."""
+    n = len(work.features)
+    return DirectedWork(work, np.full(n, -1), np.zeros(n, dtype=bool))
+
+
+def in_reference_direction(work: ProgramWork) -> DirectedWork:
+    """Return the work with every reversible cut in the reference direction.
+
+    The conditions are checked again here, from the motion alone: a cut is open, at one level, and does not cross
+    itself, it has no lead-in or lead-out, and the tool arrives and leaves by rapids.
+    """
+    features, gaps = work.features, group_rapids(work)
+    n = len(features)
+    begins = np.flatnonzero(gaps.rows[gaps.gap_of] | ~gaps.opened_by_feature[gaps.gap_of])
+    order, run, turned = np.arange(n), np.full(n, -1), np.zeros(n, dtype=bool)
+    new = features.pick(order)
+    for first, end in pairwise([*begins.tolist(), n]):
+        body = _cuts_of_run(features, gaps, first, end)
+        if body is None:
+            continue
+        run[first:end] = first
+        way = features.end[body[-1], :2] - features.start[body[0], :2]
+        if float(way @ _ONWARD) < 0.0:
+            turned[first:end] = True
+            order[body] = body[::-1]
+            _reverse_run(new, features, first, end, body)
+    if turned.any():
+        picked = new.pick(order)
+        # The row gives the place among the rapids, which belongs to the run and not to the cut.
+        new = replace(picked, row=features.row)
+    return DirectedWork(replace(work, features=new), run, turned)
+
+
+def _cuts_of_run(features: Features, gaps: RapidGaps, first: int, end: int) -> Indices | None:
+    """Return the cuts of a run without its plunge and retract, or None if the run is not reversible."""
+    rows = np.arange(first, end)
+    level = rows[~_vertical_mask(features, rows)]
+    if not len(level):
+        return None
+    body: Indices = np.arange(level[0], level[-1] + 1)
+    after = gaps.gap_of[end - 1] + 1
+    reached = gaps.rows[gaps.gap_of[first]] and (gaps.rows[after] or not gaps.closed_by_feature[after])
+    if len(body) != len(level) or not reached or not _is_constant(features, rows, body):
+        return None
+    ends = features.start[body[0], :2], features.end[body[-1], :2]
+    if not np.isfinite(ends).all() or np.hypot(*(ends[1] - ends[0])) <= _CLOSED:
+        return None
+    cuts = features.pick(body)
+    return body if is_uniform(cuts) and is_simple(cuts) else None
+
+
+def _vertical_mask(features: Features, rows: Indices) -> Mask:
+    """Return a mask of the cuts without sideways movement, and of the dwells."""
+    moved = np.abs(features.end[rows, :2] - features.start[rows, :2]) > STILL
+    upright: Mask = ((features.kind[rows] == Kind.FEED) & ~moved.any(axis=1)) | (features.kind[rows] == Kind.DWELL)
+    return upright
+
+
+def _is_constant(features: Features, rows: Indices, body: Indices) -> bool:
+    """Return whether the machine state is constant in a run, and its body is at one level."""
+    steady = features.several(_STEADY, rows)
+    kinds = np.isin(features.kind[rows], [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DWELL)])
+    arcs = body[features.kind[body] != Kind.FEED]
+    flat = (features.of("plane", arcs) == 17) & (features.of("turns", arcs) == 1)
+    z = np.concatenate([features.end[body, 2], features.start[body, 2]])
+    level = bool(np.isnan(z).all() or np.ptp(z) <= STILL)
+    radius, mode = (features.of(name, rows[:1])[0] for name in ("radius", "feed_mode"))
+    return bool(
+        kinds.all() and (steady == steady[0]).all() and flat.all() and level and radius == 40 and mode in (94, 95)
+    )
+
+
+def _reverse_run(new: Features, old: Features, first: int, end: int, body: Indices) -> None:
+    """Reverse each cut of a run in `new` (kind, start, end), and exchange the positions of plunge and retract."""
+    new.end[body], new.start[body] = old.start[body], old.end[body]
+    kind = old.kind[body]
+    back = np.where(kind == Kind.ARC_CW, int(Kind.ARC_CCW), np.where(kind == Kind.ARC_CCW, int(Kind.ARC_CW), kind))
+    new.kind[body] = back
+    entry, leave = old.start[body[0], :2], old.end[body[-1], :2]
+    for part, place in ((slice(first, int(body[0])), leave), (slice(int(body[-1]) + 1, end), entry)):
+        new.end[part, :2], new.start[part, :2] = place, place
+
+
+def reversed_runs(one: DirectedWork, other: DirectedWork, new_of: Indices) -> Indices:
+    """Return the run of each feature if the other program cuts it in the opposite direction, otherwise -1."""
+    paired = np.flatnonzero((new_of >= 0) & (one.run >= 0))
+    differs = paired[one.turned[paired] != other.turned[new_of[paired]]]
+    turned = np.isin(one.run, one.run[differs]) & (one.run >= 0)
+    return np.where(turned, one.run, -1)
+
+
+# -- the changed order -----------------------------------------------------------------------------------------------
+
+
+class ChangedOrder:
+    """Checks the order of the work in a new program.
+
+    `new_of`, int64[n], is the index of each original feature in the new program, or -1 if it is missing. `flat` means
+    that the tool is a beam or a pen, which makes no roughing passes.
+    """
+
+    def __init__(
+        self,
+        before: ProgramWork,
+        after: ProgramWork,
+        gaps: RapidGaps,
+        new_of: Indices,
+        flat: bool,
+        check_cancelled: Heartbeat = ignore_heartbeat,
+    ) -> None:
+        self.before, self.after, self.gaps = before, after, gaps
+        self.features, self.new_of, self.flat, self.check_cancelled = before.features, new_of, flat, check_cancelled
+        self.unchanged = bool((np.diff(new_of[new_of >= 0]) > 0).all())
+        self.traces = traces_of(self.features)
+        # A run is a series of features without rapids between them.
+        run = np.cumsum(allowed_heights(before, gaps).follows == 0)
+        self.run: Indices = np.subtract(run, run[:1], dtype=np.int64)
+
+    def touching(self, tolerance: float) -> Iterator[Difference]:
+        """Yield touching cuts whose order changed, and features at unknown positions that moved in the order."""
+        if self.unchanged:
+            return
+        known = np.isfinite(self.features.end[:, :2]).all(axis=1)
+        for one in _reordered_features(self.new_of, np.flatnonzero(~known)):
+            yield self._difference(
+                Message("order"),
+                one,
+                one,
+                lambda where, _: Message("the position of {} is unknown, and it has moved in the order", where),
+            )
+        self.check_cancelled()
+        pairs, proved = touching_in_new_order(self.features, self.traces, self.new_of, tolerance, self.check_cancelled)
+        for one, other in pairs[:MOST_LISTED].tolist():
+            yield self._difference(
+                Message("order"),
+                one,
+                other,
+                partial(Message, "{} touches {}, which originally came later and now comes first"),
+            )
+        if not proved:
+            yield Difference(
+                Message("order"), 0, 0, Message("too many cuts overlap, so their order cannot be verified")
+            )
+
+    def work_inside_contours(self) -> Iterator[Difference]:
+        """Yield work that was before a closed cut or a tabbed outline around it and is now after it, or vice versa.
+
+        With a beam or a pen, only work that is now after the outline counts.
+        """
+        if self.unchanged or not len(self.traces.feature):
+            return
+        n = int(self.run[-1]) + 1
+        first = np.searchsorted(self.run, np.arange(n))
+        last = np.searchsorted(self.run, np.arange(n), side="right") - 1
+        begins, ends = self.new_of[first], np.full(n, -1)
+        np.maximum.at(ends, self.run, self.new_of)
+        latest = np.maximum.accumulate(np.concatenate([[-1], begins]))[:n]
+        missing = len(self.new_of)
+        soonest = np.minimum.accumulate(np.concatenate([[missing], np.where(begins < 0, missing, begins)[::-1]]))[:n]
+        moved = ((latest > ends) | (soonest[::-1] < ends)) & (ends >= 0)
+        tab = BEAM_TAB if self.flat else MILL_TAB
+        lines = list(lines_of(self.features, self.traces, self.run, FREE.sagitta))
+        counts = {False: 0, True: 0}
+        for outline, within in lines_starting_inside(lines, outlines_of(lines, tab, FREE, self.check_cancelled, moved)):
+            if counts[outline.joined] > MOST_LISTED or (begins[outline.owners] < 0).any():
+                continue
+            inner = np.setdiff1d(within, outline.owners)
+            closes, closed = outline.owners[-1], ends[outline.owners].max()
+            changed = (inner < closes) & (begins[inner] > closed)
+            if not self.flat:
+                changed |= (inner > closes) & (begins[inner] < closed) & (begins[inner] >= 0)
+            for k in inner[changed].tolist():
+                counts[outline.joined] += 1
+                kind = Message("inner after outer") if k < closes else Message("inner before outer")
+                message = partial(_changed_side, outline.joined, k < closes, self.flat)
+                yield self._difference(kind, int(first[k]), int(last[closes]), message)
+
+    def reordered_passes(self, width: float) -> Iterator[Difference]:
+        """Yield nearby passes of a mill of the given width (mm) in changed order, and parts detached too early."""
+        if self.unchanged or not len(self.features):
+            return
+        first = ~self.gaps.opened_by_feature[self.gaps.gap_of]
+        visit = np.cumsum(self.gaps.across[self.gaps.gap_of] | first, dtype=np.int64)
+        visit = np.unique(visit, return_inverse=True)[1].ravel()
+        visits = visits_of(self.features, self.traces, visit, int(visit[-1]) + 1, FREE)
+        changed = islice(self._passes(visits, visit, width), 2 * MOST_LISTED)
+        yield from (self._difference(Message("order"), *pair) for pair in changed)
+        text = partial(
+            Message, "{} was cut before the part whose outline ends at {} was detached; now it is cut afterwards"
+        )
+        for other, outline in islice(self._detached_too_early(visits, visit), MOST_LISTED + 1):
+            yield self._difference(Message("part detached too early"), other, outline, text)
+
+    def _passes(self, visits: Visits, visit: Indices, width: float) -> Iterator[_Pair]:
+        begins = self.new_of[visits.first]
+        crossed = self.gaps.cross[self.gaps.gap_of[visits.first]]
+        chosen = visits.cuts & visits.level & (crossed > visits.bottom + LEVEL) & _moved_visits(begins)
+
+        def wanted(a: Indices, b: Indices) -> Mask:
+            changed: Mask = (a < b) & (begins[a] > begins[b])
+            return changed
+
+        if np.count_nonzero(chosen) > 1:
+            owner = np.where(chosen[visit], visit, -1)
+            near, of = line_index(lines_of(self.features, self.traces, owner, FREE.sagitta))
+            known: set[tuple[str, int, int]] = set()
+            for relation, pairs in nearby_passes(visits, near, of, FREE, width, wanted):
+                self.check_cancelled()
+                # Long cuts meet in several parts of the index.
+                new = [pair for pair in ((relation, *pair) for pair in pairs.tolist()) if pair not in known]
+                known.update(new)
+                message = partial(_changed_order, relation)
+                yield from ((*visits.first[list(pair)].tolist(), message) for _, *pair in new)
+        for one, other in rows_in_order(visits, FREE, width).tolist():
+            if 0 <= begins[other] < begins[one]:
+                text = partial(Message, "{} clears a row beside {}, which originally came later and now comes first")
+                yield int(visits.first[one]), int(visits.first[other]), text
+
+    def _detached_too_early(self, visits: Visits, visit: Indices) -> Iterator[tuple[int, int]]:
+        """Yield (feature, last feature of an outline) if the outline now detaches its part before the feature is cut.
+
+        Parts that are detached at the same depth or deeper may be detached in either order.
+        """
+        features = self.features
+        shifts = [mark.key for mark in self.before.marks if mark.kind == Kind.SHIFT]
+        origin = np.searchsorted(shifts, features.row[visits.first])
+        zeros = np.column_stack([features.of("frame", visits.first), origin])
+        zero = np.unique(zeros, axis=0, return_inverse=True)[1].ravel()
+        deepest = np.full(int(zero.max()) + 1, np.inf)
+        np.minimum.at(deepest, zero, visits.floor)
+        with np.errstate(invalid="ignore"):
+            above = np.where(np.isfinite(visits.floor), visits.floor - deepest[zero], np.inf)
+        ends = np.full(len(above), -1, dtype=np.int64)
+        np.maximum.at(ends, visit, self.new_of)
+        latest = np.maximum.accumulate(np.concatenate([[-1], ends]))[:-1]
+        overtakes = (above <= FREE.surely_through) & (ends >= 0) & (latest > ends)
+        if not overtakes.any():
+            return
+        may, surely = detaching_visits(features, self.traces, visits, visit, above, FREE, self.check_cancelled)
+        for outline in np.flatnonzero(overtakes & surely).tolist():
+            later = ends[:outline] > ends[outline]
+            later &= ~(may[:outline] & (visits.floor[:outline] <= visits.floor[outline] + FREE.same_depth))
+            if later.any():
+                yield int(visits.first[np.argmax(later)]), int(visits.last[outline])
+
+    def parts_note(self) -> list[Message]:
+        """Return a note if the outlines of parts are cut in a different order."""
+        features, run = self.features, self.run
+        n = int(run[-1]) + 1 if len(run) else 0
+        last = np.searchsorted(run, np.arange(n), side="right") - 1
+        ends = np.full(n, -1, dtype=np.int64)
+        np.maximum.at(ends, run, self.new_of)
+        if (np.diff(ends[ends >= 0]) > 0).all():
+            return []
+        parts = self._part_outlines()
+        parts = parts[ends[parts] >= 0]
+        later = np.maximum.accumulate(np.concatenate([[-1], ends[parts]]))[:-1]
+        moved = parts[later > ends[parts]]
+        if not len(moved):
+            return []
+        one = int(moved[0])
+        other = int(parts[(parts < one) & (ends[parts] > ends[one])][0])
+        places = [
+            Message("X{:.3f} Y{:.3f} (line {})", *features.end[k, :2], features.line[k])
+            for k in last[[one, other]].tolist()
+        ]
+        return [
+            Message(
+                "parts detach in a different order: {} of {} outlines are cut earlier than before. "
+                "Example: the outline that ends at {} is now cut before the path that ends at {}",
+                len(moved),
+                len(parts),
+                *places,
+            )
+        ]
+
+    def _part_outlines(self) -> Indices:
+        """Return the runs that are outlines of parts, which are closed cuts inside an even number of other outlines."""
+        lines = list(lines_of(self.features, self.traces, self.run, FREE.sagitta))
+        outlines = list(outlines_of(lines, None, FREE, self.check_cancelled))
+        if not outlines:
+            return np.zeros(0, dtype=np.int64)
+        starts = {line.owner: line.points[0] for line in reversed(lines)}
+        owner = np.array([outline.owners[0] for outline in outlines])
+        areas = np.array([outline.area for outline in outlines], dtype=object)
+        inner, outer = shapely.STRtree(areas).query(
+            shapely.points(np.array([starts[k] for k in owner.tolist()])), predicate="within"
+        )
+        depth = np.bincount(inner[owner[inner] != owner[outer]], minlength=len(owner))
+        parts: Indices = np.unique(owner[depth % 2 == 0])
+        return parts
+
+    def _difference(self, what: Message, one: int, other: int, message: _MessageOf) -> Difference:
+        """Return a difference between two features, with the lines of the first feature in both programs."""
+        features = self.features
+        places = [Message("{} (line {})", position_text(*features.end[k]), features.line[k]) for k in (one, other)]
+        lines = int(features.line[one]), int(self.after.features.line[self.new_of[one]])
+        return Difference(what, *lines, message(*places))
+
+
+def _changed_side(tabs: bool, later: bool, flat: bool, place: Message, end: Message) -> Message:
+    """Return the message about work inside a closed cut or tabbed outline that is now before or after this cut."""
+    message = Message(
+        "{} lies inside an outline with tabs that ends at {}; originally it was cut {} this cut, and now it is "
+        "cut {} it"
+        if tabs
+        else "{} lies inside a closed cut that ends at {}; originally it was cut {} this cut, and now it is cut {} it",
+        place,
+        end,
+        Message("before") if later else Message("after"),
+        Message("after") if later else Message("before"),
+    )
+    return Message("{}, in a part that is already detached by then", message) if flat and not tabs else message
+
+
+def _changed_order(relation: Message, place: Message, other: Message) -> Message:
+    return Message("{} {} {}, which originally came later and now comes first", place, relation, other)
+
+
+def _moved_visits(begins: Indices) -> Mask:
+    """Return a mask of the visits whose order relative to any other visit changed."""
+    here = begins >= 0
+    most = np.maximum.accumulate(begins) > begins
+    least = np.minimum.accumulate(np.where(here, begins, np.iinfo(np.int64).max)[::-1])[::-1] < begins
+    moved: Mask = here & (most | least)
+    return moved
+
+
+def _reordered_features(rank: Indices, which: Indices) -> list[int]:
+    """Return the features in `which` whose order relative to any other feature changed."""
+    highest = np.maximum.accumulate(np.concatenate([[-1], rank]))[:-1]
+    lowest = np.minimum.accumulate(np.where(rank >= 0, rank, len(rank) + rank.max(initial=0))[::-1])[::-1]
+    here = rank[which]
+    wrong: list[int] = which[(here >= 0) & ((highest[which] > here) | (lowest[which] < here))].tolist()
+    return wrong
