@@ -16,11 +16,13 @@ import pytest
 
 from grbl_board import EACH, HEAD, HOLES, SETTINGS, ZERO, Board, plate
 from leafcut.cli.app import run as leafcut
+from leafcut.errors import SendError
 from leafcut.read.machine import load_machine
 from leafcut.sender.controller_facts import Facts
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.job import SendJob, read_job
 from leafcut.sender.job_checks import check_program, check_ready
+from leafcut.sender.jogging import probe_z
 from leafcut.sender.port import SerialPort
 from leafcut.sender.resuming import line_of_hole, resumed
 from leafcut.sender.run import Request, RunResult, RunView, SendRun
@@ -207,6 +209,17 @@ def test_an_alarm_in_the_middle_is_told_in_words(board: Board, program: Path, ma
     finally:
         talk.ask("$20=0")
         talk.ask("$132=60")
+        talk.port.close()
+
+
+def test_a_probe_that_touches_nothing_is_an_alarm(board: Board) -> None:
+    talk = GrblConversation(SerialPort(board.port))
+    talk.connect()
+    try:
+        with pytest.raises(SendError, match="alarm 5: the probe made no contact"):
+            probe_z(talk, talk.facts(), plate=1.0, feed=600.0, travel=1.0)
+        talk.unlock()
+    finally:
         talk.port.close()
 
 

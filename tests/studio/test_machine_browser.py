@@ -12,7 +12,6 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 from studio_page import LONG, opened, serious, wait_for
 from studio_server import PATIENT_PAGES, Server, running
-from waiting import until
 
 from grbl_board import PROFILE, ZERO, Board, plate
 from leafcut.sender.grbl import GrblConversation
@@ -60,19 +59,22 @@ def own(browser: Browser, started: Server, board: Board, tmp_path: Path) -> Iter
     page.locator("#machine-machine").select_option("mine:board")
     expect(page.locator("#view-control")).to_contain_text("5 holes")
     yield page
-    given_back(started)
+    given_back(page, started)
     context.close()
 
 
-def given_back(server: Server) -> None:
+def given_back(page: Page, server: Server) -> None:
     """Have the studio let go of the board, whatever a test has left it at."""
-    headers = {"authorization": f"Bearer {server.token}"}
-    with httpx2.Client(base_url=server.origin, headers=headers, timeout=LONG / 1000) as client:
-        if client.get("/api/machine").json()["connection"] == "closed":
-            return
-        client.post("/api/machine/take")
-        client.post("/api/machine/stop")
-        until(lambda: client.post("/api/machine/disconnect").status_code == 200)
+    httpx2.post(f"{server.origin}/api/machine/stop", headers={"authorization": f"Bearer {server.token}"})
+    page.goto(f"{server.origin}/?view=control&lang=en")
+
+    def is_free() -> bool:
+        for name in ("Take over", "Disconnect"):
+            if button(page, name).is_visible() and button(page, name).is_enabled():
+                button(page, name).click()
+        return bool(button(page, "Connect").is_visible())
+
+    wait_for(page, is_free)
 
 
 def button(page: Page, name: str) -> Any:

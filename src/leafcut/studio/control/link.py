@@ -163,9 +163,7 @@ class MachineLink:
             if self._thread is not None:
                 self._thread.join()
             self._leaving, self._alive_at = False, self._clock()
-            self._publish(
-                connection=Connection.OPENING, port=port, baud=baud, holder=holder, said="", bad=False, ended=None
-            )
+            self._publish(connection=Connection.OPENING, port=port, holder=holder, said="", bad=False, ended=None)
             self._thread = threading.Thread(target=self._live, args=(port, baud, future), daemon=True)
             self._thread.start()
         return future
@@ -449,9 +447,7 @@ class MachineLink:
         unit = 1.0 if facts is None else facts.unit
         changes: dict[str, Any] = {
             "status": status.state,
-            "pins": status.pins,
             "feed": (status.feed or 0.0) * unit,
-            "speed": status.speed or 0.0,
         }
         if facts is not None:
             changes |= {"machine": facts.machine_place(status), "work": facts.work_place(status, talk.offset)}
@@ -462,7 +458,7 @@ class MachineLink:
     def _read_facts(self) -> Facts:
         assert self._talk is not None
         facts = self._facts = self._talk.facts()
-        self._publish(version=facts.version, homing=facts.homing, soft_limits=facts.soft_limits, travel=facts.travel())
+        self._publish(version=facts.version, homing=facts.homing, travel=facts.travel())
         self._process_status(facts.status)
         return facts
 
@@ -585,8 +581,6 @@ class MachineLink:
             job.steps[-1].number,
             len(job.holes),
             left_s=float(feed_s.sum() + other_s.sum()),
-            by_hole=wishes.by_hole,
-            alone=wishes.alone,
         )
         self._run = run
         self._publish(progress=progress, ended=None)
@@ -605,7 +599,7 @@ class MachineLink:
         hole = ending.hole.number if can_go_on and ending.hole is not None else 0
         line = ending.line if can_go_on else 0
         self._publish(
-            ended=ProgramEnd(job.file, ending.complete, words, line, hole, ending.homed),
+            ended=ProgramEnd(job.file, ending.complete, words, line, hole),
             unsure=self.state.unsure or not ending.homed,
         )
         self._show_message(words, bad=not ending.complete)
@@ -624,7 +618,6 @@ class MachineLink:
                 override=view.override,
                 done_s=view.done_s,
                 left_s=view.left_s,
-                by_hole=run.by_hole,
             )
         )
         if self._is_abandoned() and not (self._wishes.alone or self._left_alone):
@@ -637,7 +630,7 @@ class MachineLink:
         talk, run = self._talk, self._run
         assert talk is not None and run is not None
         kind = "hole" if pause.hole else "tool" if pause.change else "pause"
-        self._publish(question=MachineQuestion(kind, str(pause), pause.number, pause.hole, pause.tool, tuple(messages)))
+        self._publish(question=MachineQuestion(kind, str(pause), pause.number, pause.hole, tuple(messages)))
 
         def check_answer(answer: ControllerAnswer) -> None:
             if isinstance(answer, Alarm):

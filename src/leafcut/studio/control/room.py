@@ -26,10 +26,12 @@ class ControlRoom:
         self.link = MachineLink()
 
     def add_routes(self, routes: APIRouter, studio: Studio) -> None:
-        """Add the routes for the machine."""
-        from leafcut.studio.control.routes import add_machine
+        """Add the route of the Stop bar. It works with any valid key, whichever page has control."""
 
-        add_machine(routes, studio, self.link)
+        @routes.post("/machine/stop", summary="Stop the machine: hold, wait for standstill, reset; the spindle is off")
+        async def stop() -> dict[str, str]:
+            self.link.stop()
+            return {"stop": "sent"}
 
     def open(self, page: Page, client: Any) -> MachinePanel:
         """Create the view in the current container."""

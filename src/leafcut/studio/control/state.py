@@ -1,10 +1,9 @@
-"""The state of the machine at one moment, identical for all pages and programs."""
+"""The state of the machine at one moment, identical for all pages."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 
 from leafcut.model.machine import XYZ
 
@@ -37,7 +36,6 @@ class MachineQuestion:
     words: str
     line: int
     hole: int = 0
-    tool: int | None = None
     replies: tuple[str, ...] = ()
 
 
@@ -46,7 +44,6 @@ class ProgramProgress:
     """Progress of a program. Lines and holes count from 1; 0 is before the first.
 
     `feed` is in mm/min, `override` in percent; `done_s` and `left_s` are the elapsed and the remaining time.
-    `alone`: the program continues if no page shows the machine.
     """
 
     name: str
@@ -58,8 +55,6 @@ class ProgramProgress:
     override: int = 100
     done_s: float = 0.0
     left_s: float = 0.0
-    by_hole: bool = False
-    alone: bool = False
 
 
 @dataclass(frozen=True)
@@ -71,7 +66,6 @@ class ProgramEnd:
     words: str
     line: int
     go_on_hole: int
-    position_kept: bool
 
 
 @dataclass(frozen=True)
@@ -87,7 +81,7 @@ class MachineState:
     unsure
         Whether the position may be wrong, after an alarm or a reset.
     holder
-        The page that has control, or "program"; empty for none.
+        The page that has control; empty for none.
     said, saying, bad
         The last message, its number, and whether it is an error.
     """
@@ -95,16 +89,12 @@ class MachineState:
     number: int = 0
     connection: Connection = Connection.CLOSED
     port: str = ""
-    baud: int = 0
     version: str = ""
     status: str = ""
-    pins: str = ""
     machine: XYZ | None = None
     work: XYZ | None = None
     feed: float = 0.0
-    speed: float = 0.0
     homing: bool = False
-    soft_limits: bool = False
     travel: tuple[XYZ, XYZ] | None = None
     unsure: bool = False
     doing: MachineTask = MachineTask.NOTHING
@@ -125,10 +115,3 @@ class MachineState:
     def moves(self) -> bool:
         """Whether the machine moves or is about to move, so that Stop applies."""
         return self.doing is not MachineTask.NOTHING or self.status in ("Run", "Jog", "Home", "Hold", "Door")
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the state as plain values for JSON."""
-        values = asdict(self)
-        if self.travel is not None and any(abs(v) == float("inf") for end in self.travel for v in end):
-            values["travel"] = None
-        return values
