@@ -10,6 +10,7 @@ Byte code exists before both, as after an installation by pip. A warm run is com
 from __future__ import annotations
 
 import compileall
+import os
 import resource
 import statistics
 import subprocess
@@ -19,15 +20,17 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks import COMMAND, ROOT, environment_of, page
+from benchmarks import ROOT, page
 
 #: Code that runs the command, or imports three packages.
-_CODE = f"""
+_CODE = """
 import sys
 if sys.argv[1:] == ["imports"]:
     import numba, ezdxf, cyclopts
     sys.exit()
-{COMMAND}"""
+from leafcut.__main__ import main
+main()
+"""
 #: Measured commands: name → arguments.
 WORK = {
     "`import numba, ezdxf, cyclopts`": ("imports",),
@@ -47,7 +50,8 @@ WORK = {
 
 def run(source: Path, words: Sequence[str], cache: Path) -> tuple[float, float, bytes]:
     """Return the processor time, wall-clock time and output of a run."""
-    environment = environment_of(source, cache)
+    environment = {key: text for key, text in os.environ.items() if not key.startswith("PYTHON")}
+    environment |= {"NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(source / "src")}
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     command = [sys.executable, "-c", _CODE, *words]
     done = subprocess.run(command, env=environment, capture_output=True, check=True, cwd=cache)

@@ -14,7 +14,7 @@ import random
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from benchmarks import page
@@ -89,34 +89,24 @@ libraries.
 
 
 #: Code that starts a program, waits for it, and prints its processor time, s, its peak memory, bytes, and its exit
-#: status. The first argument is the maximum processor time, s, or 0 for no limit. The output of the program goes to
-#: files in the working folder.
+#: status. The output of the program goes to files in the working folder.
 _LAUNCHER = """
-import json, os, resource, subprocess, sys
-most, *command = sys.argv[1:]
-if int(most):
-    resource.setrlimit(resource.RLIMIT_CPU, (int(most), int(most)))
+import json, os, subprocess, sys
 with open("stdout", "wb") as stdout, open("stderr", "wb") as stderr:
-    child = subprocess.Popen(command, stdout=stdout, stderr=stderr)
+    child = subprocess.Popen(sys.argv[1:], stdout=stdout, stderr=stderr)
 _, status, used = os.wait4(child.pid, 0)
 child.returncode = os.waitstatus_to_exitcode(status)
 print(json.dumps([used.ru_utime + used.ru_stime, 1024.0 * used.ru_maxrss, child.returncode]))
 """
 
 
-def launch(
-    command: Sequence[str], folder: str, most: int = 0, environment: Mapping[str, str] | None = None
-) -> tuple[float, float, int]:
-    """Return the processor time, s, peak memory, bytes, and exit status of a program; `most` limits the processor time.
+def run(words: Sequence[str], folder: str) -> tuple[float, float, int]:
+    """Return the processor time, s, peak memory, bytes, and exit status of a leafcut command.
 
-    A small process starts the program, because on Linux a process inherits the peak memory of its parent.
+    A small process starts the command, because on Linux a process inherits the peak memory of its parent.
     """
-    launcher = [sys.executable, "-S", "-c", _LAUNCHER, str(most), *command]
-    done = subprocess.run(launcher, cwd=folder, stdout=subprocess.PIPE, env=environment, check=True)
+    command = [sys.executable, "-c", "from leafcut.cli.app import main; main()", *words]
+    launcher = [sys.executable, "-S", "-c", _LAUNCHER, *command]
+    done = subprocess.run(launcher, cwd=folder, stdout=subprocess.PIPE, check=True)
     seconds, peak, status = json.loads(done.stdout)
     return seconds, peak, status
-
-
-def run(words: Sequence[str], folder: str) -> tuple[float, float, int]:
-    """Return the processor time, s, peak memory, bytes, and exit status of a leafcut command."""
-    return launch([sys.executable, "-c", "from leafcut.cli.app import main; main()", *words], folder)
