@@ -482,23 +482,11 @@ def _hash_of_file(value: Any) -> Any:
 
 
 def _row(description: Description, plan: RunPlan, task: RunTask, sha: str, answer: Answer) -> Row:
+    levels = {name: level.name for name, level in plan.levels.items()}
     return Row(
-        task.key,
-        description.key,
-        plan.instance.name,
-        {name: level.name for name, level in plan.levels.items()},
-        plan.seed,
-        task.options,
-        sha,
-        answer.failed,
-        answer.responses,
-        answer.curve,
-        answer.began,
-        __version__,
-        answer.versions,
-        answer.machine,
-        answer.load,
-    )
+        task.key, description.key, plan.instance.name, levels, plan.seed, task.options, sha, answer.failed,
+        answer.responses, answer.curve, answer.began, __version__, answer.versions, answer.machine, answer.load,
+    )  # fmt: skip
 
 
 def _count_progress(progress: OnProgress | None, todo: int, labels: list[str]) -> Callable[[int], None]:

@@ -7,7 +7,7 @@ import json
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -41,11 +41,13 @@ create table run (
     load real                   -- processes that waited when it began, for each core
 ) strict, without rowid
 """
+#: Columns that contain JSON.
+_JSON = ("levels", "options", "responses", "curve", "versions")
 
 
 @dataclass(frozen=True)
 class Row:
-    """A finished run. `failed` is its error message, or empty.
+    """A finished run, with the columns of the table in their order. `failed` is its error message, or empty.
 
     Attributes
     ----------
@@ -149,11 +151,10 @@ class Store:
 
     def add(self, row: Row) -> None:
         """Store a run; it replaces a failed run with the same key."""
-        values = (
-            row.key, row.experiment, row.instance, json.dumps(dict(row.levels)), row.seed,
-            json.dumps(dict(row.options), default=str), row.input_sha256, row.failed, json.dumps(dict(row.responses)),
-            json.dumps(row.curve), row.began, row.leafcut, json.dumps(dict(row.versions)), row.machine, row.load,
-        )  # fmt: skip
+        values = [
+            json.dumps(value if name == "curve" else dict(value), default=str) if name in _JSON else value
+            for name, value in vars(row).items()
+        ]
         with self._refused():
             self._data.execute(f"insert or replace into run values ({', '.join('?' * len(values))})", values)
 
@@ -205,37 +206,7 @@ def _is_sqlite(path: Path) -> bool:
 
 
 def _row(values: tuple[Any, ...]) -> Row:
-    (
-        key,
-        experiment,
-        instance,
-        levels,
-        seed,
-        options,
-        sha,
-        failed,
-        responses,
-        curve,
-        began,
-        leafcut,
-        versions,
-        machine,
-        load,
-    ) = values
-    return Row(
-        key,
-        experiment,
-        instance,
-        json.loads(levels),
-        seed,
-        json.loads(options),
-        sha,
-        failed,
-        json.loads(responses),
-        tuple((int(k), float(s), float(cost)) for k, s, cost in json.loads(curve)),
-        began,
-        leafcut,
-        json.loads(versions),
-        machine,
-        load,
-    )
+    named = zip((field.name for field in fields(Row)), values, strict=True)
+    row = {name: json.loads(value) if name in _JSON else value for name, value in named}
+    row["curve"] = tuple((int(k), float(s), float(cost)) for k, s, cost in row["curve"])
+    return Row(**row)
