@@ -49,11 +49,6 @@ Grey = NDArray[np.float32]
 _READ = ("PNG", "JPEG", "BMP")
 
 
-def read_picture(source: Source, options: ReadOptions) -> Part:
-    """Raise `ReadError`, because holes to drill are not read from pictures."""
-    raise ReadError(source.path, "pictures are read for pockets only; use --process pocket")
-
-
 def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingOptions, joining: SheetOptions) -> Part:
     """Return the dark regions of a picture as pockets, in mm; bright spots inside them are islands.
 

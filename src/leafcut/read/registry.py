@@ -25,6 +25,15 @@ def _reader(place: str) -> Callable[..., Part]:
     return lazy_function(f"leafcut.read.{place}")
 
 
+def _refusal(text: Message) -> Callable[..., Part]:
+    """Return the reader of a format that has no holes to drill; it raises `ReadError`."""
+
+    def refuse(source: Source, options: ReadOptions) -> Part:
+        raise ReadError(source.path, text)
+
+    return refuse
+
+
 BUILT_IN = (
     Format(
         "dxf",
@@ -41,7 +50,11 @@ BUILT_IN = (
         "svg",
         (".svg",),
         "drawing (Inkscape, Illustrator, laser programs): paths and shapes are contours or pockets, not holes",
-        _reader("svg:read_svg"),
+        _refusal(
+            Message(
+                "an SVG drawing is read for cutting from sheet and for pockets only; for drilling use DXF or Excellon"
+            )
+        ),
         recognition.sniff_svg,
         contours=_reader("svg:read_svg_contours"),
         pockets=_reader("svg:read_svg_pockets"),
@@ -62,7 +75,7 @@ BUILT_IN = (
         "sirius",
         (".dbs.json",),
         "nested sheet of the Sirius CAM (JSON): parts and the sheet, for cutting only",
-        _reader("sirius:read_sirius"),
+        _refusal(Message("a sheet of a CAM system is read for cutting only; for drilling use DXF or Excellon")),
         recognition.sniff_sirius,
         contours=_reader("sirius:read_sirius_contours"),
         processes=("cut",),
@@ -71,7 +84,7 @@ BUILT_IN = (
         "wkt",
         (".wkt",),
         "well-known text: polygons with holes are pockets with islands, for pockets only",
-        _reader("wkt:read_wkt"),
+        _refusal(Message("well-known text (WKT) is read for pockets only; use --process pocket")),
         recognition.sniff_wkt,
         pockets=_reader("wkt:read_wkt_pockets"),
         processes=("pocket",),
@@ -80,7 +93,7 @@ BUILT_IN = (
         "picture",
         (".png", ".jpg", ".jpeg", ".bmp"),
         "picture: dark areas are pockets, with --pixel-size; for pockets only",
-        _reader("picture:read_picture"),
+        _refusal(Message("pictures are read for pockets only; use --process pocket")),
         recognition.sniff_picture,
         pockets=_reader("picture:read_picture_pockets"),
         processes=("pocket",),
@@ -124,7 +137,7 @@ BUILT_IN = (
         "gcode",
         (".nc", ".ngc", ".gcode", ".gc", ".tap", ".cnc", ".min", ".eia", ".pim"),
         "G-code program of any CAM, to be reordered",
-        _reader("gcode:read_gcode"),
+        _refusal(Message("this is a program, not a drawing; give it to leafcut optimize, simulate or verify")),
         recognition.sniff_gcode,
         processes=("program",),
     ),
@@ -165,9 +178,7 @@ def formats() -> tuple[Format, ...]:
 
 
 def _unusable_format(plugin: Plugin[Format]) -> Format:
-    def refuse(source: Source, options: ReadOptions) -> Part:
-        raise ReadError(source.path, Message("the reader '{}' is a {}", plugin.name, plugin.refusal))
-
+    refuse = _refusal(Message("the reader '{}' is a {}", plugin.name, plugin.refusal))
     return Format(plugin.name, (), plugin.refusal, refuse, error=plugin.error)
 
 

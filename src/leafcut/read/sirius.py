@@ -33,11 +33,6 @@ from leafcut.units import MM_PER_UNIT
 CLOSED = 1e-6
 
 
-def read_sirius(source: Source, options: ReadOptions) -> Part:
-    """Raise `ReadError`, because holes to drill are not read from sheets of Sirius."""
-    raise ReadError(source.path, "a sheet of a CAM system is read for cutting only; for drilling use DXF or Excellon")
-
-
 def read_sirius_contours(source: Source, options: ReadOptions) -> Part:
     """Return the parts of a sheet as contours, including the outline of the sheet, in mm.
 

@@ -60,14 +60,6 @@ _STYLED = ("display", "visibility", "stroke", "clip-path", "mask")
 SILENT = ("style", "title", "desc", "metadata", "namedview", "script")
 
 
-def read_svg(source: Source, options: ReadOptions) -> Part:
-    """Raise `ReadError`, because holes to drill are not read from SVG drawings."""
-    raise ReadError(
-        source.path,
-        "an SVG drawing is read for cutting from sheet and for pockets only; for drilling use DXF or Excellon",
-    )
-
-
 def read_svg_contours(source: Source, options: ReadOptions) -> Part:
     """Return the paths and shapes of an SVG drawing as contours, one per subpath, in mm.
 

@@ -43,11 +43,6 @@ _BETWEEN = " \t\r\n;"
 _BRACKET_OR_EMPTY = re.compile(r"[()]|\bEMPTY\b", re.IGNORECASE)
 
 
-def read_wkt(source: Source, options: ReadOptions) -> Part:
-    """Raise `ReadError`: holes to drill are not read from well-known text."""
-    raise ReadError(source.path, "well-known text (WKT) is read for pockets only; use --process pocket")
-
-
 def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptions, joining: SheetOptions) -> Part:
     """Return the polygons of a text as pockets, in mm; their interior rings are islands.
 
