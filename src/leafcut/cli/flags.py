@@ -18,57 +18,39 @@ if TYPE_CHECKING:
 class File(str):
     """A path: the help shows FILE instead of STR."""
 
-    __slots__ = ()
-
 
 class Name(str):
     """A name: the help shows NAME instead of STR."""
-
-    __slots__ = ()
 
 
 class Time(str):
     """A time with its unit: the help shows TIME instead of STR."""
 
-    __slots__ = ()
-
 
 class Lengths(str):
     """Lengths of x, y and z: the help shows LENGTHS instead of STR."""
-
-    __slots__ = ()
 
 
 class Speed(str):
     """A speed: the help shows SPEED instead of STR."""
 
-    __slots__ = ()
-
 
 class Acceleration(str):
     """An acceleration: the help shows ACCELERATION instead of STR."""
-
-    __slots__ = ()
 
 
 class Rpm(str):
     """A spindle speed: the help shows RPM instead of STR."""
 
-    __slots__ = ()
-
 
 class Percent(str):
     """A percentage: the help shows PERCENT instead of STR."""
-
-    __slots__ = ()
 
 
 class NUMBER(str):
     """A number: the help shows NUMBER instead of STR. The name is in capitals because `timing.profile` has a
     `Number`.
     """
-
-    __slots__ = ()
 
 
 #: Unit or kind of an option → type whose name the help shows. All types are texts, which `option_spec` parses.
@@ -84,7 +66,7 @@ _SHOWN = {
     "whole": NUMBER,
     "share": NUMBER,
 } | {
-    key: type(name, (str,), {"__slots__": ()})
+    key: type(name, (str,), {})
     for key, name in {
         "mm": "LENGTH",
         "rad": "ANGLE",
