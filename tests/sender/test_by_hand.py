@@ -11,9 +11,8 @@ from leafcut.errors import OptionError, SendError
 from leafcut.sender.character_counting import SentLine
 from leafcut.sender.conversation import Interrupted
 from leafcut.sender.grbl import GrblConversation
-from leafcut.sender.job import DrilledHole
 from leafcut.sender.jogging import check_jog, jog_line, probe_z
-from leafcut.sender.lines import Pause, pauses_at_holes
+from leafcut.sender.lines import DrilledHole, Pause, pauses_at_holes
 
 
 class ProbedGrbl(FakeGrbl):

@@ -26,7 +26,7 @@ from leafcut.proof.dangers import find_dangers
 from leafcut.read.machine import load_machine
 from leafcut.sender.character_counting import SentLine
 from leafcut.sender.firmware import conversation_class
-from leafcut.sender.lines import Pause, SentStep, lines_in_dialect, steps_of
+from leafcut.sender.lines import DrilledHole, Pause, SentStep, lines_in_dialect, steps_of
 from leafcut.timing.grbl import sent_lines
 from leafcut.timing.toolpath import time_rows
 
@@ -42,20 +42,6 @@ _AT_FIRST = "G17 G90 G94 G40 G49 G80"
 _UNITS = {"mm": "G21", "in": "G20"}
 #: Tolerance for equal positions, mm.
 _SAME = 1e-6
-
-
-@dataclass(frozen=True)
-class DrilledHole:
-    """A hole: x and y in mm, the line of the move to it, and the line of its last cut.
-
-    Holes are numbered in program order.
-    """
-
-    number: int
-    x: float
-    y: float
-    first: int
-    last: int
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 from leafcut.errors import ReadError, printable
 from leafcut.gcode.dialects import Dialect
@@ -90,19 +89,21 @@ def _join_words(dialect: Dialect, parts: Sequence[str]) -> str:
     return (" " if dialect.one_command else "").join(parts)
 
 
-class HoleLines(Protocol):
-    """A hole: its number, and the line of the move to it."""
+@dataclass(frozen=True)
+class DrilledHole:
+    """A hole: x and y in mm, the line of the move to it, and the line of its last cut.
 
-    @property
-    def number(self) -> int:
-        """The number of the hole, counted from 1."""
+    Holes are numbered in program order.
+    """
 
-    @property
-    def first(self) -> int:
-        """The program line of the move to the hole."""
+    number: int
+    x: float
+    y: float
+    first: int
+    last: int
 
 
-def pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[HoleLines]) -> list[SentStep]:
+def pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[DrilledHole]) -> list[SentStep]:
     """Return the steps with a pause inserted before the first line of each hole."""
     waiting = deque(holes)
     with_pauses: list[SentStep] = []

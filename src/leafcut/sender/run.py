@@ -19,10 +19,10 @@ from leafcut.sender.character_counting import GRBL_BUFFER, SPARED, CharacterCoun
 from leafcut.sender.controller_facts import Facts
 from leafcut.sender.conversation import LOCKED, STOPPED_SHORT, Conversation, Interrupted
 from leafcut.sender.error_texts import state_in_words
-from leafcut.sender.job import DrilledHole, SendJob
+from leafcut.sender.job import SendJob
 from leafcut.sender.job_checks import check_program
 from leafcut.sender.line_tracking import LineTracker
-from leafcut.sender.lines import Pause, SentStep, pauses_at_holes
+from leafcut.sender.lines import DrilledHole, Pause, SentStep, pauses_at_holes
 from leafcut.sender.port import PortLost
 from leafcut.sender.resuming import add_motion_mode, modes_before, resumed, spindle_words
 

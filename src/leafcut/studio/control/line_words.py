@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from leafcut.model.toolpath import Kind
-from leafcut.sender.job import DrilledHole, SendJob
+from leafcut.sender.job import SendJob
+from leafcut.sender.lines import DrilledHole
 from leafcut.studio.wording import Words
 
 #: Tolerance for equal positions, mm.
