@@ -19,7 +19,7 @@ from rewriting import lowest_way, some_orders, work_of
 from rs274_moves import moves_of_rs274, run_rs274
 from shared_data import DATA
 
-#: What only its own machine understands (`test_foreign_rs274` has the lines at which it is refused).
+#: What only its own machine understands (`test_moves_rs274` has the lines at which it is refused).
 UNREADABLE = ("gsender_invalid_gcode.nc", "lcnc_plasmac_pipe.ngc", "lcnc_plasmac_ramp_pierce.ngc")
 GCODE = DATA / "gcode"
 FILES = sorted(f.name for f in GCODE.glob("*") if f.suffix in (".ngc", ".nc", ".gcode") and f.name not in UNREADABLE)
