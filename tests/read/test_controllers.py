@@ -154,7 +154,6 @@ OUTSIDE = '<!DOCTYPE p [<!ENTITY a SYSTEM "file:///etc/passwd">]><profile><Prefe
 AXES = "axes:\n  x: {max_rate_mm_per_min: 9000}\n  y: {max_rate_mm_per_min: 9000}\n"
 MACH3 = (HERE / "mach3_mm.xml").read_text()
 INI = (HERE / "linuxcnc_mm.ini").read_text()
-MACH4 = (HERE / "mach4_mm.ini").read_text()
 
 
 @pytest.mark.parametrize(
@@ -165,17 +164,10 @@ MACH4 = (HERE / "mach4_mm.ini").read_text()
         ("[a]\nb = 1\n", "an INI file of no controller"),
         ("<svg></svg>", "is XML, but not a Mach3 profile"),
         (grbl(**{"110": "1e9"}), r"more than any machine has.*\$110"),
-        (grbl(**{"110": "-2000"}), "rapid.velocity of x is -2000 mm/min, but must be above 0"),
-        (grbl(**{"122": "0"}), "rapid.acceleration of z is 0 mm/s2, but must be above 0"),
-        (grbl(**{"122": "fast"}), r":35: \$122 is 'fast', but must be a number"),
         (grbl(**{"110": "1e999"}), r"\$110 is 1e999, which no machine has"),
-        (grbl(**{"130": "-5"}), "the travel of x is -5 mm, but must be above 0"),
-        (grbl().partition("$121")[0], r"has no \$121; save the complete answer to \$\$"),
         (INI.replace("[AXIS_Z]", "[AXIS_W]"), "has no MAX_VELOCITY in"),
-        (INI.partition("[AXIS_Y]")[0], "has no MAX_VELOCITY in .AXIS_Y. or .JOINT_1."),
         (INI.replace("coordinates=XYYZ", "coordinates=XZ"), "has no axis y"),
         (INI.replace("= mm", "= furlong"), "LINEAR_UNITS is 'furlong', but must be mm or inch"),
-        (INI.replace("MAX_LIMIT = 800.0", "MAX_LIMIT = -800"), "the travel of y ends at -800 mm"),
         (INI.replace("KINK_RATIO = 0.05", "KINK_RATIO = 1.5"), "ARC_BLEND_KINK_RATIO is 1.5"),
         (INI + "\n#INCLUDE /etc/passwd\n", "includes '/etc/passwd', which is not in its folder"),
         (INI + "\n#INCLUDE ../test_controllers.py\n", "which is not in its folder"),
@@ -189,23 +181,17 @@ MACH4 = (HERE / "mach4_mm.ini").read_text()
         (BOMB + AXES, ":1: has an anchor"),
         ("axes: " + "{a: " * 5000, "is nested too deep"),
         ("axes:\n  x: [1\n", "is not YAML"),
-        ("axes:\n  x:\n    max_rate_mm_per_min: 100\n", "has no axis y"),
-        (AXES.replace("9000", "quick", 1), ":2: max_rate_mm_per_min of x is 'quick'"),
         ("axes:\n" + " " * 300_000, "has more than 256 KiB"),
         ("M203 X1 Y1 Z1\nM201 X1 Y1 Z1\n", "may be in mm/s or in mm/min; choose with --kind"),
         ("M566 X1\nM205 J1\nM203 X1 Y1 Z1\n", "words of both"),
         ("echo:  M203 X1 Y1\necho:  M201 X1 Y1 Z1\n", "M203 has no Z; is the file complete"),
         ("echo:  M203 X1 Y1 Z1\n", "has no M201"),
         ("M566 X1\nM203 X{a} Y1 Z1\nM201 X1 Y1 Z1", "M203 X is '.a.', but must be a number"),
-        (AXES + "  z: {max_rate_mm_per_min: 9, max_travel_mm: 0}\n", ":4: max_travel_mm of z is 0, but must"),
         (AXES + "  z: {max_rate_mm_per_min: 9}\npwm:\n  speed_map: 0=0% fast\n", ":6: speed_map is '0=0% fast'"),
         ("M203 X1 Y1 Z1\nM201 X1 Y1 Z1\nM205 J0\n", ":3: M205 J is 0, but must be above 0"),
         ("echo: M203 X1 Y1 Z1\nM201 X1 Y1 Z1\nM205 J1\nM204 T0\n", ":4: M204 T is 0, but must be above 0"),
         (INI.replace("POSITION = 10 20 -5", "POSITION = 7"), "TOOL_CHANGE_POSITION is '7', but must be x, y and z"),
-        (INI.replace("[TRAJ]", "[TRAJ]\nMAX_LINEAR_VELOCITY = 0"), "MAX_LINEAR_VELOCITY is 0, but must be above 0"),
         ("<a><b>1</b></a>", "is XML, but not a Mach3 profile"),
-        (MACH4.replace("CountsPerUnit=160.0", "CountsPerUnit=0", 1), "CountsPerUnit is 0"),
-        (MACH4.partition("[Motor2]")[0], "has no section .Motor2."),
     ],
 )  # fmt: skip
 def test_what_cannot_be_used_is_refused_in_one_line_with_its_place(text: str, words: str) -> None:
