@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 
 _KEYS_HELP = "keys: space or ! hold, ~ or Enter resume, q stop; feed + - (10 %), > < (1 %), = as programmed"
 
-
 _LOOK_SECONDS = 0.05
 
 
