@@ -18,8 +18,7 @@ from benchmarks import page
 from leafcut.lab.analysis_blocks import analysis_blocks
 from leafcut.lab.description import Description
 from leafcut.lab.loading import load, shipped
-from leafcut.lab.overviews import overview
-from leafcut.lab.page import run_circumstances
+from leafcut.lab.page import overview, run_circumstances
 from leafcut.lab.published import Runs, published_blocks
 from leafcut.lab.results import ReportBlock, Results, Table
 from leafcut.lab.running import can_run, rows_of

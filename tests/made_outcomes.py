@@ -10,12 +10,11 @@ import pytest
 
 from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
-from leafcut.model.motion import DrillCycle
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.part import Hole, Part, Slot
 from leafcut.model.solution import Solution, WorkerFigures
 from leafcut.model.tool import Tool, ToolKind
-from leafcut.model.toolpath import Toolpath, ToolpathBuilder
+from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.processes.drilling.model import DrillingDetail
 
 MACHINE = Machine(

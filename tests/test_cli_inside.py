@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from leafcut.cli.app import run
-from leafcut.cli.shop_defaults import TEMPLATE
+from leafcut.cli.defaults import TEMPLATE
 from leafcut.processes import registry
 from leafcut.processes.settings import collect_settings
 from outside_programs import program_path

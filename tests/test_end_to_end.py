@@ -14,7 +14,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.own_program import interpret
 from leafcut.model.cycles import expand
 from leafcut.model.kinds import Head
-from leafcut.model.motion import Kind
+from leafcut.model.toolpath import Kind
 from leafcut.options import SolveOptions
 from leafcut.read.machine import load_machine, machine_names
 from rs274_moves import moves_of_rs274, moves_of_toolpath, run_rs274

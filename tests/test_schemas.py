@@ -20,7 +20,7 @@ from cyclopts import App
 import leafcut
 from leafcut.cli import warming
 from leafcut.cli.app import app, main, run
-from leafcut.cli.shop_defaults import TEMPLATE
+from leafcut.cli.defaults import TEMPLATE
 from leafcut.errors import DataError, LeafcutError
 from leafcut.files import schemas
 from leafcut.files.schemas import SCHEMAS, Schema, check_schema

@@ -14,8 +14,7 @@ from test_store import ROW
 
 from leafcut.lab.analysis_blocks import analysis_blocks
 from leafcut.lab.loading import load
-from leafcut.lab.overviews import searches
-from leafcut.lab.page import rows_as_csv, write_page
+from leafcut.lab.page import rows_as_csv, searches, write_page
 from leafcut.lab.results import Results
 from leafcut.lab.store import Row
 from page_parser import Page

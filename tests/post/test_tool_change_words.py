@@ -9,7 +9,7 @@ import pytest
 
 import leafcut
 from leafcut.errors import OptionError
-from leafcut.model.motion import Kind
+from leafcut.model.toolpath import Kind
 from own_machines import own_machine
 from rs274_moves import moves_of_rs274, run_rs274
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from leafcut.read.chart_choices import choices_of
-from leafcut.read.cutchart import find_cut_data, load_chart
+from leafcut.read.cutchart import choices_of, find_cut_data, load_chart
 
 
 def test_what_is_offered_beside_what_is_chosen_has_a_row_of_the_chart() -> None:

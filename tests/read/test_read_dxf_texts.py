@@ -16,7 +16,7 @@ from leafcut.errors import LeafcutError
 from leafcut.options import ReadOptions, SheetOptions
 from leafcut.processes.contours import prepare_sheet
 from leafcut.read import dxf_texts, read_contours
-from leafcut.read.lettering import letter_strokes
+from leafcut.read.dxf_texts import letter_strokes
 
 
 def drawn(tmp_path: Path, build: Any) -> Path:

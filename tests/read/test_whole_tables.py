@@ -14,7 +14,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.read.controllers.importing import KINDS
 from leafcut.read.controllers.questions import QUESTIONS
-from leafcut.read.lettering import letter_strokes
+from leafcut.read.dxf_texts import letter_strokes
 from leafcut.read.machine_keys import PROFILE_KEYS
 from leafcut.read.registry import BUILT_IN, format_name
 from leafcut.read.tool_keys import HOLE_KEYS, TOOL_KEYS

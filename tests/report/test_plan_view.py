@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from leafcut.model.cycles import expand
-from leafcut.model.motion import Arc, DrillCycle
-from leafcut.model.toolpath import ToolpathBuilder
+from leafcut.model.toolpath import Arc, DrillCycle, ToolpathBuilder
 from leafcut.report.plan_view import plan_view
 
 CYCLES = [

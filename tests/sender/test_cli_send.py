@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from leafcut.cli.app import run
-from leafcut.cli.terminal_keys import Keys
+from leafcut.cli.send import Keys
 
 PROGRAM = "G21 G90 G94 G17\nG0 Z5\nM3 S900\nG0 X1 Y1\nG1 Z-1 F100\nG0 Z5\nM5\nM30\n"
 
@@ -68,7 +68,7 @@ def test_keys_of_a_terminal_come_one_by_one_and_lines_whole() -> None:
     """In a process with a terminal of its own: two keys, a line in between, one key."""
     code = (
         "import sys, threading\n"
-        "from leafcut.cli.terminal_keys import Keys\n"
+        "from leafcut.cli.send import Keys\n"
         "got, more = [], threading.Semaphore(0)\n"
         "keys = Keys(lambda key: (got.append(key), more.release()))\n"
         "with keys:\n"

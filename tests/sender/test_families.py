@@ -15,9 +15,8 @@ from leafcut.sender.answers import Greeting, Report, Status
 from leafcut.sender.controller_facts import Facts
 from leafcut.sender.error_texts import alarm_in_words, error_in_words, firmware_family
 from leafcut.sender.firmware import query_settings
-from leafcut.sender.grbl import GrblConversation
+from leafcut.sender.grbl import GrblConversation, parse
 from leafcut.sender.grbl_facts import facts_of_answers
-from leafcut.sender.grbl_lines import parse
 from leafcut.sender.job import SendJob, job_of
 from leafcut.sender.job_checks import check_program, check_ready
 from leafcut.sender.marlin import MarlinConversation

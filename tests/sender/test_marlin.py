@@ -24,8 +24,7 @@ from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.job import SendJob, job_of, read_job
 from leafcut.sender.job_checks import check_program, check_ready
 from leafcut.sender.lines import Pause
-from leafcut.sender.marlin import MarlinConversation, NumberedLine
-from leafcut.sender.marlin_lines import parse
+from leafcut.sender.marlin import MarlinConversation, NumberedLine, parse
 from leafcut.sender.resuming import line_of_hole, resumed
 from leafcut.sender.run import Request, RunResult, RunView, SendRun
 from leafcut.sender.run_texts import ending_in_words

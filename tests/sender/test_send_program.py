@@ -16,7 +16,7 @@ from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.read.machine import load_machine
 from leafcut.sender.answers import Alarm, Greeting, InvalidAnswer, Refused, Report, Status
 from leafcut.sender.character_counting import SentLine
-from leafcut.sender.grbl_lines import parse
+from leafcut.sender.grbl import parse
 from leafcut.sender.job import SendJob, job_of
 from leafcut.sender.line_tracking import LineTracker
 from leafcut.sender.lines import Pause, steps_of

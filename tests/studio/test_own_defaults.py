@@ -11,8 +11,8 @@ import pytest
 from leafcut.files.user_files import DEFAULTS_VARIABLE
 from leafcut.processes.settings import all_options
 from leafcut.studio.page.form_values import Setter
+from leafcut.studio.page.memory import kept_state, restore
 from leafcut.studio.page.page_state import View
-from leafcut.studio.page.saved_state import kept_state, restore
 from leafcut.studio.studio import Studio
 from leafcut.studio.wording import words
 

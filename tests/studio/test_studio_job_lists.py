@@ -15,10 +15,9 @@ from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.run_job import JobResult
 from leafcut.studio.jobs.task import ReadyTask, Task
 from leafcut.studio.jobs.workers import StudioWork
-from leafcut.studio.page.compare_jobs import compared_figures, compared_options
 from leafcut.studio.page.job_words import search_terms
 from leafcut.studio.page.page_state import View
-from leafcut.studio.page.panel_jobs import MAX_ROWS, JobsPanel
+from leafcut.studio.page.panel_jobs import MAX_ROWS, JobsPanel, compared_figures, compared_options
 from leafcut.studio.studio import Studio
 from leafcut.studio.wording import words
 

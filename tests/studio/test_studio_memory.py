@@ -16,10 +16,10 @@ from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.page.form_values import Setter
 from leafcut.studio.page.headline import saving_headline
+from leafcut.studio.page.memory import kept_state, restore
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.pages import Page
-from leafcut.studio.page.saved_state import kept_state, restore
-from leafcut.studio.page.staleness import differences
+from leafcut.studio.page.stale_mark import differences
 from leafcut.studio.recent_files import MAX_RECENT, RecentFiles
 from leafcut.studio.studio import Studio, open_studio
 from leafcut.studio.wording import words

@@ -23,8 +23,7 @@ from leafcut.studio.page.panel_edit import EditPanel
 from leafcut.studio.page.panel_input import InputPanel
 from leafcut.studio.page.panel_nest import NestPanel
 from leafcut.studio.page.panel_parts import PartsPanel
-from leafcut.studio.page.panel_result import ResultPanel
-from leafcut.studio.page.panel_trials import TriedPanel
+from leafcut.studio.page.panel_result import ResultPanel, TriedPanel
 from leafcut.studio.studio import Studio
 from leafcut.studio.wording import words
 

@@ -21,8 +21,7 @@ from leafcut.errors import OptionError
 from leafcut.files.whole_files import OutputError
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.task import Task
-from leafcut.studio.lock import lock_folder
-from leafcut.studio.server.app import StudioError, _listen, parse_port, serve
+from leafcut.studio.server.app import StudioError, _listen, lock_folder, parse_port, serve
 from leafcut.studio.studio import open_studio
 
 

@@ -21,8 +21,7 @@ from leafcut.studio.jobs.preview import READY, read_preview
 from leafcut.studio.jobs.whole import machine_travel_around
 from leafcut.studio.page.fitting_machines import head_of, offered_machines, unsuitable_reason
 from leafcut.studio.page.page_state import View
-from leafcut.studio.page.panel_input import InputPanel
-from leafcut.studio.page.work_choice import cards, why_suggested
+from leafcut.studio.page.panel_input import InputPanel, cards, why_suggested
 from leafcut.studio.studio import Studio
 from leafcut.studio.wording import LANGUAGES, words
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,11 +11,127 @@ from cyclopts import Parameter
 
 from leafcut.cli.flags import File, Json, switch
 from leafcut.cli.shared import print_json
-from leafcut.cli.shop_defaults import TEMPLATE, as_answer, shop_defaults
 from leafcut.cli.usage import refuse_dash
-from leafcut.errors import OptionError
+from leafcut.errors import OptionError, name_suggestion
+from leafcut.files.schemas import OPTIONS
 from leafcut.files.user_files import DEFAULTS_VARIABLE, defaults_file, usual_defaults_file
 from leafcut.files.whole_files import check_is_there
+from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name, typed_text
+from leafcut.processes import registry
+from leafcut.processes.base import Work
+from leafcut.processes.settings import PlacedOption, collect_settings, options_used_by, placed_options
+
+#: Template of a defaults file with the settings of a shop. Each line is a commented example.
+TEMPLATE = f"""\
+# Defaults of this shop. Remove the # in front of a line, and write your own value.
+# The command line goes before --options, and that before this file. Paths are relative to its folder.
+# leafcut defaults drill lists all options of drilling with their sources.
+{OPTIONS.line}
+
+# machine = "haas-vf2"          # a name of `leafcut list machines`, or a profile: "my.toml"
+# work_offset = "-400,-200,-300"
+# dialect = "haas"              # where it is not the machine's
+# tools = "tools.toml"          # tool library
+# output_units = "inch"         # of programs: mm or inch
+# units = "mm"                  # of drawings that do not state theirs
+# thickness = "6mm"
+# clearance_height = "10mm"
+# preset = "thorough"
+
+# [cut]                         # of one process alone
+# material = "mild_steel"
+
+# [drill]
+# break_through = "0.5mm"
+"""
+
+#: Commands whose kind of work depends on the input.
+_OF_ALL_KINDS = ("optimize", "filter")
+
+
+@dataclass(frozen=True)
+class DefaultRow:
+    """The value of an option that is not on the command line.
+
+    `option` is the flag and `value` its value as typed. `source` is a file and line, ``leafcut``, or ``leafcut`` for
+    this kind of work. `used_by` are the commands that use the option; it is empty if all rows belong to a single
+    command.
+    """
+
+    option: str
+    value: str
+    source: str
+    used_by: str = ""
+
+
+def shop_defaults(command: str | None, options_file: Path | None, defaults_file: Path | None) -> list[DefaultRow]:
+    """Return the options of a command with their sources, options from files first. Without a command, return only
+    options from files.
+
+    Raises OptionError if the command does not exist or has no options, or if a file cannot be read, has an unknown
+    option or an invalid value; the message names the line.
+    """
+    from_files: dict[str, tuple[PlacedOption, Path]] = {}
+    for file in filter(None, (defaults_file, options_file)):
+        from_files.update({option.name: (option, file) for option in placed_options(file)})
+    if command is None:
+        return [_file_row(option, file) for option, file in from_files.values()]
+    work = _work_of(command)
+    settings = collect_settings({}, options_file, defaults_file)
+    usual = work.usual(settings)
+    rows = []
+    for group, name, spec in options_used_by(work):
+        value = getattr(usual.of(group), name)
+        is_default = value == group.defaults()[name]
+        source = "leafcut" if is_default else f"leafcut, for {work.title}"
+        if name in from_files:
+            source = _source_of(*from_files[name])
+        rows.append(DefaultRow(flag_name(name), _typed(group, name, spec, value), source))
+    return sorted(rows, key=lambda row: row.source.startswith("leafcut"))  # options from files first
+
+
+def as_answer(rows: list[DefaultRow], file: Path | None) -> Mapping[str, Any]:
+    """Return the rows as JSON data."""
+    return {"file": str(file or ""), "options": [asdict(row) for row in rows]}
+
+
+def _file_row(option: PlacedOption, file: Path) -> DefaultRow:
+    spec = option.group.specs()[option.name]
+    value = getattr(option.group(**option.group.as_typed({option.name: option.value})), option.name)
+    uses = ", ".join(command for command, work in _commands() if option.name in work.used())
+    return DefaultRow(
+        flag_name(option.name), _typed(option.group, option.name, spec, value), _source_of(option, file), uses
+    )
+
+
+def _source_of(option: PlacedOption, file: Path) -> str:
+    return f"{file}:{option.line}" if option.line else str(file)
+
+
+def _typed(group: type[OptionGroup], name: str, spec: OptionSpec, value: Any) -> str:
+    """Return a value as typed, or in words if it cannot be typed."""
+    if spec.kind == "flag":
+        return "on" if value else "off"
+    if value == group.defaults()[name] and (spec.default_words or value in (None, ())):
+        return spec.default_words or "none"
+    return str(value) if spec.names_file(value) else typed_text(spec, value)
+
+
+def _commands() -> Iterator[tuple[str, Work]]:
+    for work in registry.works():
+        yield work.command, work
+
+
+def _work_of(command: str) -> Work:
+    kinds = dict(_commands())
+    if command in _OF_ALL_KINDS:
+        words = ", ".join(process.command for process in registry.processes())
+        raise OptionError(f"{command} does several kinds of work; name one of {words}")
+    if command not in kinds and command in registry.OTHER_COMMANDS and command != "auto":
+        raise OptionError(f"{command} takes nothing from your defaults; leafcut {command} --help lists its options")
+    if command not in kinds:
+        raise OptionError("unknown command '{}'{}", command, name_suggestion(command, kinds))
+    return kinds[command]
 
 
 def show_defaults(

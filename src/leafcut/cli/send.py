@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TextIO
@@ -15,7 +16,6 @@ from cyclopts import Parameter
 
 from leafcut.cli.flags import File, Json, Name, switch
 from leafcut.cli.shared import print_json
-from leafcut.cli.terminal_keys import Keys
 from leafcut.cli.usage import DASH, HELD
 from leafcut.errors import OptionError, SendError
 from leafcut.files.whole_files import check_output
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from leafcut.sender.run import RunResult, RunView, SendRun
 
 _KEYS_HELP = "keys: space or ! hold, ~ or Enter resume, q stop; feed + - (10 %), > < (1 %), = as programmed"
+
+_LOOK_SECONDS = 0.05
 
 
 def send(
@@ -335,3 +337,81 @@ def _terminating() -> Iterator[None]:
     finally:
         for name, handler in before.items():
             signal.signal(getattr(signal, name), handler)
+
+
+class Keys:
+    """Calls `pressed` with each key while it is open, from its own thread; without a terminal, it does nothing."""
+
+    def __init__(self, pressed: Callable[[str], None]) -> None:
+        self.pressed = pressed
+        self.terminal = sys.stdin is not None and sys.stdin.isatty()
+        self._reading = threading.Event()
+        self._closed = threading.Event()
+        self._idle = threading.Event()
+        self._before: Any = None
+
+    def __enter__(self) -> Keys:
+        if self.terminal:
+            self._raw()
+            threading.Thread(target=self._watch, daemon=True).start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._closed.set()
+        self._cooked()
+
+    @contextmanager
+    def lines(self) -> Iterator[None]:
+        """Release the terminal, so that whole lines can be read."""
+        if self.terminal:
+            self._cooked()
+            self._idle.wait(1.0)
+        try:
+            yield
+        finally:
+            if self.terminal:
+                self._raw()
+
+    def _watch(self) -> None:
+        while not self._closed.is_set():
+            if not self._reading.is_set():
+                self._idle.set()
+                self._reading.wait(_LOOK_SECONDS)
+                continue
+            self._idle.clear()
+            key = _key()
+            if key and self._reading.is_set():
+                self.pressed(key)
+
+    def _raw(self) -> None:
+        if os.name == "posix":
+            import termios
+            import tty
+
+            self._before = termios.tcgetattr(sys.stdin)
+            tty.setcbreak(sys.stdin)
+        self._reading.set()
+
+    def _cooked(self) -> None:
+        self._reading.clear()
+        if self._before is not None:
+            import termios
+
+            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._before)
+            self._before = None
+
+
+def _key() -> str:
+    """Return a pressed key, or "" after a short wait."""
+    if os.name == "posix":
+        import select
+
+        ready, _, _ = select.select([sys.stdin], [], [], _LOOK_SECONDS)
+        return os.read(sys.stdin.fileno(), 1).decode("ascii", "replace") if ready else ""
+    import msvcrt
+    import time
+
+    if not msvcrt.kbhit():  # type: ignore[attr-defined,unused-ignore]
+        time.sleep(_LOOK_SECONDS)
+        return ""
+    return str(msvcrt.getwch())  # type: ignore[attr-defined,unused-ignore]

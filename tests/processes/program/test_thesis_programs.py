@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from leafcut import api
-from leafcut.model.motion import Kind
+from leafcut.model.toolpath import Kind
 
 #: The feed stands before the units, T1.1 is tool 1 with offset 1, N80 is given twice, and X0 Y0 after G80 has no G0.
 TEXT = """\

@@ -8,15 +8,19 @@ report's colours as CSS variables.
 
 from __future__ import annotations
 
+import asyncio
+import secrets
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Self
 
-from nicegui.dependencies import register_esm
+from nicegui import __version__ as nicegui_version
+from nicegui.dependencies import dynamic_resources, register_dynamic_resource, register_esm
+from nicegui.element import Element
 from nicegui.events import GenericEventArguments
+from starlette.responses import Response
 
 from leafcut.errors import OptionError
-from leafcut.studio.drawing.serving import DataServer
 
 STATIC = Path(__file__).parents[1] / "static"
 
@@ -32,6 +36,44 @@ Shown = bytes | Callable[[], bytes]
 
 # The address contains the time of the newest file, so that browsers cache the modules but notice changes.
 register_esm("leafcut-canvas", STATIC, max_time=max(file.stat().st_mtime for file in STATIC.glob("*.*")))
+
+#: Time for which the data of a removed element remain available, s.
+_FAREWELL = 30.0
+
+
+class DataServer(Element):
+    """An element that serves data at secret addresses. The addresses expire when the element is removed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._served: list[str] = []
+
+    def serve(self, kind: str, source: Callable[[], bytes | None]) -> str:
+        """Return an address that serves the bytes of `source`.
+
+        `source` is called in a thread; None means 204 No Content.
+        """
+        name = f"leafcut-{kind}-{secrets.token_urlsafe(12)}"
+
+        def answer() -> Response:
+            data = source()
+            return Response(status_code=204) if data is None else Response(data, media_type="application/octet-stream")
+
+        register_dynamic_resource(name, answer)
+        self._served.append(name)
+        return f"/_nicegui/{nicegui_version}/dynamic_resources/{name}"
+
+    def _handle_delete(self) -> None:
+        # A page may have requested the data of an element just before its removal.
+        try:
+            asyncio.get_running_loop().call_later(_FAREWELL, self._end_serving)
+        except RuntimeError:
+            self._end_serving()
+        super()._handle_delete()
+
+    def _end_serving(self) -> None:
+        for name in self._served:
+            dynamic_resources.pop(name, None)
 
 
 class Canvas(DataServer, component="../static/canvas_element.js"):

@@ -20,9 +20,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from leafcut.studio.drawing.canvas import Canvas
+from leafcut.studio.drawing.canvas import Canvas, DataServer
 from leafcut.studio.drawing.scene import pack_scene
-from leafcut.studio.drawing.serving import DataServer
 
 
 def program_scene(

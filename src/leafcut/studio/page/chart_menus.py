@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.read.chart_choices import choices_of
-from leafcut.read.cutchart import ChartRow, load_chart
+from leafcut.read.cutchart import ChartRow, choices_of, load_chart
 from leafcut.studio.folder import Folder
 from leafcut.studio.page.fitting_machines import machine_of
 from leafcut.studio.wording import Words

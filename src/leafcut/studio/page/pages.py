@@ -14,19 +14,18 @@ from typing import TYPE_CHECKING, Any, Protocol
 from fastapi import Request
 from nicegui import background_tasks, ui
 
+from leafcut._version import __version__
 from leafcut.studio.drawing.canvas import STATIC
 from leafcut.studio.folder import Folder
 from leafcut.studio.page.badge import Badge
 from leafcut.studio.page.elements import box, button, link, text
-from leafcut.studio.page.help_dialog import VIEWS, help_dialog
-from leafcut.studio.page.memory import Memory
+from leafcut.studio.page.memory import KeptState, Memory, kept_state, restore
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_input import InputPanel
 from leafcut.studio.page.panel_jobs import JobsPanel
 from leafcut.studio.page.panel_library import LibraryPanel
 from leafcut.studio.page.panel_result import ResultPanel
 from leafcut.studio.page.panel_run import RunPanel
-from leafcut.studio.page.saved_state import KeptState, kept_state, restore
 from leafcut.studio.wording import LANGUAGES, Words, preferred_language, words
 
 if TYPE_CHECKING:
@@ -51,6 +50,31 @@ _STYLES = ("colours.css", "studio.css", "room.css", "works.css", "figures.css", 
 #: Must run before painting, because it sets the light or dark theme.
 _FIRST_SCRIPT = "shell.js"
 _MODULES = ("focus.js", "badge.js", "picture.js")
+
+#: Views of the page, and their keys.
+VIEWS = (("work", "1"), ("jobs", "2"), ("machines", "3"), ("tools", "4"))
+#: Other keys of the page → key of their description.
+_KEYS: tuple[tuple[tuple[str, ...], str], ...] = (
+    (("O",), "key.o"),
+    (("R", "Ctrl+Enter"), "key.r"),
+    (("S", "Esc"), "key.s"),
+    (("Esc",), "key.cancel"),
+    (("P",), "key.p"),
+    (("N",), "key.n"),
+    (("U",), "key.u"),
+    (("Y",), "key.y"),
+    (("[", "]"), "key.fold"),
+    (("/",), "key.find"),
+    (("F1",), "key.field"),
+    (("T",), "key.t"),
+    (("Esc", "Pause"), "key.machine_stop"),
+    (("?",), "key.help"),
+)
+#: Keys of the drawing as displayed → key of their description.
+_DRAWING_KEYS = (
+    (("← ↑ → ↓",), "key.arrows"), (("+ −",), "key.zoom"), (("F",), "key.fit"), (("␣",), "key.play"),
+    ((", .",), "key.block"), (("M",), "key.modes"), (("D",), "key.measure"), (("⇧A … ⇧W",), "key.layers"),
+)  # fmt: skip
 
 
 def add_pages(app: FastAPI, studio: Studio) -> None:
@@ -368,3 +392,30 @@ def head(styles: tuple[str, ...] = (), modules: tuple[str, ...] = ()) -> str:
 def first_bar() -> str:
     """Return the HTML of the top bar that is visible until the page has loaded."""
     return f'<div class="boot" aria-hidden="true"><div class="mark">{LEAF}<b>leafcut</b><span>studio</span></div></div>'
+
+
+def help_dialog(words: Words, views: tuple[tuple[str, str], ...]) -> None:
+    """Add the hidden help dialog to the page."""
+    # A single element instead of hundreds, because every page contains the dialog and few pages show it.
+    dialog = ui.html(_text(words, views), sanitize=False, tag="dialog").classes("help")
+    dialog.props.update({"id": "help", "aria-label": words("top.help")})
+
+
+@cache
+def _text(words: Words, views: tuple[tuple[str, str], ...]) -> str:
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    from leafcut import api
+    from leafcut.read import formats
+
+    environment = Environment(
+        loader=PackageLoader("leafcut.studio", "page"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    kinds = {f"{f.name} {' '.join(f.extensions)}".strip(): f.help for f in formats()}
+    return environment.get_template("help.html.jinja").render(
+        w=words,
+        version=__version__,
+        page_keys=(*(((key,), f"top.{name}") for name, key in views), *_KEYS),
+        drawing_keys=_DRAWING_KEYS,
+        lists=(("help.formats", kinds), ("help.algorithms", api.algorithms())),
+    )

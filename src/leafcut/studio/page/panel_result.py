@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
 from leafcut.message import messages_from_json
 from leafcut.model.issue import LIMITS
 from leafcut.model.kinds import Head
+from leafcut.model.study import Iteration
 from leafcut.report.chart import time_kinds
 from leafcut.studio.jobs.history import JobRecord
+from leafcut.studio.jobs.jobs import LiveJob
+from leafcut.studio.jobs.search_watch import thinned
 from leafcut.studio.page import headline
+from leafcut.studio.page.charts import Chart, SwitchedChart, bar_chart, convergence_chart, learning_chart
 from leafcut.studio.page.elements import box, button, link, table, text
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_edit import can_be_edited
 from leafcut.studio.page.panel_figures import draw_figures, draw_times
 from leafcut.studio.page.panel_nest import NestPanel
 from leafcut.studio.page.panel_program import is_program, show_made, show_opened
-from leafcut.studio.page.panel_search import draw_searches
 from leafcut.studio.page.panel_strategies import StrategiesPanel
-from leafcut.studio.page.panel_trials import TriedPanel
 from leafcut.studio.page.stale_mark import StaleMark
 from leafcut.studio.wording import Words
 from leafcut.units import format_length, format_time, to_fixed
@@ -47,6 +50,8 @@ _MORE_FILES = ("plan", "norms", "order", "given", "list", "picture-before", "pic
 #: Severities, in the order in which their issues are listed; number of issues shown before the rest is folded.
 _SEVERITIES = ("danger", "missing", "warning", "note")
 _UNFOLDED = 3
+
+_MAX_POINTS, _MAX_WORKERS = 600, 64
 
 
 class ResultPanel:
@@ -488,3 +493,90 @@ def _metres(value: float | None) -> str:
 def _gap(percent: float, words: Words) -> str:
     shown = f"{percent:.2f}"
     return words("result.least") if shown == "0.00" else words("result.gap", percent=shown)
+
+
+class TriedPanel:
+    """A row per trial with its result. The best trial and running trials are marked."""
+
+    def __init__(self, words: Words, live: LiveJob) -> None:
+        self.words, self.live = words, live
+        self._rows: list[tuple[str, str, float | None]] = []
+        self.place = box("div", "tried")
+        self.tick()
+
+    def tick(self) -> None:
+        """Update the rows if they have changed."""
+        rows = [(name, *figures) for name, figures in list(self.live.tried.items())]
+        if rows == self._rows:
+            return
+        self._rows = rows
+        best = min((cost for _, _, cost in rows if cost is not None), default=None)
+        w = self.words
+        self.place.clear()
+        with self.place:
+            text("h3", w("run.tried"))
+            with box("ul", aria_label=w("run.tried")):
+                for name, figure, cost in rows:
+                    first = best is not None and cost == best
+                    with box("li", "best" if first else "" if figure else "going"):
+                        text("span", self._named(name))
+                        text("span", w("run.best"), "tag done") if first else None
+                        text("b", figure or w("run.trying"), "figure")
+
+    def _named(self, name: str) -> str:
+        """Return the label of a trial: ``by shapes · 3`` for the third variant of a nest by shapes."""
+        method, _, number = name.partition(" ")
+        known = self.words.table.get(f"nest.{method}")
+        return f"{known} · {number}" if known and number.isdigit() else name
+
+
+def draw_searches(view: View, record: JobRecord, answer: dict[str, Any]) -> None:
+    """Show the charts of a run's searches, and the workers."""
+    kept = view.studio.history.artefact(record.id, "search")
+    for search in json.loads(kept.data) if kept is not None else []:
+        if search.get("iterations"):
+            _learning(view, record, search)
+            continue
+        text("h3", search["name"])
+        if search["history"]:
+            words = view.words.section("chart")
+            Chart("chart tall").show(*convergence_chart(search["history"], search["bound"], search["unit"], words))
+    _workers(view, answer)
+
+
+def _learning(view: View, record: JobRecord, search: dict[str, Any]) -> None:
+    w = view.words
+    with box("section"):
+        with box("div", "chart-head"):
+            text("h3", search["name"])
+            button("PNG", None, "small plain", title=w("chart.png"), data_picture=f"{record.id}.png")
+            files = view.studio.history.artefacts(record.id)
+            if "iterations" in files:
+                address = f"/api/jobs/{record.id}/files/iterations"
+                link("CSV", address, "button small plain", download=files["iterations"], title=files["iterations"])
+        rows, words = thinned(search["iterations"], _MAX_POINTS), w.section("chart")
+        SwitchedChart(words, "chart learned").show(
+            lambda by: learning_chart(rows, search["bound"], search["unit"], words, by)
+        )
+    last = Iteration(*search["iterations"][-1])
+    if last.branching is not None:
+        text("p", w("lesson.branching", factor=f"{last.branching:.2f}"), "quiet small")
+
+
+def _workers(view: View, answer: dict[str, Any]) -> None:
+    w = view.words
+    workers = [row for row in answer.get("workers", []) if row["ants"]][:_MAX_WORKERS]
+    if not workers:
+        return
+    best = min(row["best"] for row in workers)
+    text("h3", w("result.workers"))
+    rows = (
+        (
+            f"{w('canvas.worker')} {row['worker']}",
+            row["seconds"],
+            w("result.ants", number=f"{row['ants']:,}", seconds=f"{row['seconds']:.2f}"),
+            row["best"] <= best,
+        )
+        for row in workers
+    )
+    bar_chart(box("div"), rows)

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from nicegui.elements.mixins.text_element import TextElement
 
+from leafcut.errors import LeafcutError, OptionError
+from leafcut.processes.settings import group_of
+from leafcut.studio.folder import OWN, Folder
 from leafcut.studio.jobs.history import JobRecord
+from leafcut.studio.jobs.nest_request import WantedPart
+from leafcut.studio.jobs.task import OWN_KINDS, Task, display_name, parts_of
+from leafcut.studio.page import forms
 from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.page.page_state import View
-from leafcut.studio.page.staleness import differences, edited_by_hand
+from leafcut.studio.page.panel_input import work_of
+from leafcut.studio.wording import Words
 
 if TYPE_CHECKING:
     from leafcut.studio.page.pages import Page
@@ -94,3 +104,114 @@ class StaleMark:
     async def _back(self) -> None:
         if self._record is not None:
             await self.page.input.restore(self._record.task)
+
+
+@dataclass(frozen=True)
+class ChangedChoice:
+    """A changed choice: its label, its value in the run, and its current value."""
+
+    what: str
+    then: str
+    now: str
+
+    def line(self, words: Words) -> str:
+        """Return the change as displayed, such as ``Thickness 5 mm; now 25 mm``."""
+        return words("stale.line", what=self.what, then=self.then, now=self.now)
+
+
+def differences(record: JobRecord, view: View) -> list[ChangedChoice]:
+    """Return the differences between the page's choices and those of a job, the most important first."""
+    task, w = record.task, view.words
+    work = work_of(task, record.title)
+    return [
+        *_changed_work(task, work, view),
+        *_inputs(task, view),
+        *_options(task, work, view),
+        *_changed_files(record, view.studio.folder, w),
+        *([edited_by_hand(w)] if view.edited else []),
+    ]
+
+
+def edited_by_hand(words: Words) -> ChangedChoice:
+    """Return the entry for an order that was edited after the run."""
+    return ChangedChoice(words("stale.order"), words("stale.found"), words("stale.by_hand"))
+
+
+def _changed_work(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
+    w = view.words
+    if work != view.work:
+        yield ChangedChoice(w("choose.work"), w.named("work", work), w.named("work", view.work))
+    elif work == "program" and task.process != view.process:
+        yield ChangedChoice(w("choose.process"), w.named("process", task.process), w.named("process", view.process))
+
+
+def _inputs(task: Task, view: View) -> Iterator[ChangedChoice]:
+    w, folder = view.words, view.studio.folder
+    if task.command == "nest" and view.work == "nest":
+        yield from _parts({part.input: part for part in parts_of(task)}, view)
+    elif task.command != "nest" and task.inputs[0] != view.source:
+        yield ChangedChoice(w("open.title"), _called(task.inputs[0], folder), _called(view.source, folder))
+    if task.command == "verify" and view.work == "verify" and task.inputs[1] != view.second:
+        now = _called(view.second, folder) if view.second else w("form.none")
+        yield ChangedChoice(w("open.second"), _called(task.inputs[1], folder), now)
+
+
+def _parts(before: Mapping[str, WantedPart], view: View) -> Iterator[ChangedChoice]:
+    after = {part.input: part for part in view.parts}
+    for input_id in {**before, **after}:
+        old, new = before.get(input_id), after.get(input_id)
+        if old != new:
+            name = view.part_names.get(input_id) or _called(input_id, view.studio.folder)
+            yield ChangedChoice(name, _part_text(old, view.words), _part_text(new, view.words))
+
+
+def _part_text(part: WantedPart | None, words: Words) -> str:
+    if part is None:
+        return words("form.none")
+    return f"× {part.quantity}" + (f" ({part.rotations}°)" if part.rotations else "")
+
+
+def _options(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
+    before, after = forms.values_of_work(work, task.options), forms.values_of_work(view.work, view.values)
+    names = dict.fromkeys([*before, *after])
+    if work != view.work:  # options of only one kind of work are not listed in addition to the changed work
+        shared = forms.options_of(work, task.options) & forms.options_of(view.work, view.values)
+        names = dict.fromkeys(name for name in names if name in shared)
+    for name in names:
+        if not _is_equal(name, before.get(name), after.get(name)):
+            yield ChangedChoice(
+                view.words.option(name),
+                forms.value_words(name, before.get(name), view.words, view.studio.folder, work),
+                forms.value_words(name, after.get(name), view.words, view.studio.folder, view.work),
+            )
+
+
+def _is_equal(name: str, before: Any, after: Any) -> bool:
+    """Return whether two values mean the same, such as ``6`` and ``6mm``."""
+    group = group_of(name)
+    if before == after:
+        return True
+    if group.specs()[name].kind == "path" or group.specs()[name].may_be_path:
+        return False
+    with suppress(OptionError):
+        first, second = (group(**group.as_typed({} if value is None else {name: value})) for value in (before, after))
+        return bool(getattr(first, name) == getattr(second, name))
+    return False
+
+
+def _changed_files(record: JobRecord, folder: Folder, words: Words) -> Iterator[ChangedChoice]:
+    """Yield the user's own machines and tools that were saved after the job was created."""
+    for name, kind in OWN_KINDS.items():
+        value = record.task.options.get(name)
+        if not isinstance(value, str) or not value.startswith(OWN):
+            continue
+        own_name = value.removeprefix(OWN)
+        with suppress(LeafcutError, OSError):
+            if folder.own_path(kind, own_name).stat().st_mtime > record.created:
+                yield ChangedChoice(words.option(name), own_name, words("stale.saved"))
+
+
+def _called(word: str, folder: Folder) -> str:
+    with suppress(LeafcutError):
+        return folder.input_path(word).name
+    return display_name(word).removeprefix(OWN)

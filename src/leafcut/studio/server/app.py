@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import asyncio
 import socket
+import sqlite3
 import sys
 import threading
 import webbrowser
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager, suppress
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager, closing, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import OutputError
+from leafcut.message import Message
 from leafcut.studio.control.room import ControlRoom
 from leafcut.studio.folder import LARGEST_UPLOAD, data_folder
 from leafcut.studio.jobs.workers import StudioWorkers
 from leafcut.studio.keys import redirect_page, write_private
 from leafcut.studio.lab.room import LabRoom
-from leafcut.studio.lock import lock_folder
 from leafcut.studio.studio import HOST, PORT, Room, Studio, open_studio
 
 if TYPE_CHECKING:
@@ -211,3 +212,37 @@ def parse_port(word: str) -> int:
     if not word.isdecimal() or not 1 <= int(word) <= 65535:
         raise OptionError(f"--port: '{word}' is not a port, 1 to 65535")
     return int(word)
+
+
+@contextmanager
+def lock_folder(root: Path, address: str) -> Iterator[None]:
+    """Lock a folder during the context; create the folder if necessary.
+
+    Without the lock, a second studio in the same folder would mark running jobs as interrupted and delete their files.
+    The operating system releases the lock even if the process is killed. `address` is the address of this studio, for
+    the message of a second studio. Raise `OutputError` if another studio holds the lock, or the folder cannot be
+    written.
+    """
+    with closing(_locked(root, address)):
+        yield
+
+
+def _locked(root: Path, address: str) -> sqlite3.Connection:
+    """Return a connection to an empty database that no other process can lock."""
+    try:
+        root.mkdir(mode=0o700, parents=True, exist_ok=True)
+        connection = sqlite3.connect(root / "lock.sqlite", timeout=0.0, isolation_level=None)
+        connection.execute("BEGIN EXCLUSIVE")
+        (root / "address").write_text(address, encoding="ascii")
+    except (OSError, sqlite3.OperationalError) as problem:
+        if getattr(problem, "sqlite_errorcode", None) != sqlite3.SQLITE_BUSY:
+            reason = getattr(problem, "strerror", None) or problem
+            raise OutputError("{}: cannot write to the studio's folder ({})", root, reason) from None
+    else:
+        return connection
+    place: Message | str = ""
+    with suppress(OSError, UnicodeDecodeError):
+        place = Message(" at {}", (root / "address").read_text(encoding="ascii"))
+    raise OutputError(
+        "a studio is already running{}; use that one, or stop it first: both would write to {}", place, root
+    )

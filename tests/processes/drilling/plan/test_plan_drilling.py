@@ -15,10 +15,10 @@ from leafcut.model.issue import LIMITS, Severity
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.mesh import Mesh
-from leafcut.model.motion import Kind
 from leafcut.model.part import Hole, Part, Slot
 from leafcut.model.problem import Metric
 from leafcut.model.tool import BodySegment, Recipe, Tool, ToolKind, ToolLibrary
+from leafcut.model.toolpath import Kind
 from leafcut.processes.drilling.plan.drill_toolpath import build_problem, drawing_order, generate_toolpath
 from leafcut.processes.drilling.plan.drilling import plan_drilling
 from leafcut.processes.zones import crossing_heights, parse_zones
