@@ -389,6 +389,10 @@ class _PartOptions1(TypedDict, total=False):
     """
     pitch: str | Sequence[Quantity] | None
     """Distance from copy to copy in X and Y, such as 60,40 (mm; default: must be given with --copies)."""
+    finish: Quantity | None
+    """Allowance that roughing leaves on walls, at least 0.1 mm; a finishing pass at full depth removes it; 0 for
+    none (mm).
+    """
     tabs: int | None
     """Number of tabs on each outline, and on each opening that is long enough; a short outline has at least two; 0
     for none (default: 4).

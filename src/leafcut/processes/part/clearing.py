@@ -18,6 +18,8 @@ from leafcut.options import MillingOptions, Settings
 from leafcut.processes.job import Job, plane_point
 from leafcut.processes.part.model import Edge, Engraving, PocketArea, TabRules, material_of
 from leafcut.processes.part.operations import LayeredPart, Operation, open_shape
+from leafcut.processes.part.options import PartOptions
+from leafcut.processes.part.plan.finishing import no_room, tight_place
 from leafcut.processes.part.plan.outlines import OutlineCut, missing_paths
 from leafcut.processes.part.plan.pockets import PocketTask
 from leafcut.processes.part.plan.task import Mill
@@ -94,9 +96,11 @@ def check_pockets(
     tabs: TabRules,
     thickness: float,
     diameter: float,
+    finish: float,
 ) -> None:
-    """Raise PlanError for a pocket that is narrower than the mill, lies outside of the parts, makes tabs thinner or
-    their walls thinner than their height, or has engraved paths in it. A pocket may cross edges, as a step does.
+    """Raise PlanError for a pocket that is narrower than the mill, has no room for the allowance `finish`, lies outside
+    of the parts, makes tabs thinner or their walls thinner than their height, or has engraved paths in it. A pocket may
+    cross edges, as a step does.
     """
     lines = [shapely.LinearRing(edge.path.flattened(_TOUCH)) for edge in edges]
     with_tabs = {cut.edge for cut in cuts if cut.tabs}
@@ -104,6 +108,9 @@ def check_pockets(
     for area in areas:
         if _is_narrow(area, diameter):
             raise PlanError("{} is narrower than the mill of {:g} mm; use a smaller mill", area.name, diameter)
+        tight = tight_place(area.region, 0.5 * diameter, finish) if finish else None
+        if tight is not None:
+            raise no_room(area.name, tight, 0.5 * diameter, finish)
         inner = area.region.buffer(-_TOUCH)
         for number, (edge, line) in enumerate(zip(edges, lines, strict=True)):
             # A wall lower than a tab would break before the tab.
@@ -138,11 +145,12 @@ def pocket_tasks(
     from leafcut.processes.pocket.strategies import SearchTime
 
     asked, tool = job.settings.job, mill.data.tool
+    options = PocketOptions(stock=job.settings.of(PartOptions).finish)
     pockets = tuple(Pocket(area.outline, area.islands, area.name, area.layer, depth=area.depth) for area in areas)
     pocket_job = PocketJob(
         run=job,
         part=replace(part, contours=(), pockets=pockets),
-        rules=rules_of(PocketOptions(), job.settings.of(MillingOptions).milling, asked.step_over, tool.diameter),
+        rules=rules_of(options, job.settings.of(MillingOptions).milling, asked.step_over, tool.diameter),
         levels=tuple(levels_of(area.depth, mill.step, tool.diameter) for area in areas),
         around=(None,) * len(areas),
         heights=PocketHeights(asked.clearance_height, asked.retract_height),

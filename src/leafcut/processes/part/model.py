@@ -113,15 +113,18 @@ class TabRules:
         """Smallest width of the material beyond the cut that a tab must reach, mm."""
         return 0.5 * self.width
 
-    def area(self, start: Point, end: Point, middle: Point, radius: float, *, waste_left: bool) -> shapely.Polygon:
-        """Return the area that must remain of a tab: from the edge of the part across the cut to the web.
+    def area(
+        self, start: Point, end: Point, middle: Point, radius: float, finish: float, *, waste_left: bool
+    ) -> shapely.Polygon:
+        """Return the area that must remain of a tab: from the edge of the part across the cut, which is wider by the
+        allowance `finish`, to the web.
 
         The cuts end at `start` and `end`, and `middle` lies between them on the tool path. `waste_left` means that the
         web is on the left, looking from the start to the end.
         """
         along = np.subtract(end, start) / max(math.dist(start, end), 1e-9)
         across = np.array([-along[1], along[0]]) * (1.0 if waste_left else -1.0)
-        half, part, waste = 0.5 * self.width * along, -radius * across, (radius + self.web) * across
+        half, part, waste = 0.5 * self.width * along, -radius * across, (radius + finish + self.web) * across
         return shapely.Polygon(middle + np.array([part - half, part + half, waste + half, waste - half]))
 
 
@@ -142,7 +145,8 @@ class PartRequest:
 
     `bottom` is the lowest height of the mill, and `thickness` the thickness of the plate, mm. `sheet` is the area of
     the plate, None if it is unknown. `step` is the largest step-down in pockets, mm, and `feed` the largest feed in
-    material there, mm/s.
+    material there, mm/s. `finish` is the allowance that roughing leaves on walls, mm; with it, a pass along each wall
+    follows, in the direction of `climb` milling or against it.
     """
 
     edges: tuple[Edge, ...]
@@ -157,6 +161,8 @@ class PartRequest:
     pockets: tuple[PocketArea, ...] = ()
     step: float = math.inf
     feed: float = math.inf
+    finish: float = 0.0
+    climb: bool = True
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ from leafcut.processes.part.options import PartOptions
 from leafcut.processes.part.plan.engraving import engraving_tasks
 from leafcut.processes.part.plan.holes import HoleGroup, PlannedHole, fitting_drill, hole_groups
 from leafcut.processes.part.plan.motion import part_motion
-from leafcut.processes.part.plan.outlines import TOLERANCE, OutlineCut, edges_of, missing_paths, plan_cuts
+from leafcut.processes.part.plan.outlines import OutlineCut, edges_of, missing_paths, plan_cuts
 from leafcut.processes.part.plan.task import Mill, MillTask, PartHeights
 from leafcut.processes.plan import Plan
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
@@ -62,6 +62,8 @@ if TYPE_CHECKING:
 
 #: Largest distance of a point of a drilled hole from its circle, in diameters.
 _ROUND = 0.005
+#: Smallest allowance for a finishing pass, mm; the judge knows the place of a cut within 0.03 mm.
+_SMALLEST_FINISH = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +105,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     mill, diameter = _mill(job, library, -bottom)
     data, of_data = milling_data(milling, asked, diameter, job.machine, mill)
     main = Mill(data, asked.step_down or 0.5 * diameter, milling.milling == "climb")
-    tabs = _tab_rules(settings, thickness)
+    tabs, finish = _tab_rules(settings, thickness), _allowance(settings, 0.5 * diameter)
     edges, issues = edges_of(sheet.contours)
     if not edges and not divided.rules:
         raise PlanError(
@@ -114,7 +116,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     edges, drilled, more = _split_holes(edges, divided, library, asked.diameter_tolerance, -bottom, diameter)
     issues += more
     area = None if sheet.outline is None else _sheet_area(sheet.outline, sheet.holes)
-    cuts, more = plan_cuts(edges, 0.5 * diameter, main.climb, tabs, area)
+    cuts, more = plan_cuts(edges, 0.5 * diameter, main.climb, tabs, area, finish)
     issues += more
     groups, more = hole_groups(drilled, bottom, asked.retract_height, asked.retract == "initial", job.machine)
     issues += more
@@ -122,7 +124,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     issues += more
     engravings, more = engravings_of(divided, settings, data.tool.number)
     issues += more
-    check_pockets(areas, edges, cuts, engravings, tabs, thickness, diameter)
+    check_pockets(areas, edges, cuts, engravings, tabs, thickness, diameter, finish)
     if not (edges or drilled or engravings or areas) and not any(issue.missing for issue in issues):
         raise PlanError("{}: nothing to mill: --operations ignores all layers", part.name)
     if not (cuts or groups or engravings or areas):
@@ -147,6 +149,8 @@ def plan_part(job: Job, source: Source) -> Plan:
         pockets=tuple(areas),
         step=main.step,
         feed=data.tool.feed,
+        finish=finish,
+        climb=main.climb,
     )
     tools = {one.data.tool.number: one.data.tool for one in (*mills, main)}
     heights = _heights(job, tabs, thickness, bottom)
@@ -273,10 +277,7 @@ def _refuse_clamps(
         return
     mill, radius = request.tool, request.radius
     works: list[tuple[str, shapely.Geometry, float, int]] = [
-        *(
-            (request.edges[cut.edge].name, shapely.LinearRing(cut.path.flattened(TOLERANCE)), request.bottom, mill)
-            for cut in cuts
-        ),
+        *((request.edges[cut.edge].name, cut.centres, request.bottom, mill) for cut in cuts),
         *((area.name, area.region.buffer(-radius), -area.depth, mill) for area in request.pockets),
         *((one.name, one.line, -one.depth, one.tool) for one in request.engravings),
         *(
@@ -443,6 +444,21 @@ def _mill(job: Job, library: ToolLibrary | None, depth: float) -> tuple[Tool | N
 
 def _sheet_area(outline: Polyline, holes: Sequence[Polyline]) -> shapely.Polygon:
     return shapely.Polygon(outline.flattened(), [hole.flattened() for hole in holes])
+
+
+def _allowance(settings: Settings, radius: float) -> float:
+    finish = settings.of(PartOptions).finish
+    if 0.0 < finish < _SMALLEST_FINISH:
+        raise OptionError(
+            "--finish {:g} mm: too small to be checked; give at least {:g} mm, or 0 for no finishing pass",
+            finish,
+            _SMALLEST_FINISH,
+        )
+    if finish >= radius:
+        raise OptionError(
+            "--finish {:g} mm: the allowance must be less than the radius of the mill, {:g} mm", finish, radius
+        )
+    return finish
 
 
 def _tab_rules(settings: Settings, thickness: float) -> TabRules:
