@@ -16,10 +16,10 @@ from leafcut.model.part import Part
 from leafcut.model.pocket import EITHER, POCKET, USUAL, Pocket
 from leafcut.options import MillingOptions, Settings
 from leafcut.processes.job import Job, plane_point
-from leafcut.processes.part.model import Edge, Engraving, PocketArea, TabRules, material_of
+from leafcut.processes.part.model import Edge, Engraving, PartRequest, PocketArea, PocketMill, TabRules, material_of
 from leafcut.processes.part.operations import LayeredPart, Operation, open_shape
 from leafcut.processes.part.options import PartOptions
-from leafcut.processes.part.plan.finishing import no_room, tight_place
+from leafcut.processes.part.plan.finishing import check_allowance, no_room, tight_place
 from leafcut.processes.part.plan.outlines import OutlineCut, missing_paths
 from leafcut.processes.part.plan.pockets import PocketTask
 from leafcut.processes.part.plan.task import Mill
@@ -41,9 +41,12 @@ def with_pockets(part: Part) -> Part:
     return replace(part, issues=(*issues, *part.besides), besides=())
 
 
-def pocket_areas(divided: LayeredPart, settings: Settings, diameter: float) -> tuple[list[PocketArea], list[Issue]]:
-    """Return the areas on the layers of pockets and the pockets of a solid, with their islands. The issues are about
-    repaired lines, and about pockets of a solid that are narrower than the mill.
+def pocket_areas(
+    divided: LayeredPart, settings: Settings, diameter: float, mills: Sequence[Mill]
+) -> tuple[list[PocketArea], list[Issue]]:
+    """Return the areas on the layers of pockets and the pockets of a solid, with their islands and `mills` other than
+    that of the part. The issues are about repaired lines, and about pockets of a solid that are narrower than the mill
+    of the part.
 
     Raises PlanError or ReadError, with the line in the file of operations, if an outline is open or crosses another.
     """
@@ -52,6 +55,12 @@ def pocket_areas(divided: LayeredPart, settings: Settings, diameter: float) -> t
     from leafcut.read.pocket_outlines import as_pockets
 
     every = replace(settings.sheet, cut_layers=("*",), mark_layers=(), ignore_layers=(), sheet_layers=())
+    mill_of = {
+        one.data.tool.number: PocketMill(
+            one.data.tool.number, 0.5 * one.data.tool.diameter, one.step, one.data.tool.feed
+        )
+        for one in mills
+    }
     areas: list[PocketArea] = []
     issues: list[Issue] = []
     for rule, contours in divided.faces_of(Operation.POCKET):
@@ -64,7 +73,8 @@ def pocket_areas(divided: LayeredPart, settings: Settings, diameter: float) -> t
         for pocket in part.pockets:
             x, y = pocket.outline.start
             name = Message("the pocket at ({:.4g}, {:.4g}) on layer {}", x, y, pocket.layer)
-            area = PocketArea(pocket.outline, pocket.islands, rule.depth, name, pocket.layer)
+            mill = mill_of.get(rule.tool or 0)
+            area = PocketArea(pocket.outline, pocket.islands, rule.depth, name, pocket.layer, mill)
             for other in areas:
                 if area.region.intersection(other.region).area > _TOUCH * _TOUCH:
                     raise PlanError("{}: {} overlaps {}; make it an island there", rule.place, name, other.name)
@@ -106,11 +116,13 @@ def check_pockets(
     with_tabs = {cut.edge for cut in cuts if cut.tabs}
     material = None if all(edge.inside for edge in edges) else material_of(edges)
     for area in areas:
-        if _is_narrow(area, diameter):
-            raise PlanError("{} is narrower than the mill of {:g} mm; use a smaller mill", area.name, diameter)
-        tight = tight_place(area.region, 0.5 * diameter, finish) if finish else None
+        radius = area.mill.radius if area.mill else 0.5 * diameter
+        if _is_narrow(area, 2.0 * radius):
+            raise PlanError("{} is narrower than the mill of {:g} mm; use a smaller mill", area.name, 2.0 * radius)
+        check_allowance(finish, radius)
+        tight = tight_place(area.region, radius, finish) if finish else None
         if tight is not None:
-            raise no_room(area.name, tight, 0.5 * diameter, finish)
+            raise no_room(area.name, tight, radius, finish)
         inner = area.region.buffer(-_TOUCH)
         for number, (edge, line) in enumerate(zip(edges, lines, strict=True)):
             # A wall lower than a tab would break before the tab.
@@ -133,9 +145,31 @@ def check_pockets(
 
 
 def pocket_tasks(
-    job: Job, dialect: Dialect, part: Part, areas: Sequence[PocketArea], edges: Sequence[Edge], mill: Mill
+    job: Job, dialect: Dialect, part: Part, request: PartRequest, mills: Sequence[Mill]
+) -> tuple[dict[int, list[PocketTask]], list[Issue]]:
+    """Return the tasks of each mill by its number, one for each region of its pockets, and issues about places that the
+    mills cannot reach.
+    """
+    tasks: dict[int, list[PocketTask]] = {}
+    issues: list[Issue] = []
+    for mill in mills:
+        number = mill.data.tool.number
+        own = [area for area in request.pockets if request.mill_of(area).tool == number]
+        share = _CLEARING * len(own) / max(len(request.pockets), 1)
+        tasks[number], more = _tasks_of(job, dialect, part, own, request.edges, mill, share)
+        issues += more
+    return tasks, issues
+
+
+def _tasks_of(
+    job: Job,
+    dialect: Dialect,
+    part: Part,
+    areas: Sequence[PocketArea],
+    edges: Sequence[Edge],
+    mill: Mill,
+    share: float,
 ) -> tuple[list[PocketTask], list[Issue]]:
-    """Return a task for each region of the pockets, and issues about places that the mill cannot reach."""
     if not areas:
         return [], []
     from leafcut.processes.pocket.clearing import clear_pocket
@@ -158,7 +192,7 @@ def pocket_tasks(
         dialect=dialect,
         start=plane_point(asked.start_point),
     )
-    time = SearchTime(job.deadline.part(_CLEARING))
+    time = SearchTime(job.deadline.part(share))
     shapes = shapely.STRtree([shapely.Polygon(edge.path.flattened(_TOUCH)) for edge in edges])
     tasks: list[PocketTask] = []
     issues: list[Issue] = []

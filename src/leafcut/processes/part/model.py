@@ -72,14 +72,30 @@ class Engraving:
 
 
 @dataclass(frozen=True)
+class PocketMill:
+    """The end mill of a pocket: its number, its radius and largest step-down, mm, and its largest feed in material,
+    mm/s.
+    """
+
+    tool: int
+    radius: float
+    step: float
+    feed: float
+
+
+@dataclass(frozen=True)
 class PocketArea:
-    """A closed area to clear to a depth below the top, mm, except for its islands; its name and layer."""
+    """A closed area to clear to a depth below the top, mm, except for its islands; its name and layer.
+
+    `mill` is None for the end mill of the part.
+    """
 
     outline: Polyline
     islands: tuple[Polyline, ...]
     depth: float
     name: str = ""
     layer: str = ""
+    mill: PocketMill | None = None
 
     @cached_property
     def region(self) -> shapely.Polygon:
@@ -163,6 +179,10 @@ class PartRequest:
     feed: float = math.inf
     finish: float = 0.0
     climb: bool = True
+
+    def mill_of(self, pocket: PocketArea) -> PocketMill:
+        """Return the end mill of a pocket."""
+        return pocket.mill or PocketMill(self.tool, self.radius, self.step, self.feed)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from leafcut.errors import PlanError
+from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Polyline, joined
@@ -77,6 +77,14 @@ def tight_place(free: Any, radius: float, finish: float) -> Point | None:
         return None
     at = rest.representative_point()
     return at.x, at.y
+
+
+def check_allowance(finish: float, radius: float) -> None:
+    """Raise OptionError if the allowance is not less than the radius of a mill, mm."""
+    if finish >= radius:
+        raise OptionError(
+            "--finish {:g} mm: the allowance must be less than the radius of the mill, {:g} mm", finish, radius
+        )
 
 
 def no_room(name: str, place: Point, radius: float, finish: float) -> PlanError:
