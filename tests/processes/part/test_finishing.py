@@ -25,7 +25,7 @@ RADIUS, FINISH, THICKNESS = 2.0, 0.3, 3.0
 BOTTOM = -3.5
 OUTLINE = [(0, 0), (80, 0), (80, 50), (40, 60), (0, 50)]
 WINDOW = [(10, 10), (50, 10), (50, 40), (10, 40)]
-FAST = {
+FAST: dict[str, Any] = {
     "thickness": THICKNESS, "tool_diameter": 2 * RADIUS, "feed": "600mm/min", "spindle_speed": 5000, "preset": "fast",
     "threads": 1,
 }  # fmt: skip
@@ -163,7 +163,7 @@ def pocketed(folder: Path, pocket: list[tuple[float, float]], **options: Any) ->
         document.modelspace().add_lwpolyline(points, close=True, dxfattribs={"layer": layer})
     document.saveas(folder / "part.dxf")
     (folder / "rules.toml").write_text('[layer]\n"OUTLINE" = "profile"\n"POCKET" = "pocket 2mm"\n')
-    given = {"operations": folder / "rules.toml", "finish": FINISH, "step_down": 1.0, **FAST, **options}
+    given: dict[str, Any] = {"operations": folder / "rules.toml", "finish": FINISH, "step_down": 1.0, **FAST, **options}
     return leafcut.part(folder / "part.dxf", folder / "part.ngc", **given)
 
 
@@ -280,7 +280,7 @@ def test_a_wrong_finishing_pass_in_a_pocket_is_found(paths: list[list[str]], wha
 def test_a_planned_program_without_its_finishing_passes_is_found(tmp_path: Path) -> None:
     """The program of an allowance of 0.3 mm does not suit a request for 0.5 mm, or for none."""
     source = drawing(tmp_path, [(0, 0), (100, 0), (100, 100), (0, 100)])
-    options = {**FAST, "tabs": 2, "tab_width": 5.0, "tab_height": 1.0}
+    options: dict[str, Any] = {**FAST, "tabs": 2, "tab_width": 5.0, "tab_height": 1.0}
     outline = Edge(Polyline.of_points([(0, 0), (100, 0), (100, 100), (0, 100)], closed=True), inside=False, tabs=2)
     texts = {finish: leafcut.part(source, finish=finish, **options).text for finish in (0.0, 0.3, 0.5)}
     for asked in texts:

@@ -79,7 +79,12 @@ def milled(folder: Path, rules: str = RULES, **options: Any) -> leafcut.ProgramR
     document.saveas(folder / "part.dxf")
     (folder / "tools.toml").write_text(TOOLS)
     (folder / "rules.toml").write_text(rules)
-    given = {"tools": folder / "tools.toml", "tool_number": 7, "operations": folder / "rules.toml", "tabs": 0}
+    given: dict[str, Any] = {
+        "tools": folder / "tools.toml",
+        "tool_number": 7,
+        "operations": folder / "rules.toml",
+        "tabs": 0,
+    }
     return leafcut.part(
         folder / "part.dxf", folder / "part.ngc", **{**given, "thickness": 6, "preset": "fast", "threads": 1, **options}
     )
