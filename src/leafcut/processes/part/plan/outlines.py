@@ -42,7 +42,7 @@ _LONGEST_TAB, _RAMP_ROOM = 0.25, 0.04
 _LEAST_ROOM = 1.0
 #: Depth and inscribed circle of the rest in a corner, in radii of the mill; a larger rest is a missing notch or slot.
 _DEEPEST_CORNER, _WIDEST_CORNER = 1.02, 0.35
-#: Precision of the length of an interval, mm.
+#: Precision of lengths of intervals and of heights, mm.
 _EXACT = 1e-6
 #: Intervals (from, to) along a path, mm.
 _Intervals = tuple[tuple[float, float], ...]
@@ -429,7 +429,7 @@ def _finish_outline(builder: ToolpathBuilder, finishing: FinishingPass, mill: Mi
     for piece, is_tab in finishing.pieces:
         if is_tab:
             builder.feed(z=heights.tab_top, feed=mill.data.tool.feed)
-        elif builder.position[2] > heights.bottom:
+        elif builder.position[2] > heights.bottom + _EXACT:
             for top, level in pairwise(_levels(mill, heights)):
                 _ramp_down(builder, piece, top, level, mill)
         follow(builder, piece, mill.data.tool.feed)
