@@ -248,6 +248,7 @@ class _Options30(TypedDict, total=False):
     operations: str | Path | None
     copies: str | None
     pitch: str | Sequence[Quantity] | None
+    finish: Quantity | None
     tabs: int | None
     tab_width: Quantity | None
     tab_height: Quantity | None

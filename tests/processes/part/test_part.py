@@ -41,9 +41,12 @@ def plate(folder: Path, **options: Any) -> leafcut.ProgramResult:
 
 @pytest.mark.hazard
 @pytest.mark.parametrize("milling", ["climb", "conventional"])
-def test_the_material_after_the_program_is_the_drawn_part_with_its_tabs(milling: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("finish", [0.0, 0.4])
+def test_the_material_after_the_program_is_the_drawn_part_with_its_tabs(
+    milling: str, finish: float, tmp_path: Path
+) -> None:
     """Cells within a cell of an edge, or of an end of a tab, are not compared."""
-    plate(tmp_path, milling=milling)
+    plate(tmp_path, milling=milling, finish=finish)
     field = leafcut.stock(
         tmp_path / "part.ngc", workpiece=f"-10,-10,{-THICKNESS - 1},90,70,0", cell=CELL, tool_diameter=DIAMETER
     ).field
@@ -51,11 +54,11 @@ def test_the_material_after_the_program_is_the_drawn_part_with_its_tabs(milling:
     x, y = np.meshgrid(field.x + CELL * np.arange(columns), field.y + CELL * np.arange(rows))
     outline, window = shapely.Polygon(OUTLINE), shapely.Polygon(WINDOW)
     hole = shapely.Point(HOLE[:2]).buffer(HOLE[2], quad_segs=64)
-    slug = window.buffer(-0.5 * DIAMETER).buffer(-0.5 * DIAMETER)
-    hole_slug = shapely.Point(HOLE[:2]).buffer(HOLE[2] - DIAMETER, quad_segs=64)
+    slug = window.buffer(-0.5 * DIAMETER - finish).buffer(-0.5 * DIAMETER)
+    hole_slug = shapely.Point(HOLE[:2]).buffer(HOLE[2] - DIAMETER - finish, quad_segs=64)
     # Corners of the window keep the radius of the mill.
     cut = [
-        outline.buffer(DIAMETER, quad_segs=64) - outline,
+        outline.buffer(DIAMETER + finish, quad_segs=64) - outline,
         window.buffer(-0.5 * DIAMETER).buffer(0.5 * DIAMETER, quad_segs=64) - slug,
         hole - hole_slug,
     ]
@@ -71,7 +74,7 @@ def test_the_material_after_the_program_is_the_drawn_part_with_its_tabs(milling:
         bridges = shapely.union_all(shapely.points(x[own][top], y[own][top])).buffer(1.5 * CELL)
         assert len(shapely.get_parts(bridges)) * (not bridges.is_empty) == tabs
         # The cuts on both sides of a tab end in half circles.
-        area = tabs * (TAB_WIDTH + (1 - np.pi / 4) * DIAMETER) * (DIAMETER - 2 * CELL)
+        area = tabs * (TAB_WIDTH + (1 - np.pi / 4) * DIAMETER) * (DIAMETER + finish - 2 * CELL)
         assert top.sum() * CELL**2 == pytest.approx(area, rel=0.06, abs=0.1)
     assert (field.heights[~low] == 0.0).all()
 

@@ -98,15 +98,16 @@ def letters() -> Any:
 
 
 @pytest.mark.hazard
-def test_the_material_after_the_program_is_the_drawing(tmp_path: Path) -> None:
+@pytest.mark.parametrize("finish", [0.0, 0.3])
+def test_the_material_after_the_program_is_the_drawing(finish: float, tmp_path: Path) -> None:
     """Cells within a cell of an edge are not compared. Tabs lie in the path around the outline alone."""
-    milled(tmp_path, rules=RULES.replace("0.3mm", "0.8mm"), tabs=0)
+    milled(tmp_path, rules=RULES.replace("0.3mm", "0.8mm"), tabs=0, finish=finish)
     x, y, heights = field_after(tmp_path / "part.ngc")
     outline, window = sorted(drawn("OUTLINE"), key=lambda shape: -shape.area)
-    slug = window.buffer(-DIAMETER)
+    slug = window.buffer(-DIAMETER - finish)
     regions = {
         -THICKNESS: [
-            outline.buffer(DIAMETER, quad_segs=64) - outline,
+            outline.buffer(DIAMETER + finish, quad_segs=64) - outline,
             window.buffer(-0.5 * DIAMETER).buffer(0.5 * DIAMETER, quad_segs=64) - slug,
             *drawn("HOLES"),
         ],

@@ -16,8 +16,10 @@ from leafcut.model.part import Part
 from leafcut.model.pocket import EITHER, POCKET, USUAL, Pocket
 from leafcut.options import MillingOptions, Settings
 from leafcut.processes.job import Job, plane_point
-from leafcut.processes.part.model import Edge, Engraving, PocketArea, TabRules, material_of
+from leafcut.processes.part.model import Edge, Engraving, PartRequest, PocketArea, PocketMill, TabRules, material_of
 from leafcut.processes.part.operations import LayeredPart, Operation, open_shape
+from leafcut.processes.part.options import PartOptions
+from leafcut.processes.part.plan.finishing import check_allowance, no_room, tight_place
 from leafcut.processes.part.plan.outlines import OutlineCut, missing_paths
 from leafcut.processes.part.plan.pockets import PocketTask
 from leafcut.processes.part.plan.task import Mill
@@ -39,8 +41,12 @@ def with_pockets(part: Part) -> Part:
     return replace(part, issues=(*issues, *part.besides), besides=())
 
 
-def pocket_areas(divided: LayeredPart, settings: Settings, diameter: float) -> tuple[list[PocketArea], list[Issue]]:
-    """Return all pockets: the areas on pocket layers, and the pockets of a solid.
+def pocket_areas(
+    divided: LayeredPart, settings: Settings, diameter: float, mills: Sequence[Mill]
+) -> tuple[list[PocketArea], list[Issue]]:
+    """Return the areas on the layers of pockets and the pockets of a solid, with their islands and `mills` other than
+    that of the part. The issues are about repaired lines, and about pockets of a solid that are narrower than the mill
+    of the part.
 
     Also return issues about repaired lines, and about pockets of a solid that are narrower than the mill. Raises
     PlanError or ReadError, with the line in the file of operations, if an outline is open or crosses another outline.
@@ -50,6 +56,12 @@ def pocket_areas(divided: LayeredPart, settings: Settings, diameter: float) -> t
     from leafcut.read.pocket_outlines import as_pockets
 
     every = replace(settings.sheet, cut_layers=("*",), mark_layers=(), ignore_layers=(), sheet_layers=())
+    mill_of = {
+        one.data.tool.number: PocketMill(
+            one.data.tool.number, 0.5 * one.data.tool.diameter, one.step, one.data.tool.feed
+        )
+        for one in mills
+    }
     areas: list[PocketArea] = []
     issues: list[Issue] = []
     for rule, contours in divided.faces_of(Operation.POCKET):
@@ -62,7 +74,8 @@ def pocket_areas(divided: LayeredPart, settings: Settings, diameter: float) -> t
         for pocket in part.pockets:
             x, y = pocket.outline.start
             name = Message("the pocket at ({:.4g}, {:.4g}) on layer {}", x, y, pocket.layer)
-            area = PocketArea(pocket.outline, pocket.islands, rule.depth, name, pocket.layer)
+            mill = mill_of.get(rule.tool or 0)
+            area = PocketArea(pocket.outline, pocket.islands, rule.depth, name, pocket.layer, mill)
             for other in areas:
                 if area.region.intersection(other.region).area > _TOUCH * _TOUCH:
                     raise PlanError("{}: {} overlaps {}; make it an island there", rule.place, name, other.name)
@@ -94,19 +107,23 @@ def check_pockets(
     tabs: TabRules,
     thickness: float,
     diameter: float,
+    finish: float,
 ) -> None:
-    """Raise PlanError if a pocket is narrower than the mill, lies outside of the parts, weakens a tab, or contains an
-    engraved path.
-
-    A pocket weakens a tab if it is cut deeper than the top of the tab, and is closer to the edge than the height of the
-    tab. A pocket may cross an edge, as a step at the rim of a part does.
+    """Raise PlanError for a pocket that is narrower than the mill, has no room for the allowance `finish`, lies outside
+    of the parts, makes tabs thinner or their walls thinner than their height, or has engraved paths in it. A pocket may
+    cross edges, as a step does.
     """
     lines = [shapely.LinearRing(edge.path.flattened(_TOUCH)) for edge in edges]
     with_tabs = {cut.edge for cut in cuts if cut.tabs}
     material = None if all(edge.inside for edge in edges) else material_of(edges)
     for area in areas:
-        if _is_narrow(area, diameter):
-            raise PlanError("{} is narrower than the mill of {:g} mm; use a smaller mill", area.name, diameter)
+        radius = area.mill.radius if area.mill else 0.5 * diameter
+        if _is_narrow(area, 2.0 * radius):
+            raise PlanError("{} is narrower than the mill of {:g} mm; use a smaller mill", area.name, 2.0 * radius)
+        check_allowance(finish, radius)
+        tight = tight_place(area.region, radius, finish) if finish else None
+        if tight is not None:
+            raise no_room(area.name, tight, radius, finish)
         inner = area.region.buffer(-_TOUCH)
         for number, (edge, line) in enumerate(zip(edges, lines, strict=True)):
             # A wall lower than a tab would break before the tab.
@@ -129,9 +146,31 @@ def check_pockets(
 
 
 def pocket_tasks(
-    job: Job, dialect: Dialect, part: Part, areas: Sequence[PocketArea], edges: Sequence[Edge], mill: Mill
+    job: Job, dialect: Dialect, part: Part, request: PartRequest, mills: Sequence[Mill]
+) -> tuple[dict[int, list[PocketTask]], list[Issue]]:
+    """Return the tasks of each mill by its number, one for each region of its pockets, and issues about places that the
+    mills cannot reach.
+    """
+    tasks: dict[int, list[PocketTask]] = {}
+    issues: list[Issue] = []
+    for mill in mills:
+        number = mill.data.tool.number
+        own = [area for area in request.pockets if request.mill_of(area).tool == number]
+        share = _CLEARING * len(own) / max(len(request.pockets), 1)
+        tasks[number], more = _tasks_of(job, dialect, part, own, request.edges, mill, share)
+        issues += more
+    return tasks, issues
+
+
+def _tasks_of(
+    job: Job,
+    dialect: Dialect,
+    part: Part,
+    areas: Sequence[PocketArea],
+    edges: Sequence[Edge],
+    mill: Mill,
+    share: float,
 ) -> tuple[list[PocketTask], list[Issue]]:
-    """Return a task for each region of the pockets, and issues about areas that the mill cannot reach."""
     if not areas:
         return [], []
     from leafcut.processes.pocket.clearing import clear_pocket
@@ -141,11 +180,12 @@ def pocket_tasks(
     from leafcut.processes.pocket.strategies import SearchTime
 
     asked, tool = job.settings.job, mill.data.tool
+    options = PocketOptions(stock=job.settings.of(PartOptions).finish)
     pockets = tuple(Pocket(area.outline, area.islands, area.name, area.layer, depth=area.depth) for area in areas)
     pocket_job = PocketJob(
         run=job,
         part=replace(part, contours=(), pockets=pockets),
-        rules=rules_of(PocketOptions(), job.settings.of(MillingOptions).milling, asked.step_over, tool.diameter),
+        rules=rules_of(options, job.settings.of(MillingOptions).milling, asked.step_over, tool.diameter),
         levels=tuple(levels_of(area.depth, mill.step, tool.diameter) for area in areas),
         around=(None,) * len(areas),
         heights=PocketHeights(asked.clearance_height, asked.retract_height),
@@ -153,7 +193,7 @@ def pocket_tasks(
         dialect=dialect,
         start=plane_point(asked.start_point),
     )
-    time = SearchTime(job.deadline.part(_CLEARING))
+    time = SearchTime(job.deadline.part(share))
     shapes = shapely.STRtree([shapely.Polygon(edge.path.flattened(_TOUCH)) for edge in edges])
     tasks: list[PocketTask] = []
     issues: list[Issue] = []

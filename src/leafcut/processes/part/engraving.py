@@ -1,19 +1,12 @@
-"""The engraved paths of a part by layer, and the tools that engrave them."""
+"""The engraved paths of a part by layer."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from leafcut.errors import OptionError, PlanError
 from leafcut.message import Message
 from leafcut.model.issue import Issue
-from leafcut.model.tool import MILLS, Tool, ToolLibrary
-from leafcut.options import MillingOptions, Settings
-from leafcut.processes.job import Job
-from leafcut.processes.milling.mill import milling_data
+from leafcut.options import Settings
 from leafcut.processes.part.model import Engraving
-from leafcut.processes.part.operations import LayeredPart, LayerRule, Operation
-from leafcut.processes.part.plan.task import Mill
+from leafcut.processes.part.operations import LayeredPart, Operation
 
 
 def engravings_of(divided: LayeredPart, settings: Settings, tool: int) -> tuple[list[Engraving], list[Issue]]:
@@ -28,44 +21,3 @@ def engravings_of(divided: LayeredPart, settings: Settings, tool: int) -> tuple[
             name = Message("the path at ({:.4g}, {:.4g}) on layer {}", x, y, contour.layer)
             engravings.append(Engraving(contour.path, rule.depth, rule.tool or tool, name, contour.layer))
     return engravings, issues
-
-
-def engraving_mills(
-    divided: LayeredPart, job: Job, main: Mill, library: ToolLibrary | None
-) -> tuple[list[Mill], list[Issue]]:
-    """Return the engraving tools other than the `main` mill with their feeds, and issues about assumed feeds.
-
-    Raises OptionError or PlanError if a tool is not in the library, cannot mill, or is too short.
-    """
-    # Feeds on the command line apply to the end mill only.
-    milling = replace(job.settings.of(MillingOptions), plunge_feed=None)
-    asked = replace(job.settings.job, feed=None, spindle_speed=None)
-    mills: dict[int, Mill] = {}
-    issues: list[Issue] = []
-    for rule, _ in divided.faces_of(Operation.ENGRAVE):
-        tool = main.data.tool if rule.tool in (None, main.data.tool.number) else _library_tool(rule, library)
-        if rule.depth > tool.reach + 1e-9:
-            raise PlanError(
-                "{}: {} cuts {:g} mm deep at most, but {:g} mm are needed",
-                rule.place,
-                tool.label,
-                tool.reach,
-                rule.depth,
-            )
-        if tool.number == main.data.tool.number or tool.number in mills:
-            continue
-        data, more = milling_data(milling, asked, tool.diameter, job.machine, tool)
-        mills[tool.number] = Mill(data, asked.step_down or 0.5 * tool.diameter, main.climb)
-        issues += more
-    return list(mills.values()), issues
-
-
-def _library_tool(rule: LayerRule, library: ToolLibrary | None) -> Tool:
-    if library is None:
-        raise OptionError("{}: T{} needs a tool library; give --tools", rule.place, rule.tool)
-    tool = library.by_number.get(rule.tool or 0)
-    if tool is None:
-        raise OptionError("{}: {} has no T{}", rule.place, library.source, rule.tool)
-    if tool.kind not in MILLS:
-        raise PlanError("{}: {} is a {}, not a milling tool", rule.place, tool.label, tool.kind.value)
-    return tool

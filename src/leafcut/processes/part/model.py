@@ -72,14 +72,30 @@ class Engraving:
 
 
 @dataclass(frozen=True)
+class PocketMill:
+    """The end mill of a pocket: its number, its radius and largest step-down, mm, and its largest feed in material,
+    mm/s.
+    """
+
+    tool: int
+    radius: float
+    step: float
+    feed: float
+
+
+@dataclass(frozen=True)
 class PocketArea:
-    """A closed area to clear, except for its islands. `depth` is the depth of the floor below the top, mm."""
+    """A closed area to clear to a depth below the top, mm, except for its islands; its name and layer.
+
+    `mill` is None for the end mill of the part.
+    """
 
     outline: Polyline
     islands: tuple[Polyline, ...]
     depth: float
     name: str = ""
     layer: str = ""
+    mill: PocketMill | None = None
 
     @cached_property
     def region(self) -> shapely.Polygon:
@@ -113,15 +129,18 @@ class TabRules:
         """Minimum width of the material beyond the cut that holds a tab, mm."""
         return 0.5 * self.width
 
-    def area(self, start: Point, end: Point, middle: Point, radius: float, *, waste_left: bool) -> shapely.Polygon:
-        """Return the area of a tab that no cut may touch: from the edge of the part, across the cut, through the web.
+    def area(
+        self, start: Point, end: Point, middle: Point, radius: float, finish: float, *, waste_left: bool
+    ) -> shapely.Polygon:
+        """Return the area that must remain of a tab: from the edge of the part across the cut, which is wider by the
+        allowance `finish`, to the web.
 
         The cuts end at `start` and `end`, and `middle` lies between these points on the tool path. If `waste_left`, the
         web is on the left, looking from the start to the end.
         """
         along = np.subtract(end, start) / max(math.dist(start, end), 1e-9)
         across = np.array([-along[1], along[0]]) * (1.0 if waste_left else -1.0)
-        half, part, waste = 0.5 * self.width * along, -radius * across, (radius + self.web) * across
+        half, part, waste = 0.5 * self.width * along, -radius * across, (radius + finish + self.web) * across
         return shapely.Polygon(middle + np.array([part - half, part + half, waste + half, waste - half]))
 
 
@@ -141,8 +160,9 @@ class PartRequest:
     pockets to clear.
 
     `bottom` is the lowest height of the mill, and `thickness` the thickness of the plate, mm. `sheet` is the area of
-    the plate; None if it is unknown. `step` is the maximum step-down in pockets, mm, and `feed` the maximum feed in the
-    material of pockets, mm/s.
+    the plate, None if it is unknown. `step` is the largest step-down in pockets, mm, and `feed` the largest feed in
+    material there, mm/s. `finish` is the allowance that roughing leaves on walls, mm; with it, a pass along each wall
+    follows, in the direction of `climb` milling or against it.
     """
 
     edges: tuple[Edge, ...]
@@ -157,6 +177,12 @@ class PartRequest:
     pockets: tuple[PocketArea, ...] = ()
     step: float = math.inf
     feed: float = math.inf
+    finish: float = 0.0
+    climb: bool = True
+
+    def mill_of(self, pocket: PocketArea) -> PocketMill:
+        """Return the end mill of a pocket."""
+        return pocket.mill or PocketMill(self.tool, self.radius, self.step, self.feed)
 
 
 @dataclass(frozen=True)

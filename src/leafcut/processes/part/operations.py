@@ -29,8 +29,8 @@ class Operation(StrEnum):
     IGNORE = "ignore"
 
 
-#: Operations with a depth, and operations that may name a tool.
-_DEEP, _WITH_TOOL = (Operation.ENGRAVE, Operation.POCKET), (Operation.ENGRAVE,)
+#: Operations with a depth, which may name a tool.
+_DEEP = (Operation.ENGRAVE, Operation.POCKET)
 #: An operation, its depth, and its tool: ``engrave 0.3mm T5``.
 _RULE = re.compile(r"(?P<word>\S+)(?:\s+(?P<depth>[^T\s].*?))?(?:\s+T(?P<tool>\d{1,8}))?")
 _WILDCARDS = re.compile(r"[*?\[]")
@@ -106,7 +106,7 @@ def _rule(layer: str, value: object, place: str) -> LayerRule:
     if word not in list(Operation):
         raise DataError("{}: unknown operation '{}'{}", place, printable(word), name_suggestion(word[:80], Operation))
     operation = Operation(word)
-    if tool and operation not in _WITH_TOOL:
+    if tool and operation not in _DEEP:
         raise DataError(
             "{}: '{}' takes no tool number, because the part's end mill is used; leave out T{}", place, word, tool
         )

@@ -1,4 +1,4 @@
-"""Options of a part: operations by layer, and tabs that hold it while it is milled."""
+"""Options of a part: operations by layer, copies, the finishing pass, and tabs that hold it while it is milled."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from leafcut.options.option_spec import OptionGroup, option, when_given, when_in
 
 @dataclass(frozen=True)
 class PartOptions(OptionGroup):
-    """Operations by layer, and tabs: bridges of material that hold a part, or the slug of a large opening."""
+    """Operations by layer, finishing, and tabs: bridges of material that hold a part, or a slug."""
 
     section: ClassVar[str] = "part"
     title: ClassVar[str] = "Parts"
@@ -40,6 +40,15 @@ class PartOptions(OptionGroup):
         default_words="must be given with --copies",
         needs=(when_given("copies"),),
         of_file=True,
+    )
+    finish: float = option(
+        "quantity",
+        0.0,
+        "allowance that roughing leaves on walls, at least 0.1 mm; a finishing pass at full depth removes it; "
+        "0 for none",
+        unit="mm",
+        minimum=0,
+        maximum=50,
     )
     tabs: int = option(
         "whole",

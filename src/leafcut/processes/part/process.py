@@ -29,7 +29,7 @@ _MAIN = (
     "tabs", "clearance_height",
 )  # fmt: skip
 _MORE = (
-    "tab_width", "tab_height", "milling", "entry_angle", "plunge_feed", "tool_number", "diameter_tolerance",
+    "tab_width", "tab_height", "finish", "milling", "entry_angle", "plunge_feed", "tool_number", "diameter_tolerance",
     "break_through", "retract_height", "retract", "keep_out", "start_point", "end_point",
 )  # fmt: skip
 _READ = ("units", "layers", "min_diameter", "max_diameter", "concentric", "solid", "up", "strict")

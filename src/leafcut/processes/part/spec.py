@@ -34,7 +34,8 @@ from leafcut.processes.milling.clamps import clamps_of, refuse_clamped
 from leafcut.processes.milling.mill import assumed_number, library_mill_for, milling_data
 from leafcut.processes.part.clearing import check_pockets, pocket_areas, pocket_tasks, with_pockets
 from leafcut.processes.part.copies import repeat_part
-from leafcut.processes.part.engraving import engraving_mills, engravings_of
+from leafcut.processes.part.engraving import engravings_of
+from leafcut.processes.part.mills import other_mills
 from leafcut.processes.part.model import Edge, LayerWork, PartHole, PartRequest, TabRules
 from leafcut.processes.part.operations import (
     LayeredPart,
@@ -47,9 +48,10 @@ from leafcut.processes.part.operations import (
 )
 from leafcut.processes.part.options import PartOptions
 from leafcut.processes.part.plan.engraving import engraving_tasks
+from leafcut.processes.part.plan.finishing import check_allowance
 from leafcut.processes.part.plan.holes import HoleGroup, PlannedHole, fitting_drill, hole_groups
 from leafcut.processes.part.plan.motion import part_motion
-from leafcut.processes.part.plan.outlines import TOLERANCE, OutlineCut, edges_of, missing_paths, plan_cuts
+from leafcut.processes.part.plan.outlines import OutlineCut, edges_of, missing_paths, plan_cuts
 from leafcut.processes.part.plan.task import Mill, MillTask, PartHeights
 from leafcut.processes.plan import Plan
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
@@ -62,6 +64,8 @@ if TYPE_CHECKING:
 
 #: Maximum distance between the outline of a round hole and an exact circle, in diameters.
 _ROUND = 0.005
+#: Smallest allowance for a finishing pass, mm; the judge knows the place of a cut within 0.03 mm.
+_SMALLEST_FINISH = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +107,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     mill, diameter = _mill(job, library, -bottom)
     data, of_data = milling_data(milling, asked, diameter, job.machine, mill)
     main = Mill(data, asked.step_down or 0.5 * diameter, milling.milling == "climb")
-    tabs = _tab_rules(settings, thickness)
+    tabs, finish = _tab_rules(settings, thickness), _allowance(settings, 0.5 * diameter)
     edges, issues = edges_of(sheet.contours)
     if not edges and not divided.rules:
         raise PlanError(
@@ -114,22 +118,21 @@ def plan_part(job: Job, source: Source) -> Plan:
     edges, drilled, more = _split_holes(edges, divided, library, asked.diameter_tolerance, -bottom, diameter)
     issues += more
     area = None if sheet.outline is None else _sheet_area(sheet.outline, sheet.holes)
-    cuts, more = plan_cuts(edges, 0.5 * diameter, main.climb, tabs, area)
+    cuts, more = plan_cuts(edges, 0.5 * diameter, main.climb, tabs, area, finish)
     issues += more
     groups, more = hole_groups(drilled, bottom, asked.retract_height, asked.retract == "initial", job.machine)
     issues += more
-    areas, more = pocket_areas(divided, settings, diameter)
+    mills, of_mills = other_mills(divided, job, main, library)
+    areas, more = pocket_areas(divided, settings, diameter, mills)
     issues += more
     engravings, more = engravings_of(divided, settings, data.tool.number)
     issues += more
-    check_pockets(areas, edges, cuts, engravings, tabs, thickness, diameter)
+    check_pockets(areas, edges, cuts, engravings, tabs, thickness, diameter, finish)
     if not (edges or drilled or engravings or areas) and not any(issue.missing for issue in issues):
         raise PlanError("{}: nothing to mill: --operations ignores all layers", part.name)
     if not (cuts or groups or engravings or areas):
         raise OptionError("{}: nothing can be milled: {}", part.name, next(one for one in issues if one.missing))
-    issues += [*assumed_number(milling, mill, data.tool), *of_data]
-    mills, more = engraving_mills(divided, job, main, library)
-    issues += more
+    issues += [*assumed_number(milling, mill, data.tool), *of_data, *of_mills]
     post_dialect = dialect_of(job)
     job = job.for_dialect(post_dialect)
     check_dialect_options(settings, post_dialect)
@@ -147,13 +150,15 @@ def plan_part(job: Job, source: Source) -> Plan:
         pockets=tuple(areas),
         step=main.step,
         feed=data.tool.feed,
+        finish=finish,
+        climb=main.climb,
     )
     tools = {one.data.tool.number: one.data.tool for one in (*mills, main)}
     heights = _heights(job, tabs, thickness, bottom)
     _refuse_clamps(request, cuts, tools | {group.tool.number: group.tool for group in groups}, settings)
-    pockets, more = pocket_tasks(job, post_dialect, part, areas, edges, main)
+    pockets, more = pocket_tasks(job, post_dialect, part, request, [*mills, main])
     issues += more
-    stages = _mill_stages([*mills, main], request, [*pockets, *cuts])
+    stages = _mill_stages([*mills, main], request, pockets, cuts)
     layers = _layer_works(part, divided, request, drilled, tools)
     holes = tuple(Hole(x, y, group.tool.diameter) for group in groups for x, y in group.places.tolist())
     work = PartWork(tuple(groups), tuple(stages), tuple(cuts), heights, layers)
@@ -225,8 +230,11 @@ def _layer_works(
     ]
     works += [(hole.layer, "drill", deep, hole.drill.label) for hole in drilled]
     works += [(one.layer, str(Operation.ENGRAVE), one.depth, tools[one.tool].label) for one in request.engravings]
-    works += [(area.layer, str(Operation.POCKET), area.depth, mill) for area in request.pockets]
-    # All strokes of a text have the same handle, so the text counts as one shape.
+    works += [
+        (area.layer, str(Operation.POCKET), area.depth, tools[request.mill_of(area).tool].label)
+        for area in request.pockets
+    ]
+    # The strokes of a text have the same handle.
     ignored = dict.fromkeys(
         (contour.layer, contour.handle or str(number))
         for number, contour in enumerate(part.contours)
@@ -253,15 +261,20 @@ def _heights(job: Job, tabs: TabRules, thickness: float, bottom: float) -> PartH
     )
 
 
-def _mill_stages(mills: Sequence[Mill], request: PartRequest, last: Sequence[MillTask]) -> list[MillStage]:
-    """Return a stage for each mill with its engravings. The last mill also gets the tasks `last`.
-
-    Mills without tasks are left out.
+def _mill_stages(
+    mills: Sequence[Mill],
+    request: PartRequest,
+    pockets: Mapping[int, Sequence[MillTask]],
+    cuts: Sequence[MillTask],
+) -> list[MillStage]:
+    """Return the engravings and `pockets` of each mill by its number, and the `cuts` of the last mill; mills without
+    tasks are left out.
     """
     stages = []
     for mill in mills:
         own = [engraving for engraving in request.engravings if engraving.tool == mill.data.tool.number]
-        tasks = (*engraving_tasks(own, request.edges, mill.step), *(last if mill is mills[-1] else ()))
+        face = (*engraving_tasks(own, request.edges, mill.step), *pockets[mill.data.tool.number])
+        tasks = (*face, *(cuts if mill is mills[-1] else ()))
         stages += [MillStage(mill, tasks)] if tasks else []
     return stages
 
@@ -275,11 +288,12 @@ def _refuse_clamps(
         return
     mill, radius = request.tool, request.radius
     works: list[tuple[str, shapely.Geometry, float, int]] = [
+        *((request.edges[cut.edge].name, cut.centres, request.bottom, mill) for cut in cuts),
         *(
-            (request.edges[cut.edge].name, shapely.LinearRing(cut.path.flattened(TOLERANCE)), request.bottom, mill)
-            for cut in cuts
+            (area.name, area.region.buffer(-own.radius), -area.depth, own.tool)
+            for area in request.pockets
+            for own in [request.mill_of(area)]
         ),
-        *((area.name, area.region.buffer(-radius), -area.depth, mill) for area in request.pockets),
         *((one.name, one.line, -one.depth, one.tool) for one in request.engravings),
         *(
             (Message("the hole at {:g}, {:g}", hole.x, hole.y), shapely.Point(hole.x, hole.y), hole.tip, hole.tool)
@@ -445,6 +459,18 @@ def _mill(job: Job, library: ToolLibrary | None, depth: float) -> tuple[Tool | N
 
 def _sheet_area(outline: Polyline, holes: Sequence[Polyline]) -> shapely.Polygon:
     return shapely.Polygon(outline.flattened(), [hole.flattened() for hole in holes])
+
+
+def _allowance(settings: Settings, radius: float) -> float:
+    finish = settings.of(PartOptions).finish
+    if 0.0 < finish < _SMALLEST_FINISH:
+        raise OptionError(
+            "--finish {:g} mm: too small to be checked; give at least {:g} mm, or 0 for no finishing pass",
+            finish,
+            _SMALLEST_FINISH,
+        )
+    check_allowance(finish, radius)
+    return finish
 
 
 def _tab_rules(settings: Settings, thickness: float) -> TabRules:

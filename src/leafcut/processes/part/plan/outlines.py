@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -19,11 +20,18 @@ from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.toolpath import ToolpathBuilder
 from leafcut.processes.milling.entries import ABOVE, enter_level, follow
 from leafcut.processes.part.model import Edge, TabRules
+from leafcut.processes.part.plan.finishing import (
+    TOLERANCE,
+    FinishingPass,
+    finishing_pass,
+    interval_beside,
+    pieces_from,
+    ring_of,
+    roughing_path,
+)
 from leafcut.processes.part.plan.task import Mill, PartHeights
 
-#: Tolerance of the tool path, mm.
-TOLERANCE = 0.01
-#: Number of candidate start points on each tool path; candidates on or near a tab are left out.
+#: Number of start points for each tool path; those on a tab are left out.
 STARTS = 16
 #: Candidate positions of a tab within its share of the path, in order of preference. Straight sections come first.
 _TAB_POSITIONS = (0.5, 0.4, 0.6, 0.3, 0.7, *(0.3 + 0.02 * k for k in range(1, 20) if k % 5))
@@ -35,16 +43,19 @@ _LEAST_ROOM = 1.0
 #: Maximum depth and inscribed radius of the material left in a corner, in radii of the mill. More material means that a
 #: notch or slot is not milled.
 _DEEPEST_CORNER, _WIDEST_CORNER = 1.02, 0.35
-#: Precision of the length of an interval, mm.
+#: Precision of lengths of intervals and of heights, mm.
 _EXACT = 1e-6
+#: Intervals (from, to) along a path, mm.
+_Intervals = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True, eq=False)
 class OutlineCut:
     """A closed path of the tool's centre along an edge, in milling direction.
 
-    `tabs` contains intervals (start, end), and `starts` contains start points, all as distances along the path, mm.
-    `later` contains the indices of the edges around this edge.
+    `tabs` are intervals (from, to) along the path, and `starts` are start points as distances along the path, mm.
+    `later` are the edges around it. With an allowance, `path` is the path of roughing, and `passes` has the finishing
+    pass for each start point.
     """
 
     edge: int
@@ -52,15 +63,26 @@ class OutlineCut:
     tabs: tuple[tuple[float, float], ...]
     starts: tuple[float, ...]
     later: tuple[int, ...]
+    passes: tuple[FinishingPass, ...] = ()
 
     @property
     def choices(self) -> list[tuple[Point, Point]]:
-        """Entry and exit for each start point; both are the start point."""
-        return [(self.path.point_at(start),) * 2 for start in self.starts]
+        """Entry and exit of each start point."""
+        entries = [self.path.point_at(start) for start in self.starts]
+        exits = [finishing.end for finishing in self.passes] or entries
+        return list(zip(entries, exits, strict=True))
+
+    @property
+    def centres(self) -> shapely.MultiLineString:
+        """All paths of the tool's centre."""
+        finishing = [piece for one in self.passes[:1] for piece, _ in one.pieces]
+        return shapely.MultiLineString([ring_of(self.path), *(piece.flattened(TOLERANCE) for piece in finishing)])
 
     def mill(self, builder: ToolpathBuilder, choice: int, mill: Mill, heights: PartHeights) -> None:
-        """Spiral down along the path, and cut between the tabs."""
+        """Spiral down along the path, cut between the tabs, and finish the wall."""
         _cut_outline(builder, self, self.starts[choice], mill, heights)
+        if self.passes:
+            _finish_outline(builder, self.passes[choice], mill, heights)
 
 
 def edges_of(contours: Sequence[Contour]) -> tuple[list[Edge], list[Issue]]:
@@ -87,18 +109,24 @@ def edges_of(contours: Sequence[Contour]) -> tuple[list[Edge], list[Issue]]:
 
 
 def plan_cuts(
-    edges: Sequence[Edge], radius: float, climb: bool, tabs: TabRules, sheet: shapely.Polygon | None = None
+    edges: Sequence[Edge],
+    radius: float,
+    climb: bool,
+    tabs: TabRules,
+    sheet: shapely.Polygon | None = None,
+    finish: float = 0.0,
 ) -> tuple[list[OutlineCut], list[Issue]]:
     """Return the tool paths of all edges, and issues about edges that are milled incompletely or without tabs.
 
-    An outline that is too short for all requested tabs gets fewer tabs. Tabs lie within the `sheet`, if it is known.
-    Raises PlanError if an outline is too short for two tabs, or if a cut would go through a tab.
+    An outline that is too short for its tabs has fewer. Raises PlanError if it is too short for two, or if a cut would
+    go through a tab, or if there is no room for the allowance `finish`, mm. A tab lies within the `sheet`, if it is
+    known.
     """
     milled: list[tuple[int, Polyline]] = []
     narrow, loose, fewer = [], [], []
     necks: dict[int, tuple[Edge, Point]] = {}
     crowded: dict[int, tuple[Edge, Point]] = {}
-    lines = shapely.STRtree([_ring(edge.path) for edge in edges])
+    lines = shapely.STRtree([ring_of(edge.path) for edge in edges])
     for number, edge in enumerate(edges):
         rings = offset(edge.path, -radius if edge.inside else radius, TOLERANCE)
         # A grown outline may close the mouth of a notch that is narrower than the tool.
@@ -109,14 +137,15 @@ def plan_cuts(
         if len(rings) > 1 or closed_notches or branch:
             necks[number] = edge, branch or edge.path.start
         for ring in rings:
-            near = lines.query(_ring(ring), predicate="dwithin", distance=radius - 2.0 * TOLERANCE)
+            near = lines.query(ring_of(ring), predicate="dwithin", distance=radius - 2.0 * TOLERANCE)
             if len(near):
-                link = shapely.shortest_line(_ring(edge.path), lines.geometries[near[0]])
+                link = shapely.shortest_line(ring_of(edge.path), lines.geometries[near[0]])
                 crowded[number] = edge, link.interpolate(0.5, normalized=True).coords[0]
                 continue
             milled.append((number, ring if climb == edge.inside else ring.reversed()))
     cuts = []
-    all_paths = shapely.STRtree([_ring(path) for _, path in milled])
+    rough = [roughing_path(edges[number], path, lines, radius, finish) if finish else path for number, path in milled]
+    all_paths = shapely.STRtree([ring_of(path) for path in (*(path for _, path in milled), *(rough if finish else ()))])
     for own, (number, path) in enumerate(milled):
         edge = edges[number]
         number_of_tabs = 0 if edge.is_bore else tabs.number_on(path.length, 2.0 * radius)
@@ -126,28 +155,40 @@ def plan_cuts(
             raise _no_room(edge, path.length, tabs, radius)
         elif number_of_tabs < tabs.count:
             fewer.append(edge)
-        intervals = _tab_intervals(path, edge.inside, number_of_tabs, tabs, radius, all_paths, own, sheet)
-        if intervals is None and not edge.inside:
+        ours = {own, own + len(milled)}
+        places = _tab_intervals(
+            path, rough[own], edge.inside, number_of_tabs, tabs, radius, finish, all_paths, ours, sheet
+        )
+        if places is None and not edge.inside:
             raise PlanError(
                 "{}: another cut, or the cut on the other side of a corner, would cut through a tab, or a tab would "
                 "reach the edge of the sheet; move the parts at least {:g} mm apart and {:g} mm from the edge, use a "
                 "smaller mill, change --tabs or --tab-width, or give --tabs 0",
                 edge.name,
-                4.0 * radius + tabs.web,
-                2.0 * radius + tabs.web,
+                4.0 * radius + 2.0 * finish + tabs.web,
+                2.0 * radius + finish + tabs.web,
             )
+        exact, intervals = places or ((), ())
         is_loose = edge.inside and not edge.is_bore and not intervals
-        if is_loose and not shapely.Polygon(path.flattened(TOLERANCE)).buffer(-radius).is_empty:
+        if is_loose and not shapely.Polygon(rough[own].flattened(TOLERANCE)).buffer(-radius).is_empty:
             loose.append(edge)
-        intervals = intervals or ()
-        # A start point near a tab would leave no room for a ramp.
-        margin = max(_RAMP_ROOM * path.length / number_of_tabs, _LEAST_ROOM) if intervals else 0.0
-        starts = tuple(
+        # A start point near a tab would leave no room for a ramp, or for the leads of the finishing pass.
+        margin = max(_RAMP_ROOM * path.length / number_of_tabs, _LEAST_ROOM) + 3.0 * finish if intervals else 0.0
+        starts = [
             s
-            for s in (np.arange(STARTS) * path.length / STARTS).tolist()
+            for s in (np.arange(STARTS) * rough[own].length / STARTS).tolist()
             if not any(low - margin <= s <= high + margin for low, high in intervals)
-        )
-        cuts.append(OutlineCut(number, path, intervals, starts or (0.0,), edge.within))
+        ] or [0.0]
+        passes: list[FinishingPass] = []
+        if finish:
+            waste_left = edge.inside == (path.area > 0.0)
+            passes = [
+                finishing_pass(path, exact, rough[own].point_at(s), finish, waste_left=waste_left) for s in starts
+            ]
+            # A pass without leads leaves a mark.
+            kept = [k for k, one in enumerate(passes) if one.has_leads] or range(len(passes))
+            starts, passes = [starts[k] for k in kept], [passes[k] for k in kept]
+        cuts.append(OutlineCut(number, rough[own], intervals, tuple(starts), edge.within, tuple(passes)))
     return cuts, [
         *_narrow_issues(narrow, radius),
         *_neck_issues(list(necks.values()), radius),
@@ -176,7 +217,7 @@ def _narrow_branch(edge: Edge, radius: float) -> Point | None:
     Material in corners does not count: in a corner of 60°, it is one radius deep and holds a circle with a third of the
     radius.
     """
-    shape = shapely.Polygon(_ring(edge.path))
+    shape = shapely.Polygon(ring_of(edge.path))
     first = -radius if edge.inside else radius
     milled = shape.buffer(first, quad_segs=32).buffer(-first, quad_segs=32)
     rest = shape.difference(milled) if edge.inside else milled.difference(shape)
@@ -193,22 +234,36 @@ def _narrow_branch(edge: Edge, radius: float) -> Point | None:
 
 def _tab_intervals(
     path: Polyline,
+    rough: Polyline,
     inside: bool,
     count: int,
     tabs: TabRules,
     radius: float,
+    finish: float,
     all_paths: shapely.STRtree,
-    own: int,
+    ours: Collection[int],
     sheet: shapely.Polygon | None,
-) -> tuple[tuple[float, float], ...] | None:
-    """Return the intervals of `count` tabs along the path, in order; None if a tab does not fit anywhere.
+) -> tuple[_Intervals, _Intervals] | None:
+    """Return the intervals along the path where the tool rises over one of `count` tabs, in order, and those along the
+    path of roughing; None if a tab has no position.
 
-    The tool rises over a tab between the ends of its interval. The cuts end in half circles, so these ends are one tool
-    diameter farther apart than the tab is wide. No cut goes through a tab. `own` is the index of the path in
-    `all_paths`.
+    The cuts end in half circles, so the ends of an interval are one tool diameter farther apart than the tab is wide.
+    No other cut goes through a tab. `ours` are the indices of the two paths in `all_paths`.
     """
     share = path.length / max(count, 1)
-    intervals = []
+    intervals, beside = [], []
+
+    def tab_area(place: tuple[float, float]) -> shapely.Polygon:
+        low, high = place
+        return tabs.area(
+            path.point_at(low),
+            path.point_at(high),
+            path.point_at(0.5 * (low + high)),
+            radius,
+            finish,
+            waste_left=inside == (path.area > 0.0),
+        )
+
     for number in range(count):
         middles = [(number + position) * share for position in _TAB_POSITIONS]
         places = [(s - half, s + half) for s in middles if (half := _half_length(path, s, tabs, radius, share))]
@@ -217,14 +272,16 @@ def _tab_intervals(
             (
                 place
                 for place in (*straight, *places)
-                if _holds(path, place, inside, tabs, radius, all_paths, own, sheet)
+                if _holds(path, place, tab_area(place), radius, all_paths, ours, sheet)
+                and (not finish or interval_beside(rough, tab_area(place), radius))
             ),
             None,
         )
         if interval is None:
             return None
         intervals.append(interval)
-    return tuple(intervals)
+        beside.append(interval_beside(rough, tab_area(interval), radius) or interval if finish else interval)
+    return tuple(intervals), tuple(beside)
 
 
 def _is_straight(piece: Polyline) -> bool:
@@ -255,33 +312,23 @@ def _half_length(path: Polyline, middle: float, tabs: TabRules, radius: float, s
 def _holds(
     path: Polyline,
     place: tuple[float, float],
-    inside: bool,
-    tabs: TabRules,
+    area: shapely.Polygon,
     radius: float,
     all_paths: shapely.STRtree,
-    own: int,
+    ours: Collection[int],
     sheet: shapely.Polygon | None,
 ) -> bool:
-    """Return whether a tab keeps its full width after all cuts, from the edge to the material that holds the tab."""
-    low, high = place
-    area = tabs.area(
-        path.point_at(low),
-        path.point_at(high),
-        path.point_at(0.5 * (low + high)),
-        radius,
-        waste_left=inside == (path.area > 0.0),
-    )
+    """Return whether all cuts except for roughing leave the area of a tab, from the edge to the material that holds
+    it.
+    """
     if sheet is not None and not sheet.covers(area):
         return False
     near = radius - TOLERANCE
-    if any(other != own for other in all_paths.query(area, predicate="dwithin", distance=near)):
+    if any(other not in ours for other in all_paths.query(area, predicate="dwithin", distance=near)):
         return False
+    low, high = place
     rest = shapely.LineString(path.piece(high, low + path.length).flattened(0.5 * TOLERANCE))
     return not shapely.dwithin(rest, area, near)
-
-
-def _ring(path: Polyline) -> shapely.LinearRing:
-    return shapely.LinearRing(path.flattened(0.5 * TOLERANCE))
 
 
 def _name(contour: Contour) -> str:
@@ -370,34 +417,38 @@ def _cut_outline(builder: ToolpathBuilder, cut: OutlineCut, start: float, mill: 
 def _cut_between_tabs(
     builder: ToolpathBuilder, cut: OutlineCut, start: float, mill: Mill, heights: PartHeights
 ) -> None:
-    data = mill.data
-    feed, nowhere = data.tool.feed, shapely.Polygon()
-    count = max(math.ceil((heights.tab_top - heights.bottom) / mill.step - 1e-9), 1)
-    top = heights.tab_top
-    for level in (heights.tab_top - (heights.tab_top - heights.bottom) * k / count for k in range(1, count + 1)):
-        for piece, is_tab in _pieces_from(cut, start):
+    for top, level in pairwise(_levels(mill, heights)):
+        for piece, is_tab in pieces_from(cut.path, cut.tabs, start):
             if is_tab:
-                builder.feed(z=heights.tab_top, feed=feed)
-                follow(builder, piece, feed)
+                builder.feed(z=heights.tab_top, feed=mill.data.tool.feed)
             else:
-                descent = enter_level(builder, piece, top, level, data, nowhere, mill.climb)
-                if descent.kind == "plunge":
-                    raise PlanError(
-                        "no room for a ramp of {:.3g} degrees between two tabs; give a larger --entry-angle, a smaller "
-                        "--step-down, or fewer --tabs",
-                        math.degrees(data.entry_angle),
-                    )
-                follow(builder, piece, feed)
-        top = level
+                _ramp_down(builder, piece, top, level, mill)
+            follow(builder, piece, mill.data.tool.feed)
 
 
-def _pieces_from(cut: OutlineCut, start: float) -> list[tuple[Polyline, bool]]:
-    """Divide the path at its tabs, from a start point on. Return each piece, and whether it lies over a tab."""
-    length, pieces, position = cut.path.length, [], start
-    ahead = sorted(
-        (low + (length if low < start else 0.0), high + (length if low < start else 0.0)) for low, high in cut.tabs
-    )
-    for low, high in ahead:
-        pieces += [(cut.path.piece(position, low), False), (cut.path.piece(low, high), True)]
-        position = high
-    return [*pieces, (cut.path.piece(position, start + length), False)]
+def _finish_outline(builder: ToolpathBuilder, finishing: FinishingPass, mill: Mill, heights: PartHeights) -> None:
+    """Follow the exact path at full depth; the mill is in the kerf of roughing."""
+    for piece, is_tab in finishing.pieces:
+        if is_tab:
+            builder.feed(z=heights.tab_top, feed=mill.data.tool.feed)
+        elif builder.position[2] > heights.bottom + _EXACT:
+            for top, level in pairwise(_levels(mill, heights)):
+                _ramp_down(builder, piece, top, level, mill)
+        follow(builder, piece, mill.data.tool.feed)
+
+
+def _levels(mill: Mill, heights: PartHeights) -> list[float]:
+    """Return the heights of the cuts between the tabs, from the tops of the tabs on."""
+    drop = heights.tab_top - heights.bottom
+    count = max(math.ceil(drop / mill.step - 1e-9), 1)
+    return [heights.tab_top - drop * k / count for k in range(count + 1)]
+
+
+def _ramp_down(builder: ToolpathBuilder, piece: Polyline, top: float, level: float, mill: Mill) -> None:
+    data = mill.data
+    if enter_level(builder, piece, top, level, data, shapely.Polygon(), mill.climb).kind == "plunge":
+        raise PlanError(
+            "no room for a ramp of {:.3g} degrees between two tabs; give a larger --entry-angle, a smaller "
+            "--step-down, or fewer --tabs",
+            math.degrees(data.entry_angle),
+        )

@@ -1,4 +1,5 @@
-"""Check that each edge of the part is milled on the correct side, through the plate, and with its tabs.
+"""Check that each edge of the part is milled on the right side, through the plate, that it has its tabs, and that it is
+finished after roughing.
 
 The path beside each edge is computed with shapely, not with the offset of the planner.
 """
@@ -7,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
@@ -28,18 +29,25 @@ _QUARTER = 256
 def check_edges(request: PartRequest, cuts: Cuts, others: NDArray[np.bool_], material: Any) -> Verdict:
     """Check that each edge is cut through all around, except at tabs of the requested width and height.
 
-    `others` marks the cuts of other operations, which do not count for the order of the edges. `material` is the area
-    of the finished part.
+    With an allowance, roughing leaves it on the wall, and the cuts along the edge follow. `others` are the cuts of
+    other operations, which do not count for the order of the edges. `material` is the area of the finished part.
     """
     shapes, tabs = [shape_of(edge) for edge in request.edges], request.tabs
     rings = [
         _centre_rings(shape, edge, request.radius, material) for shape, edge in zip(shapes, request.edges, strict=True)
     ]
     owner = _owners(cuts, rings)
+    explained = owner >= 0
+    rough = _roughing(request, shapes, rings, cuts, others, material) if request.finish else []
     into_tabs = shapely.STRtree(cuts.lines[cuts.lowest < tabs.height - request.thickness - HEIGHT])
     differences, works = [], []
     for number, (edge, own_rings) in enumerate(zip(request.edges, rings, strict=True)):
         mine = np.flatnonzero(owner == number)
+        if rough:
+            differences += _check_roughing(request, edge, own_rings, rough[number], cuts, mine)
+            differences += [one for ring in own_rings for one in _check_direction(request, edge, ring, cuts, mine)]
+            mine = np.union1d(mine, np.concatenate([rough[number].before, rough[number].nearer]))
+            explained[mine] = True
         for ring in own_rings:
             differences += _check_ring(request, edge, ring, cuts, mine, into_tabs)
         if edge.is_bore and own_rings:
@@ -47,7 +55,7 @@ def check_edges(request: PartRequest, cuts: Cuts, others: NDArray[np.bool_], mat
             differences += _check_bore(request, edge, shapes[number], cuts.lines[through])
         works.append(FaceWork(edge.name, mine[~others[mine]], shapes[number]))
     differences += _check_held(request, cuts.lines[cuts.highest <= HEIGHT - request.thickness], material)
-    return Verdict(owner >= 0, differences, works)
+    return Verdict(explained, differences, works)
 
 
 def _centre_rings(shape: Any, edge: Edge, radius: float, material: Any) -> list[Any]:
@@ -80,8 +88,7 @@ def _check_ring(
     """
     tabs, diameter = request.tabs, 2.0 * request.radius
     lines, highest = cuts.lines[mine], cuts.highest[mine]
-    through = ring.difference(strip_along(lines[highest <= request.bottom + HEIGHT]))
-    left = [piece for piece in shapely.get_parts(_joined(through)) if piece.length > TOLERANCE]
+    left = _left(ring, lines[highest <= request.bottom + HEIGHT])
     wanted = 0 if edge.is_bore else None if edge.inside else max(edge.tabs, tabs.fewest)
     differences = []
     if wanted is not None and len(left) != wanted:
@@ -110,6 +117,93 @@ def _check_ring(
     return differences
 
 
+class _Roughing(NamedTuple):
+    """Paths of the tool's centre that leave the allowance on an edge, the cuts along them before the first cut that is
+    nearer to the edge, and the nearer cuts.
+    """
+
+    rings: list[Any]
+    before: NDArray[np.int64]
+    nearer: NDArray[np.int64]
+
+
+def _roughing(
+    request: PartRequest,
+    shapes: Sequence[Any],
+    rings: Sequence[Sequence[Any]],
+    cuts: Cuts,
+    others: NDArray[np.bool_],
+    material: Any,
+) -> list[_Roughing]:
+    """Return the roughing of each edge. Cuts of other operations do not count as nearer."""
+    wide = request.radius + request.finish
+    rough_rings = [
+        _centre_rings(shape, edge, wide, material) for shape, edge in zip(shapes, request.edges, strict=True)
+    ]
+    along = [_join([cuts.along(ring) for ring in own]) for own in rough_rings]
+    known = others.copy()
+    known[_join(along)] = True
+    found = []
+    for number, own in enumerate(rings):
+        nearer = _join([cuts.within(_allowance(ring, request.edges[number], request.finish)) for ring in own])
+        nearer = nearer[~known[nearer]]
+        first = cuts.rows[nearer].min(initial=len(cuts.path))
+        before = along[number][cuts.rows[along[number]] < first]
+        found.append(_Roughing(rough_rings[number], before, nearer))
+    return found
+
+
+def _allowance(ring: Any, edge: Edge, finish: float) -> Any:
+    """Return the area between a path along an edge and the path that leaves the allowance."""
+    area, strip = shapely.Polygon(ring), ring.buffer(finish + TOLERANCE)
+    return strip & area.buffer(TOLERANCE) if edge.inside else strip - area.buffer(-TOLERANCE)
+
+
+def _join(parts: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
+    return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *parts]))
+
+
+def _check_roughing(
+    request: PartRequest, edge: Edge, rings: Sequence[Any], rough: _Roughing, cuts: Cuts, mine: NDArray[np.int64]
+) -> list[Difference]:
+    """Check that roughing cuts through the plate all around an edge, except at its tabs."""
+    through = cuts.lines[mine][cuts.highest[mine] <= request.bottom + HEIGHT]
+    areas = [_tab_area(piece, ring, edge, request) for ring in rings for piece in _left(ring, through)]
+    tabs = shapely.union_all(areas).buffer(request.radius + 2.0 * STRIP)
+    lines, highest = cuts.lines[rough.before], cuts.highest[rough.before]
+    left = []
+    for ring in rough.rings:
+        deep = strip_along(lines[highest <= request.bottom + HEIGHT])
+        above = strip_along(lines[highest <= request.tabs.height - request.thickness + HEIGHT])
+        left += [ring.difference(deep).difference(tabs), ring.difference(above)]
+    left = [rest for rest in left if rest.length > TOLERANCE] or ([] if len(rings) == len(rough.rings) else [*rings])
+    if not left:
+        return []
+    x, y = shapely.get_coordinates(left[0])[0].tolist()
+    words = Message(
+        "{} is not roughed with an allowance of {:g} mm at {}", edge.name, request.finish, position_text(x, y)
+    )
+    return [Difference(Message("roughing"), 0, 0, words)]
+
+
+def _check_direction(
+    request: PartRequest, edge: Edge, ring: Any, cuts: Cuts, mine: NDArray[np.int64]
+) -> list[Difference]:
+    """Check that the level cuts at full depth along a ring have the direction of milling."""
+    deep = mine[cuts.highest[mine] <= request.bottom + HEIGHT]
+    deep = np.intersect1d(deep, cuts.along(ring))
+    start, end = (shapely.line_locate_point(ring, shapely.points(cuts.ends[deep, k : k + 2])) for k in (0, 3))
+    forth = (end - start + 0.5 * ring.length) % ring.length - 0.5 * ring.length
+    if ring.is_ccw != (request.climb == edge.inside):
+        forth = -forth
+    return [
+        cuts.difference(
+            Message("direction"), k, Message("{} is finished in the wrong direction at {}", edge.name, cuts.place(k))
+        )
+        for k in deep[forth < -TOLERANCE][:1].tolist()
+    ]
+
+
 def _check_bore(request: PartRequest, edge: Edge, shape: Any, lines: NDArray[Any]) -> list[Difference]:
     """Check that no slug remains in a bore."""
     slug = shape.buffer(-STRIP).difference(shapely.union_all(lines).buffer(request.radius, quad_segs=_QUARTER))
@@ -121,13 +215,24 @@ def _check_bore(request: PartRequest, edge: Edge, shape: Any, lines: NDArray[Any
 
 
 def _is_cut_through(piece: Any, ring: Any, edge: Edge, request: PartRequest, into_tabs: shapely.STRtree) -> bool:
-    """Return whether a cut reaches the tab on a piece of the ring."""
+    """Return whether a cut reaches the area that must remain of the tab on a piece of the ring."""
+    area = _tab_area(piece, ring, edge, request)
+    return len(into_tabs.query(area, predicate="dwithin", distance=request.radius - 2.0 * STRIP)) > 0
+
+
+def _tab_area(piece: Any, ring: Any, edge: Edge, request: PartRequest) -> shapely.Polygon:
+    """Return the area that must remain of the tab on a piece of the ring."""
     start, end = piece.coords[0], piece.coords[-1]
     middle = piece.interpolate(0.5, normalized=True).coords[0]
     left = shapely.Point(middle[0] - _NARROWEST * (end[1] - start[1]), middle[1] + _NARROWEST * (end[0] - start[0]))
     waste_left = shapely.Polygon(ring).contains(left) == edge.inside
-    area = request.tabs.area(start, end, middle, request.radius, waste_left=waste_left)
-    return len(into_tabs.query(area, predicate="dwithin", distance=request.radius - 2.0 * STRIP)) > 0
+    return request.tabs.area(start, end, middle, request.radius, request.finish, waste_left=waste_left)
+
+
+def _left(ring: Any, lines: NDArray[Any]) -> list[Any]:
+    """Return the pieces of a ring that no line follows."""
+    rest = _joined(ring.difference(strip_along(lines)))
+    return [piece for piece in shapely.get_parts(rest) if piece.length > TOLERANCE]
 
 
 def _joined(pieces: Any) -> Any:

@@ -40,9 +40,11 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     5. With tabs, each part is connected to the plate after all cuts.
     6. Each hole is drilled once, with its tool, to its depth, before the cuts; nothing else is drilled.
     7. Each engraved path is engraved once, to its depth, before the edges that enclose or cross it.
-    8. Each pocket is cleared to its depth, before the edges in it and around it. Each level is at most the step-down
-       below the previous level. Moves faster than the feed cut only air.
-    9. Rapids below the top are vertical, and go down over cleared material only.
+    8. Each pocket is cleared to its depth, before the edges in it and around it. No level is deeper than the step-down
+       below the level before it, and moves faster than the feed go through air.
+    9. With an allowance, roughing leaves it on each wall, and a pass along the wall follows, at full depth and in the
+       direction of milling.
+    10. Rapids below the top are vertical, and go down over cleared material only.
     """
     moves = straight_moves(written, CHORD, _WHOLE)
     low = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < -HEIGHT)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import shapely
@@ -11,8 +12,8 @@ from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.pocket import PocketRules
 from leafcut.model.toolpath import Kind
-from leafcut.processes.part.model import PartRequest, PocketArea
-from leafcut.processes.part.proof.cuts import HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict
+from leafcut.processes.part.model import PartRequest, PocketArea, PocketMill
+from leafcut.processes.part.proof.cuts import HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict, strip_along
 from leafcut.processes.pocket.proof.pocket import air_differences, depth_differences
 from leafcut.proof.difference import position_text
 
@@ -32,39 +33,85 @@ def check_pockets(request: PartRequest, cuts: Cuts) -> Verdict:
     """
     explained = np.zeros(len(cuts), dtype=np.bool_)
     differences, works = [], []
+    rows_of: dict[PocketMill, np.ndarray[tuple[int], np.dtype[np.int64]]] = {}
     for pocket in request.pockets:
-        inside = cuts.within(pocket.region.buffer(TOLERANCE - request.radius, quad_segs=_QUARTER))
-        own = inside[(cuts.tools[inside] == request.tool) & (cuts.lowest[inside] >= -pocket.depth - HEIGHT)]
+        mill = request.mill_of(pocket)
+        inside = cuts.within(pocket.region.buffer(TOLERANCE - mill.radius, quad_segs=_QUARTER))
+        own = inside[(cuts.tools[inside] == mill.tool) & (cuts.lowest[inside] >= -pocket.depth - HEIGHT)]
         explained[own] = True
-        differences += _check_floor(request, pocket, cuts, own[cuts.highest[own] <= -pocket.depth + HEIGHT])
+        rows_of[mill] = np.union1d(rows_of.get(mill, cuts.rows[:0]), cuts.rows[own])
+        floor = own[cuts.highest[own] <= -pocket.depth + HEIGHT]
+        differences += _check_floor(mill, pocket, cuts, floor)
+        if request.finish:
+            differences += _check_walls(mill.radius, request.finish, pocket, cuts, own, floor)
         works.append(FaceWork(pocket.name, own, pocket.region))
-    if explained.any():
-        differences += _check_load(request, cuts, np.unique(cuts.rows[explained]))
+    for mill, rows in rows_of.items():
+        differences += _check_load(mill, cuts, rows) if len(rows) else []
     return Verdict(explained, differences, works)
 
 
-def _check_load(request: PartRequest, cuts: Cuts, rows: np.ndarray[tuple[int], np.dtype[np.int64]]) -> list[Difference]:
-    """Check the step-down of the cuts in `rows`, and that their moves faster than the feed cut only air."""
+def _check_load(mill: PocketMill, cuts: Cuts, rows: np.ndarray[tuple[int], np.dtype[np.int64]]) -> list[Difference]:
+    """Check the step-down of the cuts in some rows, and that moves faster than the feed go through air."""
     other = np.isin(cuts.path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
     other[rows] = False
     path = replace(cuts.path, kind=np.where(other, Kind.RAPID, cuts.path.kind).astype(cuts.path.kind.dtype))
-    rules = PocketRules(2.0 * request.radius, request.radius)
-    return [*depth_differences(path, rules, request.step), *air_differences(path, rules, request.feed)]
+    rules = PocketRules(2.0 * mill.radius, mill.radius)
+    return [*depth_differences(path, rules, mill.step), *air_differences(path, rules, mill.feed)]
 
 
 def _check_floor(
-    request: PartRequest, pocket: PocketArea, cuts: Cuts, floor: np.ndarray[tuple[int], np.dtype[np.int64]]
+    mill: PocketMill, pocket: PocketArea, cuts: Cuts, floor: np.ndarray[tuple[int], np.dtype[np.int64]]
 ) -> list[Difference]:
-    radius, inner = request.radius, request.radius - _SLACK
+    inner = mill.radius - _SLACK
     reachable = pocket.region.buffer(-inner, quad_segs=_QUARTER).buffer(inner, quad_segs=_QUARTER)
+    at = _uncleared_place(mill.radius, reachable, cuts, floor)
+    if at is None:
+        return []
+    words = Message("{} is not cleared {:g} mm deep at {}", pocket.name, pocket.depth, at)
+    return [Difference(Message("not cut"), 0, 0, words)]
+
+
+def _check_walls(
+    radius: float,
+    finish: float,
+    pocket: PocketArea,
+    cuts: Cuts,
+    own: np.ndarray[tuple[int], np.dtype[np.int64]],
+    floor: np.ndarray[tuple[int], np.dtype[np.int64]],
+) -> list[Difference]:
+    """Check that roughing clears the pocket except for the allowance on its walls before the first cut nearer to
+    them, and that a pass along each wall follows.
+    """
+    wide, differences = radius + finish, []
+    for centres in shapely.get_parts(pocket.region.buffer(-radius, quad_segs=_QUARTER)):
+        roughed = pocket.region.buffer(-wide, quad_segs=_QUARTER).intersection(centres)
+        here, allowed = cuts.within(centres.buffer(TOLERANCE)), cuts.within(roughed.buffer(TOLERANCE))
+        nearer = np.setdiff1d(np.intersect1d(own, here), allowed)
+        first = cuts.rows[nearer].min(initial=len(cuts.path))
+        before = np.intersect1d(floor[cuts.rows[floor] < first], allowed)
+        at = _uncleared_place(radius, roughed.buffer(radius, quad_segs=_QUARTER), cuts, before)
+        if at is not None:
+            words = Message("{} is not roughed with an allowance of {:g} mm at {}", pocket.name, finish, at)
+            differences.append(Difference(Message("roughing"), 0, 0, words))
+        left = centres.boundary.difference(strip_along(cuts.lines[np.intersect1d(nearer, floor)]))
+        if left.length > TOLERANCE:
+            x, y = shapely.get_coordinates(left)[0].tolist()
+            words = Message("a wall of {} is not finished at {}", pocket.name, position_text(x, y))
+            differences.append(Difference(Message("not cut"), 0, 0, words))
+    return differences
+
+
+def _uncleared_place(
+    radius: float, reachable: Any, cuts: Cuts, floor: np.ndarray[tuple[int], np.dtype[np.int64]]
+) -> str | None:
+    """Return a place in an area that some cuts do not clear, apart from small remainders; None without one."""
     cleared = shapely.union_all(shapely.buffer(cuts.lines[floor], radius, quad_segs=_QUARTER))
     # Films along the walls come from the tolerance of the path.
     left = reachable.difference(cleared).buffer(-TOLERANCE).buffer(TOLERANCE)
     if left.is_empty:
-        return []
+        return None
     largest = max(shapely.get_parts(left), key=lambda piece: piece.area)
     if left.area <= _LEFT * reachable.area and largest.area <= (2.0 * _WIDEST_LEFT * radius) ** 2:
-        return []
+        return None
     at = largest.representative_point()
-    words = Message("{} is not cleared {:g} mm deep at {}", pocket.name, pocket.depth, position_text(at.x, at.y))
-    return [Difference(Message("not cut"), 0, 0, words)]
+    return position_text(at.x, at.y)

@@ -37,10 +37,11 @@ def _is_drilled(moves: StraightMoves, k: int) -> bool:
 
 
 def _is_cleared(request: PartRequest, moves: StraightMoves, k: int, cuts: Cuts) -> bool:
-    """Return whether the mill has cleared the area under the end of the rapid `k`, down to the height of this end."""
-    place = moves.ends[k, 3:]
-    disc = shapely.Point(place[:2]).buffer(request.radius - TOLERANCE)
-    near = cuts.near(disc, request.radius)
-    mine = (cuts.rows[near] < moves.row[k]) & (cuts.tools[near] == request.tool)
+    """Return whether the mill has cleared the area under the end of a rapid down to its height."""
+    place, tool = moves.ends[k, 3:], moves.tool[k]
+    radius = {one.tool: one.radius for one in map(request.mill_of, request.pockets)}.get(int(tool), request.radius)
+    disc = shapely.Point(place[:2]).buffer(radius - TOLERANCE)
+    near = cuts.near(disc, radius)
+    mine = (cuts.rows[near] < moves.row[k]) & (cuts.tools[near] == tool)
     near = near[mine & (cuts.highest[near] <= place[2] + HEIGHT)]
-    return bool(shapely.union_all(shapely.buffer(cuts.lines[near], request.radius, quad_segs=64)).covers(disc))
+    return bool(shapely.union_all(shapely.buffer(cuts.lines[near], radius, quad_segs=64)).covers(disc))

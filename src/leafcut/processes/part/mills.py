@@ -1,0 +1,58 @@
+"""The milling tools of a part that layers name: they engrave or clear pockets before the end mill of the part."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from leafcut.errors import OptionError, PlanError
+from leafcut.model.issue import Issue
+from leafcut.model.tool import MILLS, Tool, ToolKind, ToolLibrary
+from leafcut.options import MillingOptions
+from leafcut.processes.job import Job
+from leafcut.processes.milling.mill import milling_data
+from leafcut.processes.part.operations import LayeredPart, LayerRule, Operation
+from leafcut.processes.part.plan.task import Mill
+
+
+def other_mills(
+    divided: LayeredPart, job: Job, main: Mill, library: ToolLibrary | None
+) -> tuple[list[Mill], list[Issue]]:
+    """Return the tools of engravings and pockets other than the `main` mill with their feeds, and issues about assumed
+    feeds.
+
+    Raises OptionError or PlanError if the library has no such milling tool, or if it is too short.
+    """
+    # Feeds on the command line are those of the end mill.
+    milling = replace(job.settings.of(MillingOptions), plunge_feed=None)
+    asked = replace(job.settings.job, feed=None, spindle_speed=None)
+    mills: dict[int, Mill] = {}
+    issues: list[Issue] = []
+    for rule, _ in divided.faces:
+        tool = main.data.tool if rule.tool in (None, main.data.tool.number) else _library_tool(rule, library)
+        if rule.depth > tool.reach + 1e-9:
+            raise PlanError(
+                "{}: {} cuts {:g} mm deep at most, but {:g} mm are needed",
+                rule.place,
+                tool.label,
+                tool.reach,
+                rule.depth,
+            )
+        if tool.number == main.data.tool.number or tool.number in mills:
+            continue
+        data, more = milling_data(milling, asked, tool.diameter, job.machine, tool)
+        mills[tool.number] = Mill(data, asked.step_down or 0.5 * tool.diameter, main.climb)
+        issues += more
+    return list(mills.values()), issues
+
+
+def _library_tool(rule: LayerRule, library: ToolLibrary | None) -> Tool:
+    if library is None:
+        raise OptionError("{}: T{} needs a tool library; give --tools", rule.place, rule.tool)
+    tool = library.by_number.get(rule.tool or 0)
+    if tool is None:
+        raise OptionError("{}: {} has no T{}", rule.place, library.source, rule.tool)
+    if rule.operation is Operation.POCKET and tool.kind is not ToolKind.END_MILL:
+        raise PlanError("{}: {} is a {}, not an end mill", rule.place, tool.label, tool.kind.value)
+    if tool.kind not in MILLS:
+        raise PlanError("{}: {} is a {}, not a milling tool", rule.place, tool.label, tool.kind.value)
+    return tool
