@@ -313,6 +313,7 @@ class InputPanel:
         view = self.view
         if name == "process":
             view.process = value
+            self.work.show({"process": value})
             self._show_command()
             return None
         view.work = value
@@ -380,6 +381,7 @@ class InputPanel:
 
     def _set_pace(self, _: str, value: str, __: str) -> None:
         self.view.pace = value
+        self.draw_pace()
 
     async def restore(self, task: Task) -> bool:
         """Show the input and the choices of a task; return False if another input was read meanwhile."""
