@@ -138,11 +138,11 @@ def test_what_holds_otherwise_has_room_in_its_field_and_is_said_whole_beside_the
     assert fields["machine"]["rule"] == ""
 
 
-def test_a_long_default_is_shown_by_its_beginning() -> None:
+def test_a_long_default_is_shown_by_its_first_words() -> None:
     fields = {field["name"]: field for group in made("drill") for field in group["fields"]}
     rule = "one assumed drill per diameter"
     shown = fields["tools"]["default"]
-    assert shown.endswith("…") and rule.startswith(shown[:-1]) and len(shown) > 12
+    assert shown == "one assumed…"
     assert fields["tools"]["rule"] == f"default: {rule}"
 
 

@@ -200,9 +200,11 @@ def default_words(name: str, default: Any, words: Words, work: str = "") -> str:
 
 
 def _short(text: str, limit: int) -> str:
-    """Return a default in at most `limit` characters: its first part (``auto`` of ``auto: as …``), or its start."""
+    """Return a default in at most `limit` characters: its first part (``auto`` of ``auto: as …``), or first words."""
     head = text if len(text) <= limit else text.replace(";", ":").partition(":")[0]
-    return head if len(head) <= limit else f"{head[: limit - 1].rstrip()}…"
+    if len(head) <= limit:
+        return head
+    return (head[:limit].rpartition(" ")[0] or head[: limit - 1]).rstrip(",") + "…"
 
 
 def problem_with(name: str, value: Any) -> str:

@@ -360,16 +360,21 @@ function paintIssues(ctx, frame, part, colours) {
   for (let k = 0; k < part.issue.length; k += 3) {
     const px = frame.toX(part.issue[k] + part.origin[0]), py = frame.toY(part.issue[k + 1] + part.origin[1]);
     const severity = part.header.issues[part.issue[k + 2]]?.[1];
+    const isNote = severity === "note"; // a dot, since a triangle would warn
     ctx.beginPath();
-    ctx.moveTo(px, py - 8);
-    ctx.lineTo(px + 8, py + 6);
-    ctx.lineTo(px - 8, py + 6);
-    ctx.closePath();
-    ctx.fillStyle = severity === "missing" ? colours.bad : severity === "note" ? colours["ink-2"] : colours.warn;
+    if (isNote) ctx.arc(px, py, 4, 0, 2 * Math.PI);
+    else {
+      ctx.moveTo(px, py - 8);
+      ctx.lineTo(px + 8, py + 6);
+      ctx.lineTo(px - 8, py + 6);
+      ctx.closePath();
+    }
+    ctx.fillStyle = severity === "missing" ? colours.bad : isNote ? colours["ink-2"] : colours.warn;
     ctx.strokeStyle = colours.card;
     ctx.lineWidth = 2;
     ctx.stroke();
     ctx.fill();
+    if (isNote) continue;
     ctx.fillStyle = colours.card;
     ctx.fillRect(px - 0.9, py - 3.2, 1.8, 5);
     ctx.fillRect(px - 0.9, py + 2.8, 1.8, 1.8);
