@@ -16,19 +16,19 @@ if TYPE_CHECKING:
 
 
 class File(str):
-    """A path: the help shows FILE instead of STR."""
+    """A path, shown as FILE in the help."""
 
 
 class Name(str):
-    """A name: the help shows NAME instead of STR."""
+    """A name, shown as NAME in the help."""
 
 
 class Time(str):
-    """A time with its unit: the help shows TIME instead of STR."""
+    """A time with its unit, shown as TIME in the help."""
 
 
 class Lengths(str):
-    """Lengths of x, y and z: the help shows LENGTHS instead of STR."""
+    """Lengths in x, y and z, shown as LENGTHS in the help."""
 
 
 class Speed(str):

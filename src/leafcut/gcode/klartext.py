@@ -69,7 +69,10 @@ def interpret_klartext(text: str, file: str = "program") -> Toolpath:
 
 
 def _blocks(program: str) -> Iterator[tuple[int, str]]:
-    """Yield each block, with its continuation lines (~), and its line. Block numbers must be consecutive."""
+    """Yield the line number and the text of each block. Continuation lines (~) belong to the block before them.
+
+    Block numbers must be consecutive.
+    """
     begin, parts, expected = 0, list[str](), 0
     for number, line in numbered_lines(program):
         if len(line) > MAX_LINE:

@@ -489,8 +489,10 @@ class _ProgramReader:
         return after
 
     def _keep_board_command(self, command: str, at: int) -> int:
-        """Keep a firmware command such as ``$H`` in its position. After homing and jogging, the position is unknown.
-        Most settings may change the behaviour of the controller.
+        """Keep a firmware command such as ``$H`` at its line.
+
+        After homing or jogging, the position of the tool is unknown. After most other commands, so is the state of the
+        controller.
         """
         state, text = self.state, self.lines[at]
         state.line, rows, path = at + 1, len(state.path), state.path

@@ -377,7 +377,7 @@ def try_cycle(
 
 @part
 def _cut_where_changed(node: NDArray, place: NDArray, a: Assembly, entries: int) -> int:
-    """Cut A after each node in the log that has lost its successor, and return the number of pieces.
+    """Cut tour A after each logged node whose successor has changed, and return the number of pieces.
 
     Changes: row CUT of pieces.
     """

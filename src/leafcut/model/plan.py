@@ -67,10 +67,10 @@ class Order:
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """An order with its motion.
+    """An order and the motion generated from it.
 
-    `text` is the program, and `written` is the toolpath read back from it. They are "" and None until the program is
-    written and proved.
+    `text` is the program, and `written` is the toolpath read back from it. Both are empty until the program has been
+    written and verified.
     """
 
     order: Order

@@ -367,7 +367,9 @@ def _forest_parts(instance: Instance, hub: int, penalty: Floats) -> ForestParts:
 
 
 def _set_part_ranges(instance: Instance, hub: int, parts: ForestParts) -> None:
-    """Set the range of part numbers in each box of the k-d tree. A part is a tree of the forest.
+    """Store the lowest and highest part number of the nodes in each box of the k-d tree.
+
+    The parts are the trees of the current forest.
 
     Changes: parts.low, high.
     """

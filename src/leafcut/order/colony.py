@@ -304,7 +304,10 @@ def costs_differ(colony: Colony) -> bool:
 
 
 def _has_improved(before: NDArray[np.float64], after: NDArray[np.float64], little: float) -> bool:
-    """Return whether the best cost has improved, or the mean gain exceeds `little` times the mean excess over it."""
+    """Return whether the best cost has improved, or the mean cost has improved enough.
+
+    The mean has improved enough if the gain exceeds `little` times the difference between mean and best cost.
+    """
     gains, best = before - after, float(after.min())
     if float(before.min()) > best + EPSILON:
         return True

@@ -131,7 +131,10 @@ def _join_cheapest(
     tail: NDArray[np.int32],
     beside: NDArray[np.int32],
 ) -> None:
-    """Join fragments of a tour by candidate edges of `nodes`, cheapest first, up to a cost (`SURE_NEIGHBOURS`)."""
+    """Join fragments of a tour with the candidate edges of `nodes`, starting with the cheapest edge.
+
+    Edges that cost more than a typical edge to neighbour number `SURE_NEIGHBOURS` are not used.
+    """
     from leafcut.kernels.greedy import join_edges, list_edges
 
     k = candidates.shape[1]

@@ -123,8 +123,8 @@ def classify_other_contours(
 ) -> tuple[list[Issue], list[Issue]]:
     """Report closed contours that are not drilled (L201).
 
-    A contour around all holes is the outline of the plate or a frame, and becomes a note. Contours outside the outline
-    become notes, too. Slots, circles drawn as other curves, and all other contours inside the outline are missing work.
+    A contour around all holes is the outline of the plate or a frame, so it is only reported as a note, and so are the
+    contours outside it. Slots, circles drawn as other curves, and all other contours inside are missing work.
     `circles` are circles around holes or contours; they are missing work unless they enclose all holes.
 
     Returns

@@ -63,7 +63,7 @@ def place_labels(
 def _candidates(
     centre: tuple[float, float], free: float, hole: float, half: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the possible centres of a number in order of preference, float64[k, 2].
+    """Return the positions where a hole number can be drawn, float64[k, 2], best first.
 
     The first is inside the hole, if the hole is large enough. The others are around the hole.
     """

@@ -447,9 +447,10 @@ class MarlinConversation(Conversation):
         )
 
     def read_settings_text(self) -> tuple[str, str]:
-        """Return the kind and the text of the settings, with the travel if the firmware reports it.
+        """Return the kind of controller and the text of its settings.
 
-        Raise `SendError` if the settings are not reported.
+        The text includes the travel of the axes if the firmware reports it. Raise `SendError` if the firmware does not
+        report its settings.
         """
         settings = self._query_text("M503", _NO_SETTINGS)
         with suppress(NotBuiltIn):

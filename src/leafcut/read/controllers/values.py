@@ -69,11 +69,11 @@ class Values:
     notes: list[str] = field(default_factory=list)
 
     def take(self, key: str, value: Any, source: str) -> None:
-        """Store a value that the settings file states."""
+        """Store a value from the settings file."""
         self.entries[key] = Value(key, value, ValueOrigin.TAKEN, source)
 
     def derive(self, key: str, value: Any, source: str) -> None:
-        """Store a value that follows from the settings file or from the kind of controller."""
+        """Store a value derived from the settings file or from the kind of controller."""
         self.entries[key] = Value(key, value, ValueOrigin.DERIVED, source)
 
     def assume(self, key: str, value: Any, source: str) -> None:

@@ -164,7 +164,7 @@ class View:
 
     @property
     def problems(self) -> dict[str, str]:
-        """Errors of single values, and the error of a machine that does not suit the kind of work: name → message."""
+        """Error messages by option: invalid values, and a machine that does not suit the kind of work."""
         machine = str(self.values.get("machine") or "")
         line = fitting_machines.unsuitable_reason(machine, self.work, self.studio.folder, self.words)
         return {**self.errors, "machine": Message("{}: {}", flag_name("machine"), line)} if line else self.errors

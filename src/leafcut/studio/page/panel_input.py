@@ -359,7 +359,7 @@ class InputPanel:
         return self.read(self.view.work)
 
     def move_zero(self, x: float, y: float) -> Awaitable[bool] | None:
-        """Move program zero by a distance in mm: set the option, which takes drawing coordinates."""
+        """Move program zero by (x, y), mm, by changing the option `origin`."""
         zero = self.view.zero
         if zero is None:
             return None

@@ -16,7 +16,10 @@ from leafcut.processes.pocket.plan.toolpath import Clearing, ClearingMotion, Poc
 
 @dataclass(frozen=True, eq=False)
 class PocketTask:
-    """A region of a pocket with its path. `later` contains the edges in, across or around the pocket."""
+    """A region of a pocket with its path.
+
+    `later` contains the edges in, across or around the pocket, which must be milled after the pocket.
+    """
 
     pocket: PocketArea
     clearing: Clearing

@@ -630,7 +630,7 @@ def build_pocket_scene(plans: Sequence[PocketPlan], missing: tuple[Issue, ...] =
 
 
 def shapes_of(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketShapes:
-    """Return the unreachable area and the uncut area of a pocket. Films no thicker than the tolerance are left out."""
+    """Return the unreachable area and the uncut area of a pocket, without slivers thinner than the tolerance."""
     whole = pocket.region(_SEEN)
     reachable = swept(shrink(whole, rules.radius, _SEEN), rules.radius, _SEEN).intersection(whole)
     steps = np.concatenate([segments(piece.path.flattened(0.5 * _SEEN)) for piece in path.pieces])

@@ -1015,8 +1015,8 @@ def group_by_height(heights: Many[float], places: Many[tuple[float, float]]) -> 
     Returns
     -------
     list
-        For each group: the first piece of each of its members, the end of the last member, and the travel height, mm. A
-        member contains all pieces up to the next member, and moves as a whole.
+        For each group: index of the first piece of each member, end of the last member, and travel height, mm. A member
+        is a run of pieces that stay together when the group is reordered.
     """
     groups: list[tuple[list[int], int, float]] = []
     waiting = [(0, len(places), 0)]

@@ -99,9 +99,9 @@ class Scrap:
         return ok
 
     def leave_own_kerf(self, leads: NDArray[np.float64], owner: CutContour) -> Mask:
-        """Return a mask of the lead-ins that leave the kerf of their contour only once, seen from the contour.
+        """Return a mask of the lead-ins that do not come back into the kerf of their contour.
 
-        `leads` are float64[n, k, 2], with the last point on the contour.
+        `leads` are float64[n, k, 2]. Each ends on its contour.
         """
         fine = _with_extra_points(leads, 0.25 * self.rules.kerf)
         away = shapely.distance(owner.line, shapely.points(fine))

@@ -141,7 +141,7 @@ class MatchedRuns:
         return cuts[number].pierce if number < len(cuts) else True
 
     def detaches(self, claim: RunMatch) -> bool:
-        """Return whether a run detaches a contour by cutting it, instead of only following it one kerf away."""
+        """Return whether a run cuts a contour free. A run that only follows the contour one kerf away does not."""
         whole = claim.followed > MOST * claim.target.centreline.length and not self.only_follows_common_line(claim)
         return whole or (claim.run < len(self.plan.cuts) and claim.target.index in self.plan.cuts[claim.run].contours)
 
