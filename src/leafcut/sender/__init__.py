@@ -1,1 +1,1 @@
-"""Send programs to GRBL and Marlin boards: read and check, send line by line, stop safely."""
+"""Sends programs to GRBL and Marlin boards line by line, after checking every line, and stops the machine safely."""

@@ -1,4 +1,4 @@
-"""Answers of a controller, independent of its firmware. Each firmware has its own module that parses its lines."""
+"""Answers that a controller can send, independent of the firmware. Each firmware module parses its own lines."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ LONGEST_ANSWER = 1024
 
 @dataclass(frozen=True)
 class Accepted:
-    """A line was accepted: ``ok``."""
+    """The controller has accepted a line (``ok``)."""
 
 
 @dataclass(frozen=True)
 class Refused:
-    """A line was refused, with an error number or a reason as text."""
+    """The controller has refused a line. Contains the error number, or the reason as text."""
 
     why: int | str
 
 
 @dataclass(frozen=True)
 class Alarm:
-    """The machine has stopped with an alarm, with an alarm number or a reason as text."""
+    """The machine has stopped with an alarm. Contains the alarm number, or the reason as text."""
 
     why: int | str
 
 
 @dataclass(frozen=True)
 class Greeting:
-    """The greeting of a controller that has just started or was reset."""
+    """The greeting that a controller sends after it starts or resets."""
 
     version: str
     name: str
@@ -39,18 +39,18 @@ class Greeting:
 
 @dataclass(frozen=True)
 class Status:
-    """A status report. Positions are in the units of the report; missing fields are None.
+    """A status report. Positions use the units of the report. Fields that the controller did not report are None.
 
     Attributes
     ----------
     state, detail
-        ``Idle``, ``Run``, ``Hold``, ``Alarm`` …, and the number after it, such as 0 in ``Hold:0``.
+        The state, such as ``Idle``, ``Run``, ``Hold`` or ``Alarm``, and the number after it, such as 0 in ``Hold:0``.
     free_blocks, free_bytes
         Free space in the planner and in the receive buffer.
     overrides
-        Feed, rapid and spindle override, percent.
+        Overrides of feed, rapids and spindle, percent.
     pins
-        Active inputs, one letter each.
+        Active inputs. Each input has one letter.
     """
 
     state: str
@@ -68,7 +68,7 @@ class Status:
 
 @dataclass(frozen=True)
 class Report:
-    """Any other controller report: ``[GC:G0 G54]``, ``$110=500``, ``[MSG:Caution: Unlocked]``, ``Cap:EEPROM:1``."""
+    """Any other report of the controller, such as ``[GC:G0 G54]``, ``$110=500`` or ``[MSG:Caution: Unlocked]``."""
 
     name: str
     text: str
@@ -78,7 +78,7 @@ class Report:
 
     @property
     def numbers(self) -> tuple[float, ...] | None:
-        """The comma-separated numbers in the text of the report; None if the text is not a list of numbers."""
+        """The numbers in a comma-separated report, or None if the text is not a list of numbers."""
         return numbers_in(self.text)
 
 
@@ -93,7 +93,7 @@ ControllerAnswer = Accepted | Refused | Alarm | Greeting | Status | Report | Inv
 
 
 def numbers_in(text: str) -> tuple[float, ...] | None:
-    """Return comma-separated numbers; None if the text is not a list of numbers."""
+    """Parse a list of comma-separated numbers. Return None if the text is not such a list."""
     try:
         return tuple(float(number) for number in text.split(",")) if text else None
     except ValueError:
@@ -101,6 +101,6 @@ def numbers_in(text: str) -> tuple[float, ...] | None:
 
 
 def place_in(text: str | None) -> XYZ | None:
-    """Return the first three of several comma-separated numbers as x, y, z; None if there are fewer than three."""
+    """Read x, y and z from a list of comma-separated numbers. Return None if the list has fewer than three numbers."""
     values = numbers_in(text or "")
     return None if values is None or len(values) < 3 else (values[0], values[1], values[2])

@@ -1,4 +1,4 @@
-"""Facts that a controller of any firmware reports before a job: settings, origins, modes, position."""
+"""Data that every controller reports before a job: settings, origins, modes and position."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _ZERO: XYZ = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class SettingNames:
-    """Names of a controller's settings and coordinates, for messages."""
+    """Names of the controller's settings and coordinate systems, as used in messages."""
 
     homing: str
     soft_limits: str
@@ -28,10 +28,16 @@ class SettingNames:
 
 @dataclass(frozen=True)
 class Clock:
-    """Settings of a board that determine the cycle time; None if not reported.
+    """Board settings that affect the cycle time. A setting is None if the board does not report it.
 
-    `rates` are in mm/s, `accelerations` in mm/s² and `steps` per mm, each per axis. `deviation` (junction deviation)
-    and `arc_tolerance` are in mm. `motor_lock_s` is the time from the end of a move until the motors are released.
+    Attributes
+    ----------
+    rates, accelerations, steps
+        Values for each axis, in mm/s, mm/s² and steps per mm.
+    deviation, arc_tolerance
+        Junction deviation and arc tolerance, mm.
+    motor_lock_s
+        Time after the end of a move until the board releases the motors, s.
     """
 
     rates: XYZ | None = None
@@ -42,7 +48,7 @@ class Clock:
     motor_lock_s: float | None = None
 
     def machine_with_settings(self, machine: Machine) -> Machine:
-        """Return the machine profile with the reported settings in place of its own."""
+        """Return the machine profile, with the settings that the board has reported."""
         return replace(
             machine,
             rapid_velocity=self.rates or machine.rapid_velocity,
@@ -56,25 +62,26 @@ class Clock:
 
 @dataclass(frozen=True)
 class Facts:
-    """Facts that a controller reports. Lengths are in mm, also if the controller reports inches.
+    """Settings and state that a controller reports. Lengths are in mm, even if the controller reports inches.
 
     Attributes
     ----------
     buffer
         Size of the receive buffer, bytes.
     low, high
-        Limits of the machine coordinates, mm; -inf and inf if not reported.
+        Limits of the machine coordinates, mm. They are -inf and inf if the controller does not report them.
     unit
         Size of the report unit, mm.
-    homing, homed
-        `homing`: whether the machine can home; otherwise its machine coordinates are meaningless. `homed`: whether the
-        machine was homed; None if unknown.
+    homing
+        Whether the machine can home. If it cannot, its machine coordinates are meaningless.
+    homed
+        Whether the machine was homed, or None if this is unknown.
     fastest
-        Maximum spindle speed (rpm) or laser power.
+        Maximum spindle speed in rpm, or maximum laser power.
     places
         Origins and stored positions by name (``G54``, ``G28``, ``G92``, ``TLO``): x, y, z in mm.
     modes
-        Active modal words.
+        Modal words that are currently active.
     """
 
     version: str
@@ -96,12 +103,12 @@ class Facts:
 
     @property
     def has_valid_coordinates(self) -> bool:
-        """Whether the machine was homed, so that its machine coordinates are valid."""
+        """Whether the machine coordinates are valid because the machine was homed."""
         return self.homing and self.homed is True
 
     @property
     def soft_limits_off(self) -> str:
-        """A message that states that the soft limits are off; empty if they are on."""
+        """A message that the soft limits are off, or an empty string if they are on."""
         return (
             ""
             if self.soft_limits
@@ -113,9 +120,9 @@ class Facts:
         return self.low, self.high
 
     def origin(self, frame: int) -> XYZ:
-        """Return the zero of a work offset in machine coordinates, mm, including G92 and tool length.
+        """Return the zero point of a work coordinate system in machine coordinates, mm.
 
-        `frame` is ten times the number of the G word: 540 for G54.
+        The result includes G92 and the tool length. `frame` is ten times the number of the G word, such as 540 for G54.
         """
         offset = self.places.get(f"G{frame / 10:g}", _ZERO)
         shift, length = self.places.get("G92", _ZERO), self.places.get("TLO", _ZERO)
@@ -123,11 +130,11 @@ class Facts:
 
     @property
     def frame(self) -> int:
-        """The active work offset as ten times its G number: 540 for G54."""
+        """The active work coordinate system, as ten times the number of its G word. For example, G54 is 540."""
         return next((int(word[1:]) * 10 for word in self.modes if word in self.places and word != "G92"), 540)
 
     def machine_place(self, status: Status | None = None) -> XYZ | None:
-        """Return the position of the tool in machine coordinates, mm; None if it is not reported."""
+        """Return the tool position in machine coordinates, mm, or None if the controller does not report it."""
         status = status or self.status
         if status.machine is not None:
             return position_in_mm(status.machine, self.unit)
@@ -138,9 +145,10 @@ class Facts:
         return (x + zero[0], y + zero[1], z + zero[2])
 
     def work_place(self, status: Status, offset: XYZ | None) -> XYZ | None:
-        """Return the position in work coordinates, mm.
+        """Return the tool position in work coordinates, mm.
 
-        `offset` is the last reported offset between machine and work coordinates, in report units.
+        `offset` is the last offset between machine and work coordinates that the controller has reported. It is in
+        report units.
         """
         if status.work is not None:
             return position_in_mm(status.work, self.unit)
@@ -151,17 +159,17 @@ class Facts:
         return (place[0] - zero[0], place[1] - zero[1], place[2] - zero[2])
 
     def machine_with_settings(self, machine: Machine) -> Machine:
-        """Return the machine profile with the speeds, accelerations and other timing settings of this board."""
+        """Return the machine profile, with the speeds, accelerations and other timing settings of this board."""
         return self.clock.machine_with_settings(machine)
 
 
 def position_in_mm(place: XYZ, unit: float) -> XYZ:
-    """Return a position in mm; `unit` is the size of its unit in mm."""
+    """Convert a position to mm. `unit` is the size of its unit in mm."""
     return (place[0] * unit, place[1] * unit, place[2] * unit)
 
 
 def checked_axis_values(values: XYZ, names: tuple[str, str, str]) -> XYZ:
-    """Return the rates, accelerations or steps of the axes; raise `SendError` if an axis cannot move (value 0)."""
+    """Return the rates, accelerations or steps of the axes. Raises `SendError` if an axis is 0 and so cannot move."""
     if not all(value > 0.0 for value in values):
         raise SendError("the controller has 0 in one of {}: it cannot move", ", ".join(names))
     return values

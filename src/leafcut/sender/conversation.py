@@ -1,4 +1,4 @@
-"""Communication with a controller, one request at a time. Subclasses add the protocol of a firmware."""
+"""Communication with a controller, one request at a time. Each subclass implements the protocol of a firmware."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from leafcut.sender.controller_facts import Facts
 from leafcut.sender.error_texts import alarm_in_words, error_in_words, state_in_words
 from leafcut.sender.port import Port
 
-#: Time limits, s: for an answer, for a restart of the board when its port is opened, and for homing.
+#: Time limits for an answer, for the restart of a board when its port is opened, and for homing, s.
 ANSWER_SECONDS, START_SECONDS, HOMING_SECONDS = 5.0, 5.0, 180.0
-#: Intervals of status queries, s: while waiting for a result, and while idle.
+#: Intervals between status queries while waiting for a result and while idle, s.
 POLL_SECONDS, SLOW_POLL_SECONDS = 0.1, 0.5
 _READ_SECONDS = 0.02
-#: States in which the machine is at rest and refuses all lines until the operator acts.
+#: States in which the machine is at rest and refuses every line until the operator intervenes.
 LOCKED = ("Alarm", "ConfigAlarm", "Critical", "Sleep")
-#: State of a machine that was stopped without deceleration. It may have lost steps.
+#: State of a machine that has stopped without decelerating. The motors may have lost steps.
 STOPPED_SHORT = "Stopped"
 
 
@@ -39,39 +39,41 @@ class Interrupted(Exception):
     """The operator has interrupted a wait."""
 
 
-#: Called with each line of traffic: direction ("<" or ">") and text.
+#: Receives each line that is sent or received, with its direction (">" or "<").
 Log = Callable[[str, str], None]
-#: Called with each answer that arrives while the caller waits for another answer.
+#: Receives the answers that arrive while the caller is waiting for a different answer.
 OnAnswer = Callable[[ControllerAnswer], None]
 
 
 def ignore_answer(_answer: ControllerAnswer) -> None:
-    """Ignore an answer."""
+    """Do nothing with an answer."""
 
 
 class Conversation(ABC):
-    """A controller connected to a port.
+    """A connection to a controller.
 
     Attributes
     ----------
     patience
-        Factor for all time limits; above 1 on a busy computer.
+        Factor for all time limits. It is greater than 1 on a busy computer.
     offset
-        Last reported offset between machine and work coordinates, in the units of the report.
+        The last reported offset between machine and work coordinates, in report units.
     restarted
-        Whether the board has restarted since the connection was opened, as many boards do when the port is opened.
-        Unless it is homed, its position is measured from the position at the restart.
+        Whether the board has restarted since the connection was opened. Many boards restart when the port is opened.
+        Until the machine is homed, positions are relative to the position at the restart.
     homed
         Whether the machine was homed since the connection was opened.
     family
-        Firmware that the board has reported; it selects the list of errors and alarms (`meaning_of.family_of`).
+        The firmware that the board has reported. It determines which list explains errors and alarms (see
+        `meaning_of`).
     max_lines
-        Maximum number of lines without an answer; None if only the buffer limits it.
+        Maximum number of unanswered lines, or None if only the size of the buffer matters.
     max_ahead
-        Maximum number of lines that the board accepts before it executes them: planner blocks, and lines without
-        motion between them.
+        Maximum number of lines that the board accepts before it executes them. This covers the blocks in the planner
+        and any lines without motion between these blocks.
     check_line
-        Command that turns on check mode, in which lines are read but nothing moves; empty if there is none.
+        Command that turns on check mode, in which the board reads lines but does not move. It is empty if the firmware
+        has no check mode.
     """
 
     patience = 1.0
@@ -95,29 +97,32 @@ class Conversation(ABC):
 
     @abstractmethod
     def parse(self, line: str) -> ControllerAnswer:
-        """Convert a line of the controller to an answer."""
+        """Parse a line from the controller."""
 
     @abstractmethod
     def connect(self) -> Status:
         """Wait until the controller answers, and return its status.
 
-        Raise `SendError` if nothing answers, or the board has another firmware.
+        Raises `SendError` if the controller does not answer, or if the board has a different firmware.
         """
 
     @abstractmethod
     def ask_status(self, *, more: bool = False) -> None:
-        """Request the status, which arrives like any other answer.
+        """Request a status report. The report arrives like any other answer.
 
-        `more`: the caller is about to send further lines.
+        Set `more` if more lines are about to be sent.
         """
 
     @abstractmethod
     def read_facts(self) -> Facts:
-        """Return the facts that the controller reports while it is idle."""
+        """Read the settings and the state that the controller reports while it is idle."""
 
     @abstractmethod
     def read_settings_text(self) -> tuple[str, str]:
-        """Return the kind and the text of the settings, in the format that `leafcut machine import` reads."""
+        """Read the settings in the format that `leafcut machine import` understands.
+
+        Return their kind and their text.
+        """
 
     @abstractmethod
     def send(self, text: str) -> None:
@@ -125,7 +130,7 @@ class Conversation(ABC):
 
     @abstractmethod
     def hold(self) -> None:
-        """Bring the machine to rest (feed hold) so that it can continue later."""
+        """Stop the machine with a feed hold, so that it can continue later."""
 
     @abstractmethod
     def resume(self) -> None:
@@ -133,7 +138,7 @@ class Conversation(ABC):
 
     @abstractmethod
     def step_feed(self, current: int, target: int) -> None:
-        """Change the feed override by one step from `current` towards `target`, percent."""
+        """Change the feed override by one step from `current` toward `target`, percent."""
 
     @abstractmethod
     def home_lines(self) -> str:
@@ -141,19 +146,19 @@ class Conversation(ABC):
 
     @abstractmethod
     def zero_line(self, axes: str) -> str:
-        """Return the command that zeroes the given axes at the current position."""
+        """Return the command that sets the zero of the given axes to the current position."""
 
     @abstractmethod
     def unlock(self) -> bool:
-        """Bring the machine to rest without homing; return whether it was locked."""
+        """Unlock the machine without homing it. Return whether it was locked."""
 
     @abstractmethod
     def stop(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Stop machine, spindle and coolant, discard all queued lines, and return the status."""
+        """Stop the machine, the spindle and the coolant, discard all queued lines, and return the status."""
 
     @abstractmethod
     def reset(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Reset to the state after start-up, as far as possible; return the status."""
+        """Reset the controller as far as the firmware allows, and return the status."""
 
     @abstractmethod
     def halt(self, on_answer: OnAnswer = ignore_answer) -> Status:
@@ -161,15 +166,15 @@ class Conversation(ABC):
 
     @abstractmethod
     def stop_unanswered(self) -> str:
-        """Send a stop to a machine that no longer answers; return the names of the commands."""
+        """Send a stop to a machine that no longer responds. Return the names of the commands that were sent."""
 
     @abstractmethod
     def prepare(self) -> None:
-        """Prepare the controller for a program."""
+        """Prepare the controller for running a program."""
 
     @property
     def takes_lines(self) -> bool:
-        """Whether a line may be sent now, provided that the buffer has space."""
+        """Whether a line may be sent now, if it fits into the buffer."""
         return True
 
     # Methods that all firmwares share.
@@ -178,16 +183,16 @@ class Conversation(ABC):
         return self.clock() + seconds * self.patience
 
     def write(self, data: bytes) -> None:
-        """Write bytes to the port and to the log."""
+        """Write bytes to the port, and log them."""
         self.log(">", data.decode("ascii", "backslashreplace").rstrip("\n"))
         self.port.write(data)
 
     def interrupt(self) -> None:
-        """Make the current wait end with `Interrupted`. May be called from any thread."""
+        """Interrupt the current wait, which then raises `Interrupted`. This method may be called from any thread."""
         self._interrupted = True
 
     def listen(self, seconds: float = _READ_SECONDS) -> list[ControllerAnswer]:
-        """Return the answers received within `seconds`; raise `Interrupted` if `interrupt` was called."""
+        """Return the answers that arrive within `seconds`. Raises `Interrupted` if `interrupt` was called."""
         if self._interrupted and not self._resetting:
             self._interrupted = False
             raise Interrupted
@@ -205,16 +210,25 @@ class Conversation(ABC):
         return answer
 
     def store_status(self, status: Status) -> None:
-        """Store a status and pass it to `on_status`."""
+        """Remember a status and pass it to `on_status`."""
         self.status, self.offset = status, status.offset or self.offset
         self.on_status(status)
 
     def receive(
         self, seconds: float, every: float | None = None, ask: Callable[[], None] | None = None, *, later: bool = False
     ) -> Iterator[ControllerAnswer]:
-        """Yield answers for `seconds`. With `every`, query the status at this interval, in s.
+        """Yield the answers that arrive within the next `seconds`.
 
-        `ask` replaces the status query. The first query is sent at once; with `later`, it is sent after an interval.
+        Parameters
+        ----------
+        seconds
+            Time to wait, s.
+        every
+            Interval between status queries, s. Without it, no status is queried.
+        ask
+            Function to call instead of the status query.
+        later
+            Send the first query after one interval instead of immediately.
         """
         until, next_query = self._deadline(seconds), self.clock() + (every or 0.0) * later
         while self.clock() < until:
@@ -224,15 +238,18 @@ class Conversation(ABC):
             yield from self.listen()
 
     def facts(self) -> Facts:
-        """Return the facts that the controller reports; raise `SendError` if the machine moves or a fact is missing."""
+        """Read the settings and the state of the controller.
+
+        Raises `SendError` if the machine is moving, or if the controller does not report a required value.
+        """
         if movement := self._moving_state():
             raise SendError("the machine is {}; wait until it has stopped, or use --unlock", movement)
         return self.read_facts()
 
     def settings(self) -> tuple[str, str]:
-        """Return the kind (`importing.KINDS`) and text of the settings.
+        """Read the settings of the controller. Return their kind (see `importing.KINDS`) and their text.
 
-        Raise `SendError` if they cannot be read now.
+        Raises `SendError` if the settings cannot be read at the moment.
         """
         if movement := self._moving_state():
             raise SendError("the machine is {}; wait until it has stopped", movement)
@@ -243,9 +260,10 @@ class Conversation(ABC):
         return "" if status.state in ("Idle", *LOCKED) else state_in_words(status)
 
     def ask(self, text: str, seconds: float = ANSWER_SECONDS) -> list[ControllerAnswer]:
-        """Send a line and return the answers before its ``ok``.
+        """Send a line and return all answers up to the ``ok``.
 
-        Raise `SendError` if the line is refused, an alarm occurs, or no answer arrives within `seconds`.
+        Raises `SendError` if the controller refuses the line, if an alarm occurs, or if no answer arrives within
+        `seconds`.
         """
         self.send(text)
         answers: list[ControllerAnswer] = []
@@ -268,27 +286,28 @@ class Conversation(ABC):
         raise SendError("the controller does not respond to '{}'", text)
 
     def fresh_status(self, seconds: float = ANSWER_SECONDS) -> Status:
-        """Query the status and return it; raise `SendError` if the controller does not answer."""
+        """Query the status and wait for the answer. Raises `SendError` if the controller does not answer."""
         for answer in self.receive(seconds, SLOW_POLL_SECONDS):
             if isinstance(answer, Status):
                 return answer
         raise SendError("{} no longer responds", self.port.name)
 
     def meaning_of(self, answer: Refused | Alarm) -> str:
-        """Return the meaning of an error or alarm as text, according to the firmware."""
+        """Explain an error or an alarm in words. The explanation depends on the firmware."""
         if isinstance(answer.why, str):
             return answer.why
         return (error_in_words if isinstance(answer, Refused) else alarm_in_words)(answer.why, self.family)
 
     def record_restart(self) -> None:
-        """Record a restart of the board, which loses the work zeros that were set before."""
+        """Record that the board has restarted. A restart deletes the work zeros that were set before."""
         self.restarted, self.homed = True, False
         self._zeroed.clear()
 
     def home(self) -> None:
         """Home the machine.
 
-        Raise `SendError` if homing is off or fails. On a failure or an interrupt, stop all motion first.
+        If homing fails or is interrupted, all motion is stopped first. Raises `SendError` if homing is disabled or
+        fails.
         """
         try:
             self.ask(self.home_lines(), HOMING_SECONDS)
@@ -299,28 +318,28 @@ class Conversation(ABC):
 
     @abstractmethod
     def _give_up_homing(self) -> None:
-        """Stop a homing machine, whether or not it answers."""
+        """Stop a machine that is homing, even if it no longer answers."""
 
     def zero_here(self, axes: str = "XYZ") -> None:
-        """Set the program zero at the current position of the tool; raise `SendError` if the controller refuses."""
+        """Set the program zero to the current tool position. Raises `SendError` if the controller refuses."""
         self.ask(self.zero_line(axes))
         self._zeroed |= set(axes)
         if self._zeroed >= set("XYZ"):
             self.restarted = False
 
     def wait_for_alarm_report(self, seconds: float) -> bool:
-        """Wait for the message or greeting that follows an alarm; return whether it arrived in time."""
+        """Wait for the message or greeting that follows an alarm. Return whether it arrived in time."""
         return any(isinstance(answer, Report | Greeting) for answer in self.receive(seconds))
 
     def discard_answers(self, seconds: float) -> None:
-        """Read and discard answers for a given time, s."""
+        """Ignore all answers that arrive within the next `seconds`."""
         until = self.clock() + seconds
         while self.clock() < until:
             self.listen()
 
 
 class NotThisFirmware(SendError):
-    """A port at which no firmware or an unexpected firmware answers. `answers` contains the received lines."""
+    """No firmware, or an unexpected firmware, answers at a port. `answers` contains the lines that were received."""
 
     def __init__(self, message: str, answers: list[str]) -> None:
         super().__init__(message)
@@ -328,7 +347,7 @@ class NotThisFirmware(SendError):
 
 
 def wrong_firmware(port: str, answers: list[str], firmware: str) -> NotThisFirmware:
-    """Return the error for a port at which no firmware or an unexpected firmware answers."""
+    """Return the error to raise if no firmware, or an unexpected firmware, answers at a port."""
     if not answers:
         words = Message("no response on {}; is the machine on, and are port and --baud right?", port)
     else:
@@ -340,7 +359,7 @@ def wrong_firmware(port: str, answers: list[str], firmware: str) -> NotThisFirmw
 
 
 def answer_text(answer: ControllerAnswer) -> str:
-    """Return an answer as a line of text, in the form ``ok``, ``error:20`` or ``ALARM:1`` if possible."""
+    """Convert an answer back to a line of text, such as ``ok``, ``error:20`` or ``ALARM:1``."""
     match answer:
         case Accepted():
             return "ok"

@@ -201,20 +201,23 @@ _STATES = {
 
 
 def firmware_family(text: str) -> str:
-    """Return ``grblHAL`` or ``FluidNC`` if a greeting or the answer to ``$I`` contains this name; otherwise ""."""
+    """Return ``grblHAL`` or ``FluidNC`` if the text mentions one of them, otherwise an empty string.
+
+    The text is a greeting, or the answer to ``$I``.
+    """
     return next((name for name in _ERRORS_OF if name.lower() in text.lower()), "")
 
 
 def error_in_words(code: int, family: str = "") -> Message:
-    """Return an error number with its meaning: ``error 20: the controller does not support this word``.
+    """Return an error number with an explanation, such as ``error 20: the controller does not support this word``.
 
-    `family` is ``grblHAL``, ``FluidNC`` or empty for GRBL.
+    `family` is ``grblHAL`` or ``FluidNC``. It is empty for plain GRBL.
     """
     return Message("error {}: {}", code, _code_meaning(code, _ERRORS_OF.get(family, {}), _ERRORS, family))
 
 
 def alarm_in_words(code: int, family: str = "") -> Message:
-    """Return an alarm number with its meaning and remedy. An empty `family` means GRBL."""
+    """Return an alarm number, with an explanation and a remedy. An empty `family` means plain GRBL."""
     return Message("alarm {}: {}", code, _code_meaning(code, _ALARMS_OF.get(family, {}), _ALARMS, family))
 
 
@@ -224,7 +227,10 @@ def _code_meaning(code: int, by_family: dict[int, Message], common: dict[int, Me
 
 
 def state_in_words(status: Status, family: str = "") -> str:
-    """Return the state of a machine in words, with the alarm if the status contains its number (grblHAL)."""
+    """Return the state of the machine in words.
+
+    If the status contains an alarm number (grblHAL), the alarm is explained.
+    """
     words = _STATES.get(status.state, Message("in the state '{}'", status.state))
     if status.state == "Alarm" and status.detail:
         return Message("{} ({})", words, alarm_in_words(status.detail, family))

@@ -1,4 +1,4 @@
-"""The firmwares to which leafcut can send programs. The controller of the machine selects the firmware."""
+"""The firmwares that leafcut can send programs to. The controller in the machine profile determines the firmware."""
 
 from __future__ import annotations
 
@@ -21,9 +21,10 @@ _SPEAKERS: dict[str, type[Conversation]] = {
 
 
 def conversation_class(machine: Machine, name: str) -> type[Conversation]:
-    """Return the conversation class for a machine; raise `OptionError` if leafcut cannot send to its controller.
+    """Return the conversation class for a machine.
 
-    `name` is the value of ``--machine``, for the message.
+    `name` is the value of ``--machine`` and appears in the error message. Raises `OptionError` if leafcut cannot send
+    programs to this controller.
     """
     speaker = _SPEAKERS.get(machine.control)
     if speaker is None:
@@ -37,7 +38,7 @@ def conversation_class(machine: Machine, name: str) -> type[Conversation]:
     return speaker
 
 
-#: Kinds of settings (`leafcut.read.controllers.importing.KINDS`) that can be read from a port.
+#: Kinds of settings (see `leafcut.read.controllers.importing.KINDS`) that can be read from a port.
 ASKED: dict[str, type[Conversation]] = {
     "grbl": GrblConversation,
     "fluidnc": GrblConversation,
@@ -46,11 +47,22 @@ ASKED: dict[str, type[Conversation]] = {
 
 
 def query_settings(port: Port, kind: str | None = None, clock: Callable[[], float] = time.monotonic) -> tuple[str, str]:
-    """Return the kind of the settings of the board at a port, and their text in the format of a settings file.
+    """Read the settings of the board at a port, in the format of a settings file.
 
-    Without a kind, try GRBL first, then Marlin, which ignores GRBL's query as an unknown command. Raise `OptionError`
-    if boards of this kind cannot be queried. Raise `SendError` if the board does not answer, has another firmware, is
-    moving, or does not report its settings.
+    Without a kind, this function tries GRBL first and then Marlin. Marlin treats the GRBL query as an unknown command
+    and ignores it.
+
+    Returns
+    -------
+    tuple[str, str]
+        The kind of the settings and their text.
+
+    Raises
+    ------
+    OptionError
+        Boards of this kind cannot be queried.
+    SendError
+        The board does not answer, has a different firmware, is moving, or does not report its settings.
     """
     if kind is not None and kind not in ASKED:
         raise OptionError(

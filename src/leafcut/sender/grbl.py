@@ -48,31 +48,31 @@ from leafcut.sender.error_texts import firmware_family
 from leafcut.sender.grbl_facts import facts_of_answers
 from leafcut.sender.port import Port
 
-#: Soft reset; the same byte for all three firmwares.
+#: Soft reset. All three firmwares use this byte.
 RESET = b"\x18"
-#: Time limit for coming to rest, s; time from hold to reset if the machine no longer answers, s.
+#: Time limit for the machine to come to rest, and time between hold and reset if it no longer responds, s.
 REST_SECONDS, UNANSWERED_SECONDS = 15.0, 3.0
-#: Time limit for the report of an alarm's cause, s; interval at which an unanswered reset is repeated, s.
+#: Time limit for the report that explains an alarm, and interval for repeating an unanswered reset, s.
 ALARM_SECONDS, RESET_SECONDS = 3.0, 2.0
-#: Time limit for the answer of another firmware to an empty line, s.
+#: Time to wait for another firmware to answer an empty line, s.
 _LINE_SECONDS = 1.0
-#: States in which the machine is at rest until the next command.
+#: States in which the machine stays at rest until the next command.
 _AT_REST = ("Idle", "Check", *LOCKED)
 _FEED_NORMAL = b"\x90"
-#: Override step, percent → byte.
+#: Maps override steps in percent to bytes.
 _FEED_STEPS = {10: b"\x91", -10: b"\x92", 1: b"\x93", -1: b"\x94"}
 
 _NUMBERED = re.compile(r"(error|ALARM):\s*(\d{1,3})", re.IGNORECASE)
 _GREETING = re.compile(r"Grbl(?:HAL)?\s+([0-9][^\s\['\"]{0,20})(?:\s+\[([^\]]{1,60})\])?", re.IGNORECASE)
-#: A setting. In grblHAL, the value may be a text or empty, such as a network name or a password.
+#: A setting. In grblHAL, the value may also be a text, such as a network name or a password, or empty.
 _SETTING = re.compile(r"\$(\d{1,4})=(.*)")
-#: Remark in parentheses after the value of a setting.
+#: A remark in parentheses after the value of a setting.
 _REMARK = re.compile(r"\s+\(.*\)\s*$")
 
 
 @dataclass(frozen=True)
 class RealtimeBytes:
-    """Realtime bytes: status query, feed hold, cycle start."""
+    """Realtime bytes for the status query, the feed hold and the cycle start."""
 
     ask: bytes
     hold: bytes
@@ -83,7 +83,7 @@ _LEGACY, _GRBLHAL = RealtimeBytes(b"?", b"!", b"~"), RealtimeBytes(b"\x80", b"\x
 
 
 class GrblConversation(Conversation):
-    """A controller that uses the protocol of GRBL 1.1."""
+    """A connection to a controller that uses the protocol of GRBL 1.1."""
 
     check_line = "$C"
 
@@ -91,11 +91,11 @@ class GrblConversation(Conversation):
         super().__init__(port, log, clock)
         self.act = _LEGACY
         self._knocks = 0
-        #: Lines of FluidNC's configuration while it is being received; otherwise None.
+        #: The lines of FluidNC's configuration received so far, or None if no configuration is being received.
         self._raw: list[str] | None = None
 
     def parse(self, line: str) -> ControllerAnswer:
-        """Convert a line to an answer. If the line names the firmware, record it."""
+        """Parse a line from the controller. If the line names the firmware, remember it."""
         answer = parse(line)
         if not self.family and isinstance(answer, Greeting | Report) and (family := firmware_family(line)):
             self.family = family
@@ -108,9 +108,9 @@ class GrblConversation(Conversation):
         self.port.write(self.act.ask)
 
     def connect(self) -> Status:
-        """Wait for the controller and return its status.
+        """Wait for the controller, and return its status.
 
-        Raise `SendError` if the controller does not answer or has another firmware.
+        Raises `SendError` if the controller does not answer, or if it has a different firmware.
         """
         replies: list[str] = []
         for answer in self.receive(START_SECONDS, SLOW_POLL_SECONDS, self._query_board):
@@ -129,15 +129,15 @@ class GrblConversation(Conversation):
         raise wrong_firmware(self.port.name, replies, "GRBL")
 
     def _answers_to_line(self) -> list[str]:
-        """Return the answers to an empty line. Some firmwares answer only to lines."""
+        """Send an empty line and return the answers. Some firmwares respond only to lines."""
         self.write(b"\n")
         return [answer_text(answer) for answer in self.receive(_LINE_SECONDS)]
 
     def _query_board(self) -> None:
-        """Query an unknown board.
+        """Query the status of an unknown board.
 
-        From the second query on, the query byte of grblHAL is sent as well, because a grblHAL board may ignore
-        ``?``.
+        A grblHAL board may ignore ``?``. From the second attempt on, this method therefore also sends grblHAL's own
+        query byte.
         """
         self._knocks += 1
         if self._knocks > 1 and not self.family:
@@ -145,14 +145,17 @@ class GrblConversation(Conversation):
         self.ask_status()
 
     def _choose_realtime_bytes(self) -> None:
-        """Switch to grblHAL's bytes if the board answers grblHAL's status query. GRBL ignores that byte."""
+        """Switch to grblHAL's realtime bytes if the board answers grblHAL's status query. GRBL ignores that byte."""
         self.discard_answers(SLOW_POLL_SECONDS)
         self.port.write(_GRBLHAL.ask)
         if any(isinstance(answer, Status) for answer in self.receive(SLOW_POLL_SECONDS)):
             self.act = _GRBLHAL
 
     def read_facts(self) -> Facts:
-        """Return the facts of the controller; raise `SendError` for another firmware, or if a fact is missing."""
+        """Read the settings and the state of the controller.
+
+        Raises `SendError` if the controller has a different firmware or does not report a required value.
+        """
         self._end_partial_line()
         answers: list[ControllerAnswer] = []
         for question in ("$I", "$$", "$#", "$G"):
@@ -161,9 +164,9 @@ class GrblConversation(Conversation):
         return facts_of_answers(answers, self.fresh_status(), homed=self.homed, configuration=configuration)
 
     def read_settings_text(self) -> tuple[str, str]:
-        """Return the kind and the text of the settings (for FluidNC: its configuration).
+        """Read the settings, or the configuration in the case of FluidNC. Return their kind and their text.
 
-        Raise `SendError` if the controller does not report them.
+        Raises `SendError` if the controller does not report them.
         """
         self._end_partial_line()
         build_info = self.ask("$I")
@@ -176,7 +179,7 @@ class GrblConversation(Conversation):
         return "grbl", "\n".join(lines) + "\n"
 
     def _end_partial_line(self) -> None:
-        """Complete a partial line that may be in the controller's buffer, and wait for the answer."""
+        """Complete a partial line that may still be in the controller's buffer, and wait for the answer."""
         self.write(b"\n")
         if not any(isinstance(answer, Accepted | Refused) for answer in self.receive(ANSWER_SECONDS)):
             raise SendError(
@@ -185,7 +188,6 @@ class GrblConversation(Conversation):
         self.listen()
 
     def _configuration(self) -> str:
-        """Return FluidNC's configuration as YAML text."""
         lines: list[str] = []
         self._raw = lines
         try:
@@ -206,7 +208,7 @@ class GrblConversation(Conversation):
         self.write(text.encode("ascii") + b"\n")
 
     def hold(self) -> None:
-        """Send a feed hold: the machine decelerates and waits."""
+        """Send a feed hold. The machine decelerates and waits."""
         self.write(self.act.hold)
 
     def resume(self) -> None:
@@ -216,14 +218,14 @@ class GrblConversation(Conversation):
     def step_feed(self, current: int, target: int) -> None:
         """Change the feed override by 10 or 1 percent.
 
-        Only one step is sent, because the board merges steps that arrive together.
+        The method sends a single step, because the board merges steps that arrive together.
         """
         change = target - current
         step = (10 if abs(change) >= 10 else 1) * (1 if change > 0 else -1)
         self.write(_FEED_NORMAL if target == 100 else _FEED_STEPS[step])
 
     def prepare(self) -> None:
-        """Do nothing: the controller needs no preparation."""
+        """Do nothing, because the controller needs no preparation."""
 
     def home_lines(self) -> str:
         """Return the homing command."""
@@ -235,13 +237,13 @@ class GrblConversation(Conversation):
             self.reset()
 
     def zero_line(self, axes: str) -> str:
-        """Return the command that sets the zero of G54 at the tool."""
+        """Return the command that sets the zero of G54 to the current tool position."""
         return "G10 L20 P1 " + " ".join(f"{axis}0" for axis in axes)
 
     def unlock(self) -> bool:
-        """Bring the machine to rest without homing; return whether it was locked.
+        """Unlock the machine without homing it. Return whether it was locked.
 
-        Raise `SendError` if it remains locked.
+        Raises `SendError` if the machine stays locked.
         """
         status = self.fresh_status()
         if status.state not in _AT_REST or status.state in ("Check", "Sleep"):
@@ -254,8 +256,8 @@ class GrblConversation(Conversation):
     def stop(self, on_answer: OnAnswer = ignore_answer) -> Status:
         """Hold the machine, wait until it is at rest, reset it, and return the status.
 
-        The reset stops the spindle and discards all lines. `on_answer` is called with every answer that arrives
-        meanwhile. Raise `SendError` if the controller no longer answers.
+        The reset stops the spindle and discards all lines. `on_answer` receives every answer that arrives in the
+        meantime. Raises `SendError` if the controller no longer answers.
         """
         try:
             self.hold()
@@ -273,7 +275,7 @@ class GrblConversation(Conversation):
                 return
 
     def reset(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Reset the controller and return its status; raise `SendError` if it no longer answers."""
+        """Reset the controller and return its status. Raises `SendError` if it no longer answers."""
         self._resetting = True
         try:
             return self._reset(on_answer)
@@ -298,15 +300,18 @@ class GrblConversation(Conversation):
         return self.fresh_status()
 
     def halt(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Wait until GRBL has reported the alarm, then reset.
+        """Wait until GRBL has reported the alarm, then reset the controller.
 
-        The report takes half a second, during which GRBL ignores resets.
+        GRBL takes half a second to report an alarm and ignores resets during this time.
         """
         self.wait_for_alarm_report(ALARM_SECONDS)
         return self.reset(on_answer)
 
     def stop_unanswered(self) -> Message:
-        """Send a hold, wait until the machine should be at rest, and send a reset. The board may still receive them."""
+        """Send a hold, wait until the machine should be at rest, and send a reset.
+
+        The board may still receive these bytes, even if it no longer answers.
+        """
         self.hold()
         self.discard_answers(UNANSWERED_SECONDS)
         self.write(RESET)
@@ -314,10 +319,10 @@ class GrblConversation(Conversation):
 
 
 def has_come_to_rest(status: Status) -> bool:
-    """Return whether a machine in the state Hold or Door has come to rest.
+    """Return whether the machine has come to rest in the state Hold or Door.
 
-    Source: gnea/grbl wiki, "Grbl v1.1 Interface"; grblHAL/core, system.h (`Hold_Complete`, `Parking_DoorAjar`);
-    FluidNC prints the same, and ``Door:0`` for a door that is closed again.
+    Source: gnea/grbl wiki, "Grbl v1.1 Interface"; grblHAL/core, system.h (`Hold_Complete`, `Parking_DoorAjar`). FluidNC
+    prints the same states, and ``Door:0`` if the door has been closed again.
     """
     return status.state in ("Hold", "Door") and status.detail in (0, 1 if status.state == "Door" else 0)
 

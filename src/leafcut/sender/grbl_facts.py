@@ -1,8 +1,8 @@
-"""Facts from the reports of GRBL, grblHAL and FluidNC.
+"""Reads settings and state from the reports of GRBL, grblHAL and FluidNC.
 
-FluidNC has a configuration file. It emulates only some of GRBL's numbered settings: ``$20`` is the soft limit of X
-only, and no setting contains the homing position or the maximum spindle speed. Therefore leafcut requests the
-configuration (``$CD``) and reads it as in `leafcut machine import`.
+FluidNC has a configuration file and emulates only some of GRBL's numbered settings. For example, ``$20`` is the soft
+limit of the X axis only, and no setting contains the homing position or the maximum spindle speed. For this reason,
+leafcut requests the configuration (``$CD``) and reads it in the same way as `leafcut machine import`.
 
 Source: gnea/grbl wiki, "Grbl v1.1 Configuration", and system.c, `system_check_travel_limits`; grblHAL/core, report.c
 (`report_build_info`, `report_home_position`); bdring/FluidNC, Report.cpp (`report_build_info`), ProcessSettings.cpp
@@ -26,9 +26,9 @@ from leafcut.units import MM_PER_INCH
 _LOCK, _DEVIATION, _ARC_TOLERANCE, _INCHES = 1, 11, 12, 13
 _SOFT_LIMITS, _HOMING, _HOME_TO_MIN, _FASTEST, _LASER = 20, 22, 23, 30, 32
 _STEPS, _RATES, _ACCELERATIONS, _TRAVELS = 100, 110, 120, 130
-#: Value of `$1` that keeps the motors always on.
+#: Value of `$1` for which the motors are always on.
 _ALWAYS_ON = 255
-#: Letters in ``[OPT:``. Z: machine zero is the homing position. L: the machine is not locked until it is homed.
+#: Letters in ``[OPT:``. Z: the homing position is machine zero. L: the machine is not locked before it is homed.
 _ZERO_AT_HOME, _NO_LOCK = "Z", "L"
 _PLACES = ("G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92", "TLO")
 
@@ -56,11 +56,24 @@ _FLUIDNC_NAMES = SettingNames(
 
 
 def facts_of_answers(answers: list[ControllerAnswer], status: Status, *, homed: bool, configuration: str = "") -> Facts:
-    """Return the facts from the answers to ``$I``, ``$$``, ``$#`` and ``$G``.
+    """Read the answers to ``$I``, ``$$``, ``$#`` and ``$G``.
 
-    `homed`: the machine was homed since the connection was opened. `configuration`: FluidNC's answer to ``$CD``.
-    Raise `SendError` if the controller is not GRBL 1.1 or newer (no version or no settings), or if its settings are
-    invalid.
+    Parameters
+    ----------
+    answers
+        The answers of the controller.
+    status
+        The current status.
+    homed
+        Whether the machine was homed since the connection was opened.
+    configuration
+        FluidNC's answer to ``$CD``.
+
+    Raises
+    ------
+    SendError
+        The settings are invalid, or the controller is not GRBL 1.1 or newer because it reports no version or no
+        settings.
     """
     reports = [report for report in answers if isinstance(report, Report)]
     build = next((report for report in reports if report.name == "VER"), None)
@@ -88,7 +101,7 @@ _NOWHERE: tuple[XYZ, XYZ] = ((-math.inf,) * 3, (math.inf,) * 3)
 
 
 class _Settings(dict[str, str]):
-    """The answer to ``$$``, as setting (``$110``) → text."""
+    """The settings in the answer to ``$$``. Maps each setting, such as ``$110``, to its text."""
 
     def number(self, setting: int, default: float = 0.0) -> float:
         text = self.get(f"${setting}", "")
@@ -139,9 +152,10 @@ def _facts_of_numbers(settings: _Settings, letters: str, facts: Facts) -> Facts:
 
 
 def _reports_homed(reports: list[Report], letters: str) -> bool | None:
-    """Return whether the machine was homed; None if unknown.
+    """Return whether the machine was homed, or None if this is unknown.
 
-    grblHAL reports this per axis. A GRBL board is locked until it is homed, unless it reports that it does not lock.
+    grblHAL reports this for each axis. A GRBL board is locked until it is homed, unless it reports that it does not
+    lock.
     """
     home = next((report.text.rpartition(":")[2] for report in reports if report.name == "HOME"), "")
     if home.isdecimal():
@@ -150,7 +164,7 @@ def _reports_homed(reports: list[Report], letters: str) -> bool | None:
 
 
 def _facts_of_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
-    """Add the facts in FluidNC's configuration. `homed` may stay unknown if ``must_home`` is off."""
+    """Add the values in FluidNC's configuration. If ``must_home`` is off, `homed` may still be unknown."""
     try:
         configuration: FluidConfiguration = configuration_of(text, "$CD")
     except ReadError as problem:

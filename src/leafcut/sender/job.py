@@ -1,4 +1,4 @@
-"""A program that is ready for sending to its machine. All of its lines were checked, and it has times and holes."""
+"""A program that is ready to be sent to a machine, with its checked lines, its cycle times and its holes."""
 
 from __future__ import annotations
 
@@ -30,14 +30,15 @@ from leafcut.sender.lines import DrilledHole, Pause, SentStep, lines_in_dialect,
 from leafcut.timing.grbl import sent_lines
 from leafcut.timing.toolpath import time_rows
 
-#: Codes of issues that need --accept at any severity: dangers, limits of the machine, unknown effects.
+#: Codes of issues that require --accept at any severity, because they are dangerous, exceed a limit, or have an unknown
+#: effect.
 _NEVER = ("L803", "L806", "L808")
-#: Kinds of rows after which lines cannot be checked: they move the origin, or only the machine knows their effect.
+#: Kinds of rows after which lines cannot be checked. They move the origin, or only the machine knows their effect.
 _LOST = {
     Kind.FOREIGN: Message("is not understood"),
     Kind.SHIFT: Message("moves the origin, so later lines cannot be checked"),
 }
-#: Modes that the program reader assumes before the first line; words for its default units.
+#: Modes that the program reader assumes at the start of a program, and words for its default units.
 _AT_FIRST = "G17 G90 G94 G40 G49 G80"
 _UNITS = {"mm": "G21", "in": "G20"}
 #: Tolerance for equal positions, mm.
@@ -46,10 +47,18 @@ _SAME = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class SendJob:
-    """A program, with the `machine` and the `dialect` for which it was read.
+    """A program that was read for a machine and its dialect.
 
-    `steps` are the lines and pauses to send. `issues` are warnings for the operator. Issues with a code in `accept`
-    do not prevent sending.
+    Attributes
+    ----------
+    machine, dialect
+        The machine, and the dialect of its controller.
+    steps
+        The lines and pauses to send.
+    issues
+        Warnings for the operator.
+    accept
+        Codes of issues that do not prevent sending.
     """
 
     file: str
@@ -67,15 +76,15 @@ class SendJob:
 
     @cached_property
     def holes(self) -> tuple[DrilledHole, ...]:
-        """The holes of the program. Repeated plunges (pecks) at a position are one hole.
+        """The holes of the program. Repeated plunges (pecks) at the same position count as one hole.
 
-        A hole is a vertical plunge at feed rate after a rapid, unless a sideways cut follows.
+        A hole is a vertical plunge at feed rate that follows a rapid, unless a sideways cut comes next.
         """
         return tuple(_holes(self.program))
 
     @cached_property
     def seconds(self) -> tuple[Floats, Floats]:
-        """Time of feed moves and other time of each line, s: float64[lines + 1] each, indexed by line number."""
+        """Cutting time and other time of each line, s. Both are float64[lines + 1], indexed by line number."""
         timed = time_rows(self.program.path, self.machine, sent_lines(self.program.lines))
         at_feed = (timed.path.kind >= Kind.FEED) & (timed.path.kind <= Kind.ARC_CCW)
         lines = np.clip(timed.path.line, 0, len(self.program.lines))
@@ -87,11 +96,11 @@ class SendJob:
         return per_line[0], per_line[1]
 
     def for_machine(self, machine: Machine) -> SendJob:
-        """Return the same program for another machine; its cycle times change."""
+        """Return the same program for a different machine. The cycle times change accordingly."""
         return replace(self, machine=machine)
 
     def hole_at(self, line: int) -> DrilledHole | None:
-        """Return the last hole that starts in or before a line; None before the first hole."""
+        """Return the last hole that starts at or before a line, or None if the line is before the first hole."""
         latest = None
         for hole in self.holes:
             if hole.first > line:
@@ -100,7 +109,7 @@ class SendJob:
         return latest
 
     def text(self, line: int) -> str:
-        """Return a line of the program, shortened for a message."""
+        """Return a line of the program, shortened to fit into a message."""
         lines = self.program.lines
         return printable(lines[line - 1].strip()) if 0 < line <= len(lines) else ""
 
@@ -113,16 +122,17 @@ def read_job(
     units: str | None = None,
     accept: Collection[str] = (),
 ) -> SendJob:
-    """Read a program for a machine, and check it as far as possible without the machine.
+    """Read a program for a machine and run all checks that do not need the machine itself.
 
     Issues with a code in `accept` do not prevent sending.
 
     Raises
     ------
     ReadError
-        The program cannot be read, or a line is not understood, is not for this controller, or moves the origin.
+        The program cannot be read, or leafcut does not understand a line. Also raised if a line moves the origin or
+        uses a command that this controller lacks.
     OptionError
-        leafcut cannot send to the machine's controller, or the program has a danger that is not accepted.
+        leafcut cannot send to this controller, or the program has a danger that was not accepted.
     """
     known = load_machine(machine)
     controller_dialect = dialect(dialect_name or known.controller)
@@ -131,7 +141,7 @@ def read_job(
 
 
 def program_text(file: str | Path, name: str) -> str:
-    """Return the text of a program; raise `ReadError`, with `name`, if it is not readable G-code."""
+    """Read the text of a program. Raises `ReadError`, which mentions `name`, if the file is not readable G-code."""
     text = read_program(file)
     if problem := other_language(text):
         raise ReadError(name, problem)
@@ -139,7 +149,7 @@ def program_text(file: str | Path, name: str) -> str:
 
 
 def accepted_codes(words: str) -> tuple[str, ...]:
-    """Return the codes in a list such as ``L801,L806``; raise `OptionError` for an unknown code."""
+    """Parse a list of issue codes, such as ``L801,L806``. Raises `OptionError` if a code is unknown."""
     codes = tuple(entry.strip().upper() for entry in words.split(",") if entry.strip())
     for code in codes:
         if code not in CODES:
@@ -150,7 +160,7 @@ def accepted_codes(words: str) -> tuple[str, ...]:
 def job_of(
     text: str, file: str, machine: Machine, controller_dialect: Dialect, units: str | None, accept: Collection[str] = ()
 ) -> SendJob:
-    """Return the job for the text of a program; see `read_job`."""
+    """Create a job from the text of a program (see `read_job`)."""
     program = interpret_program(text, controller_dialect, file, units=units or machine.units)
     steps = (
         *_opening_lines(program, controller_dialect, units or machine.units),
@@ -171,7 +181,7 @@ def job_of(
 
 
 def _opening_lines(program: Program, controller_dialect: Dialect, units: str) -> list[SentLine]:
-    """Return lines that switch the controller to the modes that the program reader has assumed."""
+    """Return the lines that switch the controller to the modes that the program reader has assumed."""
     if not lines_in_dialect(controller_dialect, _UNITS[units]):
         raise OptionError("{} has no {}; write the program in millimetres", controller_dialect.name, _UNITS[units])
     blocks = [_AT_FIRST, "G54", _UNITS[units]]
@@ -217,7 +227,10 @@ def _holes(program: Program) -> list[DrilledHole]:
 
 
 def tools_of(job: SendJob, line: int = 0) -> list[str | None]:
-    """Return the tools of all cuts from a line on, in order of use: ``T1 drill 3 mm``; None for an unnamed tool."""
+    """Return the tools for the cuts after a line, in order of use, such as ``T1 drill 3 mm``.
+
+    A tool that the program does not name is None.
+    """
     path = job.program.path
     cuts = path.line[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & (path.line >= line)]
     first = int(cuts.min()) if len(cuts) else line
@@ -234,5 +247,5 @@ def _tool_name(change: Pause) -> str | None:
 
 
 def issues_to_show(issues: Sequence[Issue]) -> list[Issue]:
-    """Return the issues that the operator must see before the start: all except notes."""
+    """Return all issues except notes. The operator must see these issues before the start."""
     return [issue for issue in issues if issue.severity is not Severity.NOTE]

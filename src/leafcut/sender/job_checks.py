@@ -1,4 +1,4 @@
-"""Check whether the machine can run a program in its current state (mode, homing, travel, speeds)."""
+"""Checks whether the machine can run a program in its current state (mode, homing, travel and speeds)."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from leafcut.sender.job import SendJob
 
 #: Tolerance for rounded positions, mm.
 _TOLERANCE = 0.005
-#: Relative difference between profile and controller above which a setting is reported.
+#: A setting is reported if it differs by more than this relative amount between the profile and the controller.
 _MAX_DIFFERENCE = 0.01
 
 
-#: Rules of `height_checks`, with the issue code that accepts a violation.
+#: Rules in `height_checks`, with the code that accepts a violation.
 _CODES = {"rapid below clearance": "L801", "rapid into the part": "L802"}
 
 #: States that only the operator can end.
@@ -36,11 +36,23 @@ _UNSURE = Message("the controller does not report whether it was homed, and does
 
 
 def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family: str = "") -> None:
-    """Raise `SendError`, with the state and the remedy, if the machine is not idle or its position is unknown.
+    """Check that the machine is idle and its position is known.
 
-    `unhomed`: the operator has confirmed the position of a machine that was not homed. `restarted`: the board has just
-    restarted, so that its position is wrong until it is homed. `family` is the firmware, which selects the list of
-    alarms.
+    Parameters
+    ----------
+    facts
+        Values that the controller has reported.
+    unhomed
+        Whether the operator has confirmed the position of a machine that was not homed.
+    restarted
+        Whether the board has just restarted. Its position is then wrong until the machine is homed.
+    family
+        The firmware, which determines the list of alarms.
+
+    Raises
+    ------
+    SendError
+        The machine is not ready. The message contains the state and a remedy.
     """
     state = state_in_words(facts.status, family)
     if facts.status.state == "Alarm":
@@ -74,9 +86,10 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
 
 
 def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = False) -> list[Issue]:
-    """Return warnings; raise `SendError`, with the line, if the machine cannot run the program in its current state.
+    """Check whether the machine can run the program in its current state, and return any warnings.
 
-    `begun`: the program is at a pause, so its first move was checked earlier.
+    Set `begun` if the program is at a pause. Its first move was already checked in this case. Raises `SendError`, which
+    mentions the line, if the machine cannot run the program.
     """
     if job.laser != facts.laser_mode:
         name = facts.names.laser
@@ -122,7 +135,7 @@ def _current_speed(facts: Facts) -> float | None:
 
 
 def _check_spindle(job: SendJob) -> None:
-    """Raise `SendError` for a cut after a spindle start without a speed. The controller would run it at S0."""
+    """Raise `SendError` if the spindle starts without a speed before a cut. The controller would use S0."""
     program = job.program
     path = program.path
     cuts = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
@@ -141,10 +154,14 @@ def _check_spindle(job: SendJob) -> None:
 
 
 def machine_places(job: SendJob, facts: Facts, *, fed: bool = False) -> tuple[Floats, Floats]:
-    """Return the positions that a program reaches in machine coordinates, float64[n, 3] mm, and their lines.
+    """Return the positions that the program reaches in machine coordinates.
 
-    Unknown coordinates are NaN. With `fed`, only the start and end points and arc extremes of feed moves are
-    returned.
+    Set `fed` to select only the start points, end points and arc extremes of feed moves.
+
+    Returns
+    -------
+    tuple[Floats, Floats]
+        Positions as float64[n, 3] in mm, with NaN for unknown coordinates, and the line of each position.
     """
     path = job.program.path
     frames = path.latest(Kind.FRAME, path.ref, 540)
@@ -174,9 +191,9 @@ def _stored_position_word(job: SendJob, line: int) -> str | None:
 
 
 def _end_in_machine_coordinates(job: SendJob, facts: Facts, path: Toolpath, row: int) -> Floats:
-    """Return the end of a move in machine coordinates, float64[3] mm; NaN for an axis that does not move.
+    """Return the end of a move in machine coordinates, float64[3] mm. An axis that does not move is NaN.
 
-    Raise `SendError` if the move goes to a stored position that the controller does not report.
+    Raises `SendError` if the move goes to a stored position that the controller does not report.
     """
     place: Floats = path.end[row]
     line = int(path.line[row])
@@ -197,8 +214,8 @@ def _end_in_machine_coordinates(job: SendJob, facts: Facts, path: Toolpath, row:
 def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
     """Replace moves in machine coordinates (G28, G30, G53) with rapids in program coordinates.
 
-    The program alone does not determine the coordinates after such a move. They follow from the origins and the stored
-    positions of the machine. Raise `SendError` if the controller does not report the stored position of a move.
+    The program alone does not determine where such a move ends. This depends on the origins and stored positions of the
+    machine. Raises `SendError` if the controller does not report a stored position that the program uses.
     """
     path = expand(job.program.path)
     in_machine = path.kind == Kind.MACHINE
@@ -225,9 +242,9 @@ def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
 
 
 def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
-    """Raise `SendError` if a move in machine coordinates causes a rapid below the surface.
+    """Raise `SendError` if a move in machine coordinates leads to a rapid below the surface.
 
-    `find_dangers` has checked all other rapids: their heights are known without the machine.
+    `find_dangers` has already checked all other rapids, because their heights do not depend on the machine.
     """
     original = expand(job.program.path)
     moved = original.kind == Kind.MACHINE
@@ -256,7 +273,10 @@ def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
 
 
 def _cause_of_low_height(job: SendJob, facts: Facts, path: Toolpath, row: int) -> Message:
-    """Return the cause of a low height: the last move in machine coordinates, its stored position, or the work zero."""
+    """Explain why a rapid is too low.
+
+    The cause is the last move in machine coordinates, the stored position that it uses, or the work zero.
+    """
     at = int(np.flatnonzero(path.kind[: row + 1] == Kind.MACHINE)[-1])
     line = int(path.line[at])
     zero = facts.origin(int(path.latest(Kind.FRAME, path.ref, 540)[at]))[2]
@@ -281,7 +301,10 @@ def _stored_position_cause(name: str, facts: Facts, zero: float, line: int) -> M
 
 
 def arc_extremes_or_none(path: Toolpath, row: int) -> list[XYZ]:
-    """Return the extreme points of an arc in program coordinates, mm; an empty list if its start is unknown."""
+    """Return the extreme points of an arc in program coordinates, mm.
+
+    The list is empty if the start of the arc is unknown.
+    """
     try:
         return [(x, y, z) for x, y, z in arc_extremes(path, row)]
     except ValueError:
@@ -289,7 +312,10 @@ def arc_extremes_or_none(path: Toolpath, row: int) -> list[XYZ]:
 
 
 def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
-    """Raise `SendError` if a program leaves the machine's travel; for an unhomed machine, if it exceeds the size."""
+    """Raise `SendError` if the program leaves the travel of the machine.
+
+    If the machine was not homed, the program must not be larger than the travel.
+    """
     places, lines = machine_places(job, facts)
     low, high = facts.travel()
     for axis, name in enumerate("XYZ"):
@@ -330,7 +356,10 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
 
 
 def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
-    """Raise `SendError` if the program moves in X or Y before Z while the tool is below the program's greatest Z."""
+    """Raise `SendError` if the tool starts too low.
+
+    This is the case if the first move is sideways while the tool is below the greatest Z of the program.
+    """
     place = facts.machine_place()
     program_path = expand(job.program.path)
     heights = program_path.end[np.isin(program_path.kind, (Kind.RAPID, Kind.FEED)), 2]

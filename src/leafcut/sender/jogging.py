@@ -1,7 +1,7 @@
-"""Manual operation of the machine: jog, probe the top of the workpiece, trace the bounding box of a part.
+"""Manual operation of the machine: jogging, probing the top of the workpiece, and tracing the bounding box of a part.
 
-All moves except the probing move are jogs (``$J=``). A jog respects the soft limits and keeps the modes. A single byte
-cancels it without a reset. Source: gnea/grbl wiki, "Grbl v1.1 Jogging".
+All moves except the probing move are jogs (``$J=``). A jog respects the soft limits and does not change any modes. A
+single byte cancels a jog without a reset. Source: gnea/grbl wiki, "Grbl v1.1 Jogging".
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from leafcut.sender.job import SendJob
 from leafcut.sender.job_checks import arc_extremes_or_none, machine_places
 from leafcut.sender.resuming import number_in_mm
 
-#: Byte that cancels a jog at once; the machine keeps its position.
+#: Cancels a jog immediately. The machine keeps its position.
 JOG_CANCEL = b"\x85"
 #: Time limit of a probing move, s.
 _PROBE_SECONDS = 600.0
-#: Retract distance above the plate after probing, mm.
+#: Distance to retract above the plate after probing, mm.
 _RETRACT = 2.0
 #: Tolerance for rounded positions, mm.
 _TOLERANCE = 0.005
@@ -34,9 +34,21 @@ _AXES = "XYZ"
 
 
 def jog_line(moves: dict[str, float], feed: float, *, machine: bool = False) -> str:
-    """Return a jog command. `moves` maps axes to distances, or with `machine` to machine coordinates, mm.
+    """Return the command for a jog.
 
-    `feed` is in mm/min. Raise `OptionError` if an axis, a length or the feed is invalid.
+    Parameters
+    ----------
+    moves
+        Distance for each axis, mm, or machine coordinates if `machine` is set.
+    feed
+        Feed, mm/min.
+    machine
+        Whether `moves` contains machine coordinates.
+
+    Raises
+    ------
+    OptionError
+        An axis, a length or the feed is invalid.
     """
     words = [f"{axis}{number_in_mm(value)}" for axis, value in moves.items() if axis in _AXES and math.isfinite(value)]
     if not words or len(words) < len(moves):
@@ -47,14 +59,17 @@ def jog_line(moves: dict[str, float], feed: float, *, machine: bool = False) -> 
 
 
 def jog(talk: GrblConversation, moves: dict[str, float], feed: float) -> None:
-    """Jog by the distances in `moves` (axis → mm) at a feed in mm/min; raise `SendError` if the controller refuses."""
+    """Jog by the distance in `moves` for each axis, mm, at a feed in mm/min.
+
+    Raises `SendError` if the controller refuses.
+    """
     talk.ask(jog_line(moves, feed))
 
 
 def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
-    """Raise `SendError` for a jog that leaves the travel, even with soft limits off.
+    """Raise `SendError` if a jog leaves the travel of the machine, even if soft limits are off.
 
-    Jogs back into the travel are allowed.
+    A machine outside its travel may jog back into it.
     """
     if place is None or not facts.has_valid_coordinates:
         return
@@ -72,11 +87,27 @@ def cancel_jog(talk: GrblConversation) -> None:
 
 
 def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, travel: float) -> None:
-    """Probe down onto a plate, set Z0 at the underside of the plate, and retract.
+    """Probe down onto a plate, set Z0 to the underside of the plate, and retract.
 
-    `plate` is the thickness of the plate in mm, `feed` is in mm/min, and `travel` is the maximum distance down in
-    mm. Raise `OptionError` if a value is invalid. Raise `SendError` if the move would leave the machine's travel, or
-    if the probe makes no contact.
+    Parameters
+    ----------
+    talk
+        The connection to the controller.
+    facts
+        Values that the controller has reported.
+    plate
+        Thickness of the plate, mm.
+    feed
+        Probing feed, mm/min.
+    travel
+        Maximum distance to move down, mm.
+
+    Raises
+    ------
+    OptionError
+        A value is invalid.
+    SendError
+        The move would leave the travel of the machine, or the probe makes no contact.
     """
     if not (math.isfinite(plate) and plate >= 0.0):
         raise OptionError("the thickness of the plate must be 0 or more, mm")
@@ -113,7 +144,7 @@ def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, tra
 
 @dataclass(frozen=True)
 class FrameBox:
-    """Bounding box of a program's cuts, and the height at which it is traced; machine coordinates, mm."""
+    """The bounding box of a program's cuts and the height for tracing it, in machine coordinates, mm."""
 
     low: tuple[float, float]
     high: tuple[float, float]
@@ -128,10 +159,11 @@ class FrameBox:
 
 
 def frame_of_program(job: SendJob, facts: Facts) -> FrameBox:
-    """Return the frame of a program, at the program's greatest Z or at the current Z of the tool if that is higher.
+    """Return the frame of a program.
 
-    `job_checks.check_program` has checked that the program, and therefore the frame, stays within the travel. Raise
-    `SendError` if the program cuts nothing, or the machine does not report its position.
+    The tool traces the frame at the greatest Z of the program, or at its current Z if this is higher. The program and
+    its frame stay within the travel, because `job_checks.check_program` has already checked the program. Raises
+    `SendError` if the program does not cut anything, or if the machine does not report its position.
     """
     places, _ = machine_places(job, facts, fed=True)
     every, _ = machine_places(job, facts)
@@ -149,7 +181,7 @@ def frame_of_program(job: SendJob, facts: Facts) -> FrameBox:
 
 
 def box_of_cuts(job: SendJob) -> tuple[XYZ, XYZ] | None:
-    """Return the smallest and largest x, y, z of the cuts in program coordinates, mm; None if nothing is cut."""
+    """Return the smallest and largest x, y and z of the cuts in program coordinates, mm, or None if nothing is cut."""
     path = job.program.path
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
     arcs = np.flatnonzero(np.isin(path.kind, (Kind.ARC_CW, Kind.ARC_CCW))).tolist()

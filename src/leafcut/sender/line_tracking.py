@@ -1,4 +1,4 @@
-"""Infer the line in execution from the position of the machine, because boards do not report the line."""
+"""Determines the current program line from the position of the machine, because boards do not report the line."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ from leafcut.geometry.arrays import Floats
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
 
-#: Maximum chord error for arcs, mm; maximum number of chords per arc.
+#: Maximum chord error of an arc, mm, and maximum number of chords per arc.
 _SAGITTA, _MAX_CHORDS = 0.02, 360
-#: Maximum distance of a position from the nearest move, mm. A more distant position counts as before the first move.
+#: Maximum distance of a position from the nearest move, mm. Beyond it, the first move has not started yet.
 _MAX_DISTANCE = 0.25
-#: Tolerance for equal distances, mm. The first of several equally near moves is chosen, so that resuming skips no move.
+#: Tolerance for equal distances, mm. If several moves are equally near, the tracker chooses the first, so that no move
+#: is skipped when the program resumes.
 _TIE_TOLERANCE = 0.02
 
 
 class LineTracker:
-    """Finds the line in execution, among a range of possible lines."""
+    """Finds the line that the machine is currently executing."""
 
     def __init__(self, path: Toolpath) -> None:
         starts, ends, rows = _chords(path)
@@ -28,9 +29,9 @@ class LineTracker:
         self._lines = path.line[rows].astype(np.int64)
 
     def line_at(self, place: XYZ, first: int, last: int) -> int:
-        """Return the line whose move is nearest to a position; `first` if no move is near.
+        """Return the line whose move is closest to a position, or `first` if no move is close.
 
-        The position is in program coordinates, mm. Only the lines `first` to `last` are considered.
+        The position is in program coordinates, mm. The search considers only the lines from `first` to `last`.
         """
         low, high = np.searchsorted(self._lines, [first, last + 1])
         if low >= high:

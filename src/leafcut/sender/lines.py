@@ -1,6 +1,6 @@
-"""Convert a program to the lines to send, without comments, blanks, and words that the dialect lacks.
+"""Converts a program to the lines to send. Comments, blanks and words that the dialect lacks are removed.
 
-M0 and M6 are never sent but become pauses: when the machine is at rest, the operator is asked to continue.
+M0 and M6 become pauses and are never sent. At a pause, the machine is at rest, and the operator is asked to continue.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ from leafcut.gcode.words import BlockError, Word, split_line, words_of
 from leafcut.message import Message
 from leafcut.sender.character_counting import SentLine
 
-#: Maximum line length of GRBL, without line ending (LINE_BUFFER_SIZE in protocol.h).
+#: Maximum line length in GRBL without the line ending (LINE_BUFFER_SIZE in protocol.h).
 LONGEST_LINE = 79
-#: Word letters of GRBL (gcode.c). N is not sent.
+#: Letters that GRBL understands (gcode.c). N is not sent.
 _LETTERS = frozenset("FGIJKLMPRSTXYZ")
-#: Maximum distance between a pause and the comment above it that explains it, lines.
+#: Maximum number of lines between a pause and the comment above it that explains the pause.
 _REACH = 3
 
 
 @dataclass(frozen=True)
 class Pause:
-    """A stop at a program line: for a tool change, for the operator, or before hole number `hole` (0 if not before a
-    hole).
+    """A stop at a program line.
 
-    `tool` is the number of the new tool, if it is known.
+    The program pauses for a tool change, for the operator, or before a hole. `hole` is the number of that hole, or 0
+    for other pauses. `tool` is the number of the new tool, if it is known.
     """
 
     number: int
@@ -51,15 +51,15 @@ class Pause:
 
 SentStep = SentLine | Pause
 
-#: Unit of the P word of a dwell, s.
+#: Units of the P word in a dwell, s.
 _DWELL_UNITS = {"s": 1.0, "ms": 0.001, "cs": 0.01}
 
 
 def lines_in_dialect(dialect: Dialect, *texts: str) -> list[str]:
-    """Return lines such as ``G21 G90 F100`` in a controller's dialect, without the words that it lacks.
+    """Convert lines such as ``G21 G90 F100`` to a controller's dialect, and remove the words that the dialect lacks.
 
-    If the controller accepts only one command per line, ``F100`` alone becomes ``G1 F100``, which moves nothing. All
-    other words without a command are dropped.
+    Some controllers accept only one command per line. For these, a lone ``F100`` becomes ``G1 F100``, which does not
+    move the machine. All other words without a command are removed.
     """
     return [line for text in texts for line in _line_in_dialect(dialect, text)]
 
@@ -81,7 +81,7 @@ def _line_in_dialect(dialect: Dialect, text: str) -> list[str]:
 
 
 def dwell(dialect: Dialect, seconds: float) -> str:
-    """Return the command for a dwell of `seconds` in a controller's dialect."""
+    """Return the command that makes the controller wait for `seconds`."""
     return f"G4 P{seconds / _DWELL_UNITS[dialect.dwell_unit]:g}"
 
 
@@ -91,7 +91,7 @@ def _join_words(dialect: Dialect, parts: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class DrilledHole:
-    """A hole: x and y in mm, the line of the move to it, and the line of its last cut.
+    """A hole with its position (x, y) in mm, the line of the move to the hole, and the line of its last cut.
 
     Holes are numbered in program order.
     """
@@ -104,7 +104,7 @@ class DrilledHole:
 
 
 def pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[DrilledHole]) -> list[SentStep]:
-    """Return the steps with a pause inserted before the first line of each hole."""
+    """Insert a pause before the first line of each hole."""
     waiting = deque(holes)
     with_pauses: list[SentStep] = []
     for step in steps:
@@ -117,10 +117,10 @@ def pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[DrilledHole]) -> 
 
 
 def steps_of(lines: Sequence[str], dialect: Dialect, file: str, first: int = 1) -> list[SentStep]:
-    """Return the steps of a program, including its pauses, from line `first` to its end (M2, M30).
+    """Convert a program from line `first` to its end (M2, M30) into steps to send, including its pauses.
 
-    Raise `ReadError` if a line has a word or a letter that the controller lacks, is a command to the controller
-    itself ($), or is too long.
+    Raises `ReadError` if a line is too long, contains a word or letter that the controller lacks, or is a system
+    command ($).
     """
     reader = _LineReader(dialect)
     steps: list[SentStep] = []
@@ -180,7 +180,6 @@ class _LineReader:
         return Pause(number, change, self.tool if change else None, remark)
 
     def _check(self, words: Sequence[Word]) -> None:
-        """Raise `BlockError` for a word that this controller lacks, even if the program reader understands it."""
         for word in words:
             known = word.letter in _LETTERS or word.letter == "N"
             if word.letter == "G":

@@ -57,18 +57,19 @@ from leafcut.sender.conversation import (
 )
 from leafcut.sender.port import Port
 
-#: Start-up time of a board with a boot loader, s; interval of the attempts to reach it, s.
+#: Time that a board with a boot loader takes to start, and interval between attempts to reach it, s.
 START_SECONDS, KNOCK_SECONDS = 12.0, 1.0
-#: After a ``Resend:``, Marlin sends an ``ok`` that answers no line. It has arrived after this time of silence, s.
+#: Time of silence after which an extra ``ok`` has arrived, s. Marlin sends such an ``ok`` after each ``Resend:``.
 QUIET_SECONDS = 0.15
-#: A line is repeated if neither an answer nor a ``busy:`` (sent every 2 s) arrives within this time, s; maximum number
-#: of repeats.
+#: A line is sent again if neither an answer nor a ``busy:`` (sent every 2 s) arrives within this time, s. The second
+#: value is the maximum number of repeats.
 LOST_SECONDS, MAX_RESENDS = 3.0, 3
-#: Time for which Marlin drops moves after a quick stop, with a margin, s (`Planner::quick_stop`).
+#: Time for which Marlin ignores moves after a quick stop, with a margin, s (`Planner::quick_stop`).
 DROPPED_SECONDS = 1.3
-#: Maximum time for the planned moves without a ``busy:``, s.
+#: Maximum time for the planned moves if the board sends no ``busy:``, s.
 PLANNED_SECONDS = 30.0
-#: Words that the firmware may lack. They are then unnecessary: it has one plane, only mm, and no outputs to turn off.
+#: Words that the firmware may lack. It does not need them in this case: it has one plane, only mm, and no outputs to
+#: turn off.
 _NOTHING_TO_DO = ("G17", "G21", "M5", "M9")
 
 _NO_BUSY = Message("the firmware does not report that it is busy; turn on M113 S2 (HOST_KEEPALIVE_FEATURE)")
@@ -79,25 +80,25 @@ _VERSION = re.compile(r"Marlin\s+(?:bugfix-)?(\d+)\.[^\s(]*")
 _ENDS = re.compile(r"(Min|Max):\s*X\s*(-?[\d.]+)\s*Y\s*(-?[\d.]+)\s*Z\s*(-?[\d.]+)", re.IGNORECASE)
 _M211_WORD = re.compile(r"M211 S([01])")
 
-#: Names of the reports that leafcut acts upon. Other messages become a `Report` with another name or none.
+#: Names of the reports that leafcut responds to. All other messages become a `Report` with a different name or no name.
 RESEND, BUSY, PLACE, UNKNOWN, HOME_FIRST, FIRMWARE, CAPABILITY, ACTION = (
     "Resend", "busy", "place", "Unknown command", "Home first", "FIRMWARE_NAME", "Cap", "action",
 )  # fmt: skip
 
 _OK = re.compile(r"ok(\s.*)?")
 _RESEND = re.compile(r"(?:Resend:|rs)\s*N?(\d{1,9})", re.IGNORECASE)
-#: Parts of the errors for a corrupted line in various versions of Marlin. A `Resend:` follows them.
+#: Parts of the error messages for a corrupted line in various versions of Marlin. A `Resend:` follows these errors.
 _LINE_ERRORS = ("checksum", "line number", "expected line")
 _UNKNOWN = re.compile(r".*Unknown command:\s*\"?([^\"]*)\"?\s*$", re.IGNORECASE)
 _HOME_FIRST = re.compile(r"echo:\s*Home\s+([XYZ ]+)\s+First", re.IGNORECASE)
 _PLACE = re.compile(r"X:\s*(-?[\d.]+)\s+Y:\s*(-?[\d.]+)\s+Z:\s*(-?[\d.]+)")
 _NAMED = re.compile(r"(FIRMWARE_NAME|Cap):\s*(.*)")
 
-#: Meaning of an error after which only a reset helps.
+#: Explanation of an error that requires a reset.
 KILLED = Message(
     "the board has switched off the motors and the spindle (kill): find the cause, then press the reset button"
 )
-#: Part of an error text → meaning.
+#: Maps a part of an error message to an explanation.
 _ERRORS = {
     "kill() called": KILLED,
     "stopped due to errors": Message(
@@ -133,7 +134,7 @@ class NotBuiltIn(SendError):
 
 @dataclass(frozen=True)
 class NumberedLine:
-    """A sent line: its number and its text. `is_query` marks a query by this module."""
+    """A line that was sent, with its number. `is_query` marks queries that this module adds."""
 
     number: int
     text: str
@@ -141,7 +142,7 @@ class NumberedLine:
 
     @property
     def data(self) -> bytes:
-        """The line as bytes. The checksum is the exclusive or of all bytes before the asterisk."""
+        """The bytes to send. The checksum is the exclusive or of all bytes before the asterisk."""
         body = f"N{self.number} {self.text}".encode("ascii")
         check = 0
         for byte in body:
@@ -149,37 +150,37 @@ class NumberedLine:
         return body + b"*%d\n" % check
 
 
-#: Marlin's idle message (NO_TIMEOUTS). It does not show that the last line has arrived.
+#: Marlin's idle message (NO_TIMEOUTS). It does not confirm that the last line has arrived.
 _WAITS = Report("", "wait")
-#: Line that makes the next number 1; accepted whatever the last number was.
+#: Line that resets the line number, so that the next number is 1. Marlin accepts it regardless of the previous number.
 _FIRST = NumberedLine(0, "M110 N0")
 
 
 class MarlinConversation(Conversation):
-    """A controller with Marlin 2."""
+    """A connection to a controller with Marlin 2."""
 
     max_lines, max_ahead = 1, 80
 
     def __init__(self, port: Port, log: Log | None = None, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__(port, log, clock)
         self.family = "Marlin"
-        #: Number of the last line; number of repeats of the unanswered line; time of the last answer.
+        #: Number of the last line, number of repeats of the unanswered line, and time of the last answer.
         self._number, self._times, self._heard_at = 0, 0, 0.0
         self._flying: NumberedLine | None = None
-        #: The last answered line, and the line to send after it if the controller requests it again.
+        #: The last answered line, and the line to send next if the controller requests that line again.
         self._answered_last: NumberedLine | None = None
         self._next: NumberedLine | None = None
-        #: Queries that wait until no line is unanswered.
+        #: Queries to send as soon as every line has been answered.
         self._queries: deque[str] = deque()
-        #: (time until which an ``ok`` answers no line, number of the requested line).
+        #: Time until which an ``ok`` does not answer any line, and the number of the requested line.
         self._wanted: tuple[float, int] | None = None
-        #: Number of pending answers to lines without a number; error of the unanswered line.
+        #: Number of pending answers to lines without a number, and the error of the unanswered line.
         self._stray, self._wrong = 0, ""
         self._place: XYZ | None = None
         self._percent = 100
-        #: Whether the machine is held; whether a status was requested; whether the firmware has halted itself.
+        #: Whether the machine is on hold, whether a status was requested, and whether the firmware has halted itself.
         self._held = self._asked = self._killed = False
-        #: Whether the machine may be moving; whether the board has restarted, which loses its position.
+        #: Whether the machine may be moving, and whether the board has restarted and lost its position.
         self._moved = self._anew = False
 
     # Receiving.
@@ -189,9 +190,9 @@ class MarlinConversation(Conversation):
         return parse(line)
 
     def listen(self, seconds: float = 0.02) -> list[ControllerAnswer]:
-        """Return the answers received, after a wait of at most `seconds`.
+        """Wait up to `seconds`, and return the answers that have arrived.
 
-        Requests to repeat a line are handled here.
+        This method also handles requests to resend a line.
         """
         answers = self._send_next()
         for answer in super().listen(seconds):
@@ -291,9 +292,9 @@ class MarlinConversation(Conversation):
         return []
 
     def _repeat_line(self, number: int) -> list[ControllerAnswer]:
-        """Record the request to repeat a line.
+        """Record a request to resend a line.
 
-        The line is sent after a pause, because the controller may repeat its request.
+        The line is sent again after a short wait, because the controller may repeat its request.
         """
         flying, last = self._flying, self._answered_last
         if flying is not None and last is not None and self._next is None and number == last.number == self._number - 1:
@@ -332,14 +333,14 @@ class MarlinConversation(Conversation):
         self._write_line(self._flying)
 
     def _forget(self) -> None:
-        """Reset the record of sent lines: no line is unanswered, and the next number is 1."""
+        """Forget all sent lines, and restart the numbering at 1."""
         self._flying, self._wanted, self._number, self._times, self._wrong = None, None, 0, 0, ""
         self._answered_last = self._next = None
         self._queries.clear()
 
     @property
     def takes_lines(self) -> bool:
-        """Whether a line may be sent: no line is unanswered and the machine is not held."""
+        """Whether a line may be sent. All lines must be answered, and the machine must not be on hold."""
         return not self._held and self._is_free
 
     @property
@@ -347,7 +348,10 @@ class MarlinConversation(Conversation):
         return self._flying is None and self._wanted is None and not self._queries
 
     def send(self, text: str) -> None:
-        """Send a line when no other line is unanswered; raise `SendError` if an earlier line gets no answer."""
+        """Send a line as soon as the previous line has been answered.
+
+        Raises `SendError` if an earlier line gets no answer.
+        """
         until = self._deadline(PLANNED_SECONDS)
         while not self._is_free:
             if any(isinstance(answer, Status) for answer in self.listen()):
@@ -359,7 +363,7 @@ class MarlinConversation(Conversation):
     def ask_status(self, *, more: bool = False) -> None:
         """Query the position and whether the machine is at rest.
 
-        While lines are unanswered, or more lines are about to be sent, the status is inferred instead of queried.
+        If some lines are unanswered, or more lines are about to be sent, the status is inferred without a query.
         """
         if (more and not self._held) or (self._flying is not None and not self._flying.is_query):
             self._asked = True
@@ -369,7 +373,10 @@ class MarlinConversation(Conversation):
     # Commands.
 
     def connect(self) -> Status:
-        """Wait for the controller and return its status; raise `SendError` if nothing answers or it is not Marlin 2."""
+        """Wait for the controller, and return its status.
+
+        Raises `SendError` if the controller does not answer, or if it is not Marlin 2.
+        """
         replies: list[str] = []
         for answer in self.receive(START_SECONDS, KNOCK_SECONDS, self._query_board):
             match answer:
@@ -393,7 +400,7 @@ class MarlinConversation(Conversation):
         self.write(b"\n" + _FIRST.data)
 
     def _synchronise(self) -> None:
-        """Wait until no more answers to earlier lines arrive, then restart the line numbers at 1."""
+        """Wait until all answers to earlier lines have arrived, then restart the line numbers at 1."""
         self._forget()
         self._stray = 0
         quiet = self.clock()
@@ -403,7 +410,7 @@ class MarlinConversation(Conversation):
                 quiet = self.clock()
 
     def _firmware(self) -> tuple[str, dict[str, bool]]:
-        """Return the name and the capabilities of the firmware; raise `SendError` if it is not Marlin 2."""
+        """Return the name and the capabilities of the firmware. Raises `SendError` if it is not Marlin 2."""
         reports = [report for report in self.ask("M115") if isinstance(report, Report)]
         name = next((report.text for report in reports if report.name == FIRMWARE), "")
         version = _VERSION.match(name)
@@ -415,9 +422,9 @@ class MarlinConversation(Conversation):
         return version[0], {name: value.strip() == "1" for name, _, value in pairs}
 
     def read_facts(self) -> Facts:
-        """Return the facts of the controller.
+        """Read the settings and the state of the controller.
 
-        Raise `SendError` if it does not report settings, travel or busy messages.
+        Raises `SendError` if the controller does not report its settings, its travel or its busy messages.
         """
         version, abilities = self._firmware()
         if not re.search(r"M113 S[12]\b", self._query_text("M113", _NO_BUSY)):
@@ -447,9 +454,9 @@ class MarlinConversation(Conversation):
         )
 
     def read_settings_text(self) -> tuple[str, str]:
-        """Return the kind of controller and the text of its settings.
+        """Read the settings. Return the kind of the controller and the text.
 
-        The text includes the travel of the axes if the firmware reports it. Raise `SendError` if the firmware does not
+        The text includes the travel of the axes if the firmware reports it. Raises `SendError` if the firmware does not
         report its settings.
         """
         settings = self._query_text("M503", _NO_SETTINGS)
@@ -458,9 +465,9 @@ class MarlinConversation(Conversation):
         return "marlin", settings
 
     def _query_text(self, question: str, lacking: str) -> str:
-        """Return the answer to a query as text.
+        """Send a query and return the answer as text.
 
-        Raise `NotBuiltIn` with the message `lacking` if the firmware does not have the command.
+        Raises `NotBuiltIn` with the message `lacking` if the firmware does not support the command.
         """
         try:
             answers = self.ask(question)
@@ -473,11 +480,14 @@ class MarlinConversation(Conversation):
         )
 
     def prepare(self) -> None:
-        """Keep the motors on (M84 S0). Otherwise a tool change could release them and lose the position."""
+        """Keep the motors on (M84 S0).
+
+        Otherwise the motors could turn off during a tool change, and the position would be lost.
+        """
         self.ask("M84 S0")
 
     def hold(self) -> None:
-        """Stop sending lines. The machine comes to rest after the planned moves."""
+        """Stop sending lines. The machine comes to rest after the moves that are already planned."""
         self._held = True
 
     def resume(self) -> None:
@@ -485,7 +495,7 @@ class MarlinConversation(Conversation):
         self._held = False
 
     def step_feed(self, current: int, target: int) -> None:
-        """Set the feed override for all moves that are planned from now on, rapids included."""
+        """Set the feed override. It applies to all moves, including rapids, that the board plans from now on."""
         self._queries.append(f"M220 S{target}")
 
     def home_lines(self) -> str:
@@ -497,20 +507,20 @@ class MarlinConversation(Conversation):
             self.stop()
 
     def zero_line(self, axes: str) -> str:
-        """Return the command that zeroes the given axes at the current position."""
+        """Return the command that sets the zero of the given axes to the current position."""
         return "G92 " + " ".join(f"{axis}0" for axis in axes)
 
     def unlock(self) -> bool:
-        """Bring the machine to rest and clear its stop condition; raise `SendError` if it does not answer."""
+        """Bring the machine to rest and clear its stop condition. Raises `SendError` if the machine does not answer."""
         if self.fresh_status().state == "Run":
             self.stop()
         self.ask("M999 S1")  # without S1, it would request lines again
         return False
 
     def stop(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Stop the spindle. If the machine may be moving, first stop the motors at once.
+        """Stop the spindle. If the machine may be moving, stop the motors immediately first.
 
-        Raise `SendError` if the controller no longer answers.
+        Raises `SendError` if the controller no longer answers.
         """
         unmoved, self._held, self._resetting = not self._moved, False, True
         try:
@@ -551,25 +561,25 @@ class MarlinConversation(Conversation):
         return status
 
     def reset(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Stop the machine. Marlin has no reset over the serial line."""
+        """Stop the machine. Marlin cannot be reset over the serial line."""
         return self.stop(on_answer)
 
     def halt(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Stop remaining motion after an error. Nothing is sent to a firmware that has halted itself."""
+        """Stop any remaining motion after an error. A firmware that has halted itself receives nothing."""
         if self._killed:
             return self._keep_status(Status("Alarm"))
         return self.stop(on_answer)
 
     def stop_unanswered(self) -> str:
-        """Send the emergency stop, in case the machine still receives."""
+        """Send the emergency stop in case the machine can still receive it."""
         self.write(b"M112\n")
         return Message("M112 (emergency stop) was sent anyway")
 
 
 def _soft_endstops(text: str) -> tuple[bool, XYZ, XYZ]:
-    """Return whether soft end stops are on, and the limits of the travel in mm, from the answer to M211.
+    """Parse the answer to M211. Return whether the soft end stops are on, and the limits of the travel, mm.
 
-    Raise `SendError` if the firmware has no soft end stops, because the travel is then unknown.
+    Raises `SendError` if the firmware has no soft end stops, because the travel is unknown in this case.
     """
     ends = {match[1].lower(): match for match in _ENDS.finditer(text)}
     if "min" not in ends or "max" not in ends:

@@ -1,4 +1,4 @@
-"""The serial port, opened exclusively. Failures are reported in one line."""
+"""A serial port that is opened exclusively. All failures are reported in one line."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Protocol
 from leafcut.errors import OptionError, SendError, name_suggestion
 from leafcut.message import Message
 
-#: Baud rate of GRBL (BAUD_RATE).
+#: Default baud rate of GRBL (BAUD_RATE).
 BAUD = 115_200
-#: Baud rates that are accepted; any other is considered a mistake.
+#: Accepted baud rates. Any other rate is considered a mistake.
 BAUDS = (9600, 19200, 38400, 57600, 115200, 230400, 250000, 460800, 500000, 921600, 1000000, 2000000)
 _LONGEST_READ = 4096
 #: Time limit of a write, s.
@@ -20,22 +20,22 @@ _WRITE_SECONDS = 5.0
 
 
 class PortLost(SendError):
-    """The port was lost: the cable was unplugged or the machine switched off."""
+    """The port was lost because the cable was unplugged or the machine was turned off."""
 
 
 class Port(Protocol):
-    """The interface of a port."""
+    """The methods that every port has."""
 
     name: str
 
     def read(self, seconds: float) -> bytes:
-        """Wait up to `seconds` for the first byte, and return all received bytes.
+        """Wait up to `seconds` for the first byte, and return all bytes that have arrived.
 
-        Raise `PortLost` if the port is lost.
+        Raises `PortLost` if the port is lost.
         """
 
     def write(self, data: bytes) -> None:
-        """Send bytes; raise `PortLost` if the port is lost."""
+        """Send bytes. Raises `PortLost` if the port is lost."""
 
     def close(self) -> None:
         """Close the port."""
@@ -47,8 +47,12 @@ class SerialPort:
     def __init__(self, name: str, baud: int = BAUD) -> None:
         """Open the port.
 
-        Raise `OptionError` if the port does not exist, is a file or folder, or the baud rate is not a common one.
-        Raise `SendError` if the port is in use, or access is denied.
+        Raises
+        ------
+        OptionError
+            The port does not exist or is a file or folder, or the baud rate is unusual.
+        SendError
+            The port is in use, or access is denied.
         """
         serial = _pyserial()
         if baud not in BAUDS:
@@ -67,9 +71,9 @@ class SerialPort:
             raise _refusal(name, problem) from None
 
     def read(self, seconds: float) -> bytes:
-        """Return the bytes received, after a wait of up to `seconds` for the first.
+        """Wait up to `seconds` for the first byte, and return all bytes that have arrived.
 
-        Raise `PortLost` if the port is lost.
+        Raises `PortLost` if the port is lost.
         """
         import serial
 
@@ -83,7 +87,7 @@ class SerialPort:
         return first + rest
 
     def write(self, data: bytes) -> None:
-        """Send bytes; raise `PortLost` if the port is lost."""
+        """Send bytes. Raises `PortLost` if the port is lost."""
         import serial
 
         try:
@@ -120,7 +124,7 @@ def _refusal(name: str, problem: Exception) -> SendError:
 
 
 def ports() -> list[tuple[str, str]]:
-    """Return (name, description) of each serial port of this computer."""
+    """Return the name and the description of each serial port of this computer."""
     _pyserial()
     from serial.tools.list_ports import comports
 
@@ -128,7 +132,7 @@ def ports() -> list[tuple[str, str]]:
 
 
 def ports_in_words() -> Message:
-    """Return the list of ports as the last part of a message."""
+    """List the serial ports in words, for the end of a message."""
     names = [name for name, _ in ports()]
     return (
         Message("there are {}", ", ".join(names))

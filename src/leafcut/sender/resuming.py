@@ -1,8 +1,9 @@
-"""Resume a program at a line after an interruption. The state of the program at that line is restored first.
+"""Resumes a program at a line after an interruption, and restores the state that the program has at that line.
 
 The tool rises to the greatest height in the program and moves above its position. The spindle starts, and the tool
-descends. The descent is a rapid only if the program itself uses a rapid at that height; otherwise it has the feed of
-the program. The lines to send are read again, and their moves must equal the moves of the program from that line on.
+descends. The descent is a rapid only if the program itself uses a rapid at that height. Otherwise, the tool descends at
+the feed of the program. leafcut reads the lines to send again and checks that their moves match the remaining moves of
+the program.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from leafcut.sender.controller_facts import Facts
 from leafcut.sender.job import SendJob, job_of
 from leafcut.sender.lines import SentStep, dwell, lines_in_dialect, steps_of
 
-#: Decimals of a position in mm; a finely stepped board resolves 0.001 mm.
+#: Number of decimals for a position in mm. A board with fine steps resolves 0.001 mm.
 _DECIMALS = 4
 _SPINDLE = {1: "M3", -1: "M4"}
 _COOLANT = {0: [], 1: ["M7"], 2: ["M8"], 3: ["M7", "M8"]}
@@ -32,7 +33,10 @@ _TOLERANCE = 2e-4
 
 
 def line_of_hole(job: SendJob, number: int) -> int:
-    """Return the first line of a hole, counted from 1 in program order; raise `OptionError` if it does not exist."""
+    """Return the first line of a hole. Holes are numbered from 1 in program order.
+
+    Raises `OptionError` if the hole does not exist.
+    """
     if not 1 <= number <= len(job.holes):
         have = count_of(len(job.holes), "hole") if job.holes else Message("no holes; use --from-line instead")
         raise OptionError("--from-hole {}: the program has {}", number, have)
@@ -48,10 +52,20 @@ def check_place(from_hole: int | None, from_line: int | None) -> None:
 def steps_from_resume(
     job: SendJob, facts: Facts, from_hole: int | None, from_line: int | None
 ) -> tuple[int, Sequence[SentStep], int | None]:
-    """Return the resume line, the steps to send, and the tool that must be in the spindle (None if not named).
+    """Return the steps that run a program from a hole or a line.
 
-    Without a hole or line, return line 0 and all steps. Raise `OptionError` if both are given, if the hole or line does
-    not exist, or if the program cannot be resumed there.
+    Without a hole or a line, the program runs from the start.
+
+    Returns
+    -------
+    tuple[int, Sequence[SentStep], int | None]
+        The line at which the program resumes (0 for the start), the steps to send, and the tool that must be in the
+        spindle, or None if the program does not name the tool.
+
+    Raises
+    ------
+    OptionError
+        Both a hole and a line are given, the hole or line does not exist, or the program cannot resume there.
     """
     check_place(from_hole, from_line)
     if from_hole is None and from_line is None:
@@ -65,10 +79,20 @@ def steps_from_resume(
 
 
 def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple[SentStep, ...], int | None]:
-    """Return the steps that resume a program at a line, and the tool that must be in the spindle (None if not named).
+    """Return the steps that resume a program at a line.
 
-    `height` is the current Z of the tool in program coordinates, mm; the tool does not descend before it is above
-    its position. Raise `OptionError`, with the reason, if no block follows, or if the state at the line is unknown.
+    `height` is the current Z of the tool in program coordinates, mm. The tool does not descend until it is above its
+    position.
+
+    Returns
+    -------
+    tuple[tuple[SentStep, ...], int | None]
+        The steps to send, and the tool that must be in the spindle, or None if the program does not name the tool.
+
+    Raises
+    ------
+    OptionError
+        No block follows, or the state at the line is unknown. The message contains the reason.
     """
     program = job.program
     blocks = np.flatnonzero(program.line >= line)
@@ -87,9 +111,9 @@ def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple
 
 
 def _place_before(job: SendJob, row: int, line: int) -> XYZ:
-    """Return the tool position before a row, mm in program coordinates; Z is 0 for a laser that never moves Z.
+    """Return the tool position before a row in program coordinates, mm. Z is 0 for a laser that never moves Z.
 
-    Raise `OptionError` if the position is unknown or no work remains.
+    Raises `OptionError` if the position is unknown, or if there is nothing left to do.
     """
     path = job.program.path
     if row >= len(path):
@@ -110,9 +134,10 @@ def _place_before(job: SendJob, row: int, line: int) -> XYZ:
 
 
 def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, height: float | None) -> list[str]:
-    """Return the lines that restore the machine's state and position before a block.
+    """Return the lines that restore the state and the position of the machine before a block.
 
-    Raise `OptionError` if that is impossible: inverse time feed (G93), no units, or no feed for the descent.
+    Raises `OptionError` if this is impossible because of inverse time feed (G93), unknown units, or a missing feed for
+    the descent.
     """
     if modal.feed_mode != 94:
         raise OptionError("G93 gives each move a time: the program cannot be resumed there; start from the first line")
@@ -170,7 +195,7 @@ def _descent_line(job: SendJob, modal: Modal, row: int, z: float) -> str:
 
 
 def _arrived_by_rapid(path: Toolpath, row: int) -> bool:
-    """Return whether the last move before a row is a rapid up or sideways, which ends clear of material."""
+    """Return whether the last move before a row is a rapid up or sideways. Such a rapid ends clear of the material."""
     moves = np.flatnonzero(path.kind[:row] <= Kind.ARC_CCW)
     if not len(moves):
         return False
@@ -179,13 +204,13 @@ def _arrived_by_rapid(path: Toolpath, row: int) -> bool:
 
 
 def number_in_mm(value: float) -> str:
-    """Return a length in mm or a feed in mm/min as text, without trailing zeros."""
+    """Format a length in mm or a feed in mm/min without trailing zeros."""
     text = f"{value:.{_DECIMALS}f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 
 
 def modes_before(job: SendJob, line: int) -> tuple[int | None, list[SentLine]]:
-    """Return the motion mode before a line, and the lines that restore all other modes and the spindle."""
+    """Return the motion mode before a line, and the lines that restore the spindle and all other modes."""
     modal = _modal_before(job, line)
     words = [f"G{modal.plane} G{91 if modal.incremental else 90} G94 G40 G49", f"G{modal.frame / 10:g}"]
     words += _units_and_feed(modal)
@@ -194,14 +219,14 @@ def modes_before(job: SendJob, line: int) -> tuple[int | None, list[SentLine]]:
 
 
 def _units_and_feed(modal: Modal) -> list[str]:
-    """Return the units and the feed as two lines, because the unit of F would be ambiguous in a common line."""
+    """Return the units and the feed on two lines. On a common line, the unit of F would be ambiguous."""
     if modal.unit is None:
         return []
     return [f"G{21 if modal.unit == 1.0 else 20}", *[f"F{modal.feed:.10g}"] * bool(modal.feed)]
 
 
 def spindle_words(job: SendJob, line: int) -> list[SentLine]:
-    """Return the lines that start the spindle if it is on before a line of the program."""
+    """Return the lines that start the spindle, if the spindle is on before a line of the program."""
     modal = _modal_before(job, line)
     if not modal.spindle:
         return []
@@ -217,7 +242,7 @@ def _modal_before(job: SendJob, line: int) -> Modal:
 
 
 def add_motion_mode(rest: list[SentStep], motion: int | None) -> list[SentStep]:
-    """Return the steps with the active motion mode (G0 to G3) added to the first move that lacks it."""
+    """Add the active motion mode (G0 to G3) to the first move that does not have one."""
     done = list(rest)
     for k, step in enumerate(rest):
         if not isinstance(step, SentLine):
@@ -239,7 +264,10 @@ def add_motion_mode(rest: list[SentStep], motion: int | None) -> list[SentStep]:
 
 
 def _prove(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: int) -> None:
-    """Read the lines to send; raise `OptionError` if their moves differ from the remaining moves of the program."""
+    """Read the lines to send again.
+
+    Raises `OptionError` if their moves differ from the remaining moves of the program.
+    """
     texts = [*lead, *(step.text for step in rest if isinstance(step, SentLine))]
     resumed = job_of("\n".join(texts) + "\n", job.file, job.machine, job.dialect, None, _EVERY)
     original_path, resumed_path = job.program.path, resumed.program.path
@@ -260,5 +288,5 @@ def _prove(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: 
         raise OptionError("--from-line {}: the program cannot be resumed there exactly; choose an earlier line", line)
 
 
-#: Codes of dangers that were checked when the program was first read.
+#: Codes of dangers that were already checked when the program was first read.
 _EVERY = ("L801", "L802", "L803", "L804", "L805", "L806", "L807", "L808")

@@ -1,4 +1,4 @@
-"""Run a program on a controller: send lines, process answers, hold, pause, and report the result."""
+"""Runs a program on a controller: sends lines, handles answers, holds and pauses, and reports the result."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ from leafcut.sender.lines import DrilledHole, Pause, SentStep, pauses_at_holes
 from leafcut.sender.port import PortLost
 from leafcut.sender.resuming import add_motion_mode, modes_before, resumed, spindle_words
 
-#: Interval of status queries, s. More frequent queries would delay the program.
+#: Interval between status queries, s. Shorter intervals would slow the program down.
 STATUS_SECONDS = 0.25
-#: Time without any answer after which the connection counts as lost, s.
+#: The connection counts as lost if nothing arrives for this time, s.
 SILENCE_SECONDS = 5.0
-#: Time after which an idle machine must have answered a line, s. Otherwise the answer was lost.
+#: An idle machine must have answered a line within this time, s. Otherwise, the answer was lost.
 OWING_SECONDS = 3.0
 _MAX_ERRORS = 20
 
 
 class Request(StrEnum):
-    """A request of the operator while a program runs."""
+    """A request from the operator while a program runs."""
 
     HOLD = "hold"
     RESUME = "resume"
@@ -48,7 +48,7 @@ class Request(StrEnum):
     NORMAL = "as programmed"
 
 
-#: Change of the feed override, percent.
+#: Changes of the feed override, percent.
 _CHANGES = {
     Request.FASTER: 10,
     Request.SLOWER: -10,
@@ -57,28 +57,28 @@ _CHANGES = {
 }
 #: Limits of the feed override, percent (gnea/grbl 1.1, config.h).
 _SLOWEST, _FASTEST = 10, 200
-#: GRBL's state during the deceleration of a hold. GRBL ignores a resume until the machine is at rest.
+#: State that GRBL reports while it decelerates for a hold. It ignores a resume until the machine is at rest.
 _SLOWING = ("Hold", 1)
-#: Number of status reports to await after a hold, because the first may have been sent before the hold arrived.
+#: Number of status reports to wait for after a hold. The controller may have sent the first report before the hold.
 _HELD_BY = 2
 
 
 @dataclass(frozen=True)
 class RunView:
-    """Progress of a program.
+    """The progress of a program.
 
     Attributes
     ----------
     line, taken
-        The line in execution, and the last line that the controller has accepted, both from 1.
+        The current line, and the last line that the controller has accepted. Both count from 1.
     hole
-        Number of the current hole; 0 before the first.
+        Number of the current hole, or 0 before the first hole.
     place
-        Position in program coordinates, mm; None if not reported.
+        Position in program coordinates, mm, or None if the controller does not report it.
     feed, override
         Feed in mm/min, and override in percent of the programmed feed.
     done_s, left_s
-        Elapsed cycle time, and remaining cycle time at this override, s.
+        Elapsed cycle time, and remaining cycle time at the current override, s.
     """
 
     state: str
@@ -99,23 +99,23 @@ class RunResult:
     Attributes
     ----------
     complete
-        Whether every line was accepted and the machine came to rest after the last line.
+        Whether the controller has accepted every line and the machine has come to rest after the last line.
     taken, sent, line
-        Last accepted line, last sent line, and line in execution.
+        The last accepted line, the last sent line, and the line that was running.
     hole
-        The current hole, or else the next hole; None if there is none.
+        The current hole, otherwise the next hole. It is None if there is no such hole.
     state
-        State of the machine in words; assumed if the connection is lost.
+        State of the machine in words. If the connection is lost, this is an assumption.
     homed
         Whether the position can be trusted.
     place, coordinates
-        Last reported position, mm, and the name of its coordinate system.
+        The last reported position, mm, and the name of its coordinate system.
     errors
-        Result of a check: (line, error).
+        The lines that failed a check, each with its error.
     lost
-        Whether the connection is lost, so that `state` is assumed.
+        Whether the connection is lost, so that `state` is only assumed.
     sure
-        Whether `line` is certain. If the machine did not report its position, it was in `line` or a later line.
+        Whether `line` is certain. If the machine did not report its position, it may have reached a later line.
     """
 
     complete: bool
@@ -134,7 +134,7 @@ class RunResult:
 
     @property
     def go_on(self) -> str:
-        """The option that resumes the program at this point; empty if the program has to start again."""
+        """The option that resumes the program at this point, or an empty string if the program has to start over."""
         if self.complete or not self.line or (self.hole is not None and self.hole.number == 1):
             return ""
         if self.hole is not None:
@@ -142,12 +142,12 @@ class RunResult:
         return f"--from-line {self.line}"
 
 
-#: Called at a pause; returns "" to continue, a line for the controller, or None to stop.
+#: Asks the operator at a pause. Returns "" to continue, a line for the controller, or None to stop.
 Prompt = Callable[[Pause, Sequence[str]], str | None]
 
 
 class _RunEnded(SendError):
-    """The run cannot continue, but the controller can be reached."""
+    """The run cannot continue, but the controller still responds."""
 
 
 class _AlarmStop(_RunEnded):
@@ -164,11 +164,19 @@ class _StopRequested(Exception):
 
 @dataclass
 class SendRun:
-    """A run of a program on a controller.
+    """Runs a program on a controller.
 
-    `prompt` asks the operator at a pause; it is None if there is no operator to ask. `observe` is called at every
-    status. With `check`, nothing moves, and errors are collected. With `by_hole`, a `Pause` precedes every hole. If a
-    prompt moves the machine, it sets `touched`, so that the run moves the tool back before it continues.
+    Parameters
+    ----------
+    prompt
+        Asks the operator at a pause, or None if there is no operator. If it moves the machine, it sets `touched`. The
+        run then moves the tool back before it continues.
+    observe
+        Receives every status.
+    check
+        Collect errors without moving the machine.
+    by_hole
+        Pause before every hole.
     """
 
     talk: Conversation
@@ -210,16 +218,16 @@ class SendRun:
         return pauses_at_holes(steps, self.job.holes[after:]) if self.by_hole else steps
 
     def go_on_to_the_end(self) -> None:
-        """Leave hole-by-hole mode, so that the program runs to its end. The prompt may call this."""
+        """Leave hole-by-hole mode, so that the program runs to its end. The prompt may call this method."""
         self.by_hole = False
         self.left = deque(step for step in self.left if not (isinstance(step, Pause) and step.hole))
 
     def ask(self, request: Request) -> None:
-        """Queue a request. May be called from any thread."""
+        """Queue a request. This method may be called from any thread."""
         self.requests.append(request)
 
     def run(self) -> RunResult:
-        """Send all steps and return the result. On any failure, stop the machine and report its state."""
+        """Send all steps and return the result. If anything fails, stop the machine and report its state."""
         if self.prompt is None and not self.check:
             self._skip_first_tool()
         try:
@@ -240,9 +248,9 @@ class SendRun:
             return self._stop_and_report(str(problem), at_once=isinstance(problem, _AlarmStop))
 
     def _skip_first_tool(self) -> None:
-        """For a run without an operator, assume that the first tool is mounted.
+        """Assume that the first tool is mounted, because no operator can be asked.
 
-        Raise `OptionError` if the program has another pause.
+        Raises `OptionError` if the program has any other pause.
         """
         fed = self.path.line[(self.path.kind >= Kind.FEED) & (self.path.kind <= Kind.ARC_CCW)]
         cut = int(fed[0]) if len(fed) else self._first
@@ -331,7 +339,7 @@ class SendRun:
             raise _RunEnded("an answer was lost on the way, so the lines can no longer be counted; check the cable")
 
     def _dwell(self) -> float:
-        """Return the dwell time in the oldest unanswered line, s."""
+        """Return the dwell time of the oldest unanswered line, s."""
         oldest = self.counter.waiting[0].text
         if "G4" not in oldest and "G04" not in oldest:
             return 0.0
@@ -359,7 +367,7 @@ class SendRun:
                 pass
 
     def _process_line_answer(self, wrong: str = "") -> None:
-        """Process the answer to the oldest unanswered line. `wrong` is its error, or empty."""
+        """Handle the answer to the oldest unanswered line. `wrong` contains an error, if there is one."""
         line = self.counter.take_answer()
         self._owed_since, self._rests = self.talk.clock(), 0
         if line is None:
@@ -407,7 +415,9 @@ class SendRun:
         return max(self._passed, self._history[0] if len(self._history) == self.talk.max_ahead else self._first)
 
     def _settle_line(self) -> None:
-        """If the position is unknown, assume the earliest possible line, so that resuming skips no line."""
+        """Assume the earliest possible line if the position is unknown, so that no line is skipped when the program
+        resumes.
+        """
         if not self._sure:
             self.line = min(self._earliest_line, max(self.taken, self._first))
 
@@ -435,8 +445,8 @@ class SendRun:
     def _pause(self, pause: Pause) -> None:
         """Ask the operator, then continue.
 
-        Before that, all changes by the operator are undone except new zeros. A tool change stops the spindle; the
-        spindle is restarted if it is on in the program.
+        Before the run continues, it undoes every change by the operator except new zeros. A tool change stops the
+        spindle. The run restarts the spindle if it should be on at this point of the program.
         """
         assert self.prompt is not None
         if pause.change and not self.job.laser:
@@ -474,7 +484,10 @@ class SendRun:
             return [str(problem)]
 
     def _continue_after_pause(self, pause: Pause, following: int) -> None:
-        """Read origins and position again, and continue at line `following` in the state that the program has there."""
+        """Read the origins and the position again.
+
+        Then continue at line `following` with the state that the program has there.
+        """
         self._wait_idle()
         self.facts = self.talk.facts()
         check_program(self.job, self.facts, unhomed=self.unhomed, begun=True)
@@ -513,7 +526,7 @@ class SendRun:
         return self._result(reason, status)
 
     def _stop_and_report(self, reason: str, *, at_once: bool = False) -> RunResult:
-        """Stop the machine and return the result. With `at_once`, an alarm has already stopped it."""
+        """Stop the machine and return the result. Set `at_once` if an alarm has already stopped the machine."""
         try:
             stop = self.talk.halt if at_once else self.talk.reset if self.check else self.talk.stop
             status = stop(self._hear_late)
@@ -559,7 +572,10 @@ class SendRun:
         )
 
     def _result_of_lost_machine(self, reason: str) -> RunResult:
-        """Return the result for an unreachable machine, which executes its buffered lines and then comes to rest."""
+        """Return the result for a machine that cannot be reached.
+
+        It executes its buffered lines and then comes to rest.
+        """
         self._settle_line()
         last = self.talk.status
         state = (

@@ -1,4 +1,4 @@
-"""Texts about a run: its progress, its result, and the command that resumes it."""
+"""Texts about a run, such as its progress, its result, and the command that resumes it."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from leafcut.units import format_time
 
 
 def place_in_words(place: XYZ) -> str:
-    """Return a position as text: ``X1.000 Y2.000 Z-0.500``."""
+    """Format a position, such as ``X1.000 Y2.000 Z-0.500``."""
     return " ".join(f"{axis}{value:.3f}" for axis, value in zip("XYZ", place, strict=True))
 
 
 def progress_in_words(view: RunView, job: SendJob) -> str:
-    """Return the progress of a program as one line for a terminal."""
+    """Describe the progress of a program in one line for a terminal."""
     position = f"hole {view.hole}/{len(job.holes)}, line {view.line}" if job.holes else Message("line {}", view.line)
     place = "" if view.place is None else f"  {place_in_words(view.place)}"
     state = {"Hold": "ON HOLD", "Door": "DOOR OPEN"}.get(view.state, "")
@@ -27,7 +27,9 @@ def progress_in_words(view: RunView, job: SendJob) -> str:
 
 
 def ending_in_words(ending: RunResult, job: SendJob) -> str:
-    """Return the result of a run as one line: reason, machine state, progress, and the command that resumes it."""
+    """Describe the result of a run in one line: the reason, the state, the progress, and the command that resumes the
+    run.
+    """
     lines = job.steps[-1].number
     if ending.complete:
         return Message("{}: all {} done; the machine is {}", job.file, count_of(lines, "line"), ending.state)
@@ -56,7 +58,7 @@ def ending_in_words(ending: RunResult, job: SendJob) -> str:
 
 
 def ending_as_json(ending: RunResult, job: SendJob) -> dict[str, Any]:
-    """Return the result of a run as JSON data."""
+    """Convert the result of a run to JSON data."""
     return {
         "program": job.file,
         "complete": ending.complete,
