@@ -1,1 +1,2 @@
-"""Experiments: run algorithms repeatedly with several seeds, store the results of each run, and compare them."""
+"""Experiments that run algorithms repeatedly with several seeds, store the result of each run, and compare the results.
+"""

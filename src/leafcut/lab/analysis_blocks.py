@@ -1,4 +1,4 @@
-"""Evaluate an experiment: run each analysis in its description, and report it as sentences, tables and charts."""
+"""Runs the analyses of an experiment, and reports them as sentences, tables and charts."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from leafcut.lab.statistics import (
 from leafcut.options import FireflyOptions
 from leafcut.order.literature.flight import Flight
 
-#: Results of a cell count as equal up to this relative difference.
+#: Results of a cell count as equal if they differ by less than this relative amount.
 _EQUAL_SHARE = 1e-3
-#: β₀, and values of γ, in the chart of attractiveness: figure 3 of the paper on fireflies for pockets.
+#: Value of β₀ and values of γ in the chart of attractiveness (figure 3 of the paper on fireflies for pockets).
 _PLOTTED_BETA, _PLOTTED_GAMMAS = 10.0, (0.010, 0.012, 0.014, 0.015, 0.016, 0.018)
-#: Number of points of the tours in that chart.
+#: Number of points of the tours in this chart.
 _PLACES = 100
 
 
 def comparison_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Report the ranks of a factor's levels over all instances, and the savings over the base level."""
+    """Compare the levels of a factor by their ranks over all instances, and by their savings over the base level."""
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     by_cell = results.groups(response.name, factor.name)
     complete = {rest: groups for rest, groups in by_cell.items() if len(groups) == len(factor.levels)}
@@ -96,7 +96,9 @@ def comparison_block(results: Results, analysis: Analysis, response: Response) -
 def _difference_table(
     results: Results, analysis: Analysis, response: Response, title: str, sentences: list[str]
 ) -> Table:
-    """Return a table of differences from the base level or a known value. Append the mean savings to `sentences`."""
+    """Return a table of the differences from the base level or from a known value, and add the mean savings to
+    `sentences`.
+    """
     base_name = analysis.base or analysis.fact
     known = {instance.name: instance.facts.get(analysis.fact, 0.0) for instance in results.description.instances}
     levels = [level.name for level in results.description.factor(analysis.factors[0]).levels]
@@ -149,7 +151,7 @@ def _ranked_pairs(title: str, pairs: Sequence[Pair], response: Response) -> Tabl
 
 
 def analysis_blocks(results: Results) -> list[ReportBlock]:
-    """Return one report block per analysis. A block without enough results states the reason."""
+    """Return one report block for each analysis. If an analysis has too few results, its block states this."""
     blocks = []
     for analysis in results.description.analyses:
         response = results.description.response(analysis.response)
@@ -165,7 +167,7 @@ def analysis_blocks(results: Results) -> list[ReportBlock]:
 def _without_other_threads(results: Results, analysis: Analysis, response: Response) -> Results:
     """Keep only the runs with the first number of threads, unless the analysis compares threads or times.
 
-    The number of threads changes the time of a search but not its result.
+    The number of threads affects how long a search takes, but not its result.
     """
     cores = results.description.cores
     if not cores or cores in analysis.factors or response.path in TIMES:
@@ -384,7 +386,7 @@ def _speedup(results: Results, analysis: Analysis, response: Response) -> Report
 
 
 def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Report the gain over the level `base` for each instance, and whether it increases with the size of the
+    """Report the gain over the level `base` for each instance, and whether the gain grows with the size of the
     instance.
     """
     description = results.description
@@ -454,7 +456,7 @@ def _trend_words(sizes: Sequence[float], gains: Sequence[float], alpha: float) -
 
 
 def _projection(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Report the saving of each level over the base level for batches of equal workpieces."""
+    """Report how much each level saves over the base level for batches of identical workpieces."""
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     rows = []
     for rest, groups in results.groups(response.name, factor.name).items():
@@ -524,7 +526,7 @@ def _pareto(results: Results, analysis: Analysis, response: Response) -> ReportB
 
 
 def _attraction(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Plot the attractiveness β over the distance r between two fireflies, as in figure 3 of the paper."""
+    """Plot the attractiveness β against the distance r between two fireflies, as in figure 3 of the paper."""
     flight = Flight.of(FireflyOptions(attractiveness=_PLOTTED_BETA), limited=True)
     series = {
         f"γ = {gamma:.3f}": [

@@ -1,4 +1,4 @@
-"""Charts of an experiment: Matplotlib figures as SVG, with the colours of the report's style sheet."""
+"""Charts of an experiment. Matplotlib draws them as SVG, and they use the colours of the report's style sheet."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from leafcut.report.svg import title
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: A convergence curve: points (iteration or seconds, cost) in order.
+#: A convergence curve, as a sequence of points (iteration or seconds, cost).
 Course = Sequence[tuple[float, float]]
 
-#: Placeholder colours for Matplotlib. They are replaced by CSS variables, because a page may be light or dark.
+#: Placeholder colours for Matplotlib. CSS variables replace them, because a page may be light or dark.
 _INK, _SOFT, _LINE = "#010101", "#020202", "#030303"
 _HUES = tuple(f"#0404{k:02x}" for k in range(1, 9))
 _IN_PAGE = {_INK: "var(--ink)", _SOFT: "var(--ink-2)", _LINE: "var(--line)"}
@@ -30,7 +30,10 @@ _ID = re.compile(r'\s+id="([^"]*)"')
 
 
 def box_plots(groups: Mapping[str, Sequence[float]], heading: str, description: str) -> str:
-    """Return box plots with a dot per value and whiskers of up to 1.5 times the interquartile range (Tukey 1977)."""
+    """Draw box plots with a dot for each value.
+
+    The whiskers extend to 1.5 times the interquartile range (Tukey 1977).
+    """
     figure, axes = _figure(max(_WIDTH, 0.55 * len(groups)))
     values = [list(group) for group in groups.values()]
     boxes = axes.boxplot(values, widths=0.55, showfliers=False, patch_artist=True, whis=1.5)
@@ -54,9 +57,16 @@ def means(
     description: str,
     ideal: Sequence[tuple[float, float]] = (),
 ) -> str:
-    """Return a chart of means with error bars.
+    """Draw a chart of means with error bars.
 
-    `series` maps a name to its points (x, mean, low, high). `ideal` is drawn as a dotted line.
+    Parameters
+    ----------
+    series
+        Maps a name to its points (x, mean, low, high).
+    x_label, heading, description
+        Texts of the chart.
+    ideal
+        Points of a dotted line.
     """
     figure, axes = _figure()
     if ideal:
@@ -83,7 +93,7 @@ def means(
 
 
 def convergence(variants: Mapping[str, Sequence[Course]], x_label: str, heading: str, description: str) -> str:
-    """Return a chart with the mean convergence curve of each variant, and a band from its best to its worst run."""
+    """Draw the mean convergence curve of each variant, with a band from its best to its worst run."""
     figure, axes = _figure()
     last = max(curve[-1][0] for curves in variants.values() for curve in curves)
     places = np.linspace(0.0, last, _STEPS)
@@ -99,7 +109,7 @@ def convergence(variants: Mapping[str, Sequence[Course]], x_label: str, heading:
 
 
 def lines(series: Mapping[str, Course], x_label: str, heading: str, description: str) -> str:
-    """Return a line chart; `series` maps a name to its points (x, y)."""
+    """Draw a line chart. `series` maps a name to its points (x, y)."""
     figure, axes = _figure()
     for k, (name, points) in enumerate(series.items()):
         colour, dash = _line_style(k)
@@ -111,10 +121,10 @@ def lines(series: Mapping[str, Course], x_label: str, heading: str, description:
 
 
 def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str, description: str) -> str:
-    """Return time-to-target plots: the percentage of runs that have reached the target, over time.
+    """Draw time-to-target plots, which show the percentage of runs that have reached the target by a given time.
 
-    `variants` maps a name to the time of each run. The time is None for a run that has missed the target; these runs
-    count in the total.
+    `variants` maps a name to the time of each run. The time is None if a run has missed the target. Such a run still
+    counts toward the total.
 
     Source: Aiex, Resende and Ribeiro 2007, *TTT plots*.
     """
@@ -143,7 +153,7 @@ def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str,
 def pareto(
     points: Mapping[str, tuple[float, float]], front: Sequence[str], x_label: str, heading: str, description: str
 ) -> str:
-    """Return a scatter plot of two responses. The variants on the Pareto front are connected and labelled."""
+    """Draw a scatter plot of two responses. A line connects the variants on the Pareto front, and labels name them."""
     figure, axes = _figure()
     dominated = [point for name, point in points.items() if name not in front]
     if dominated:
@@ -163,7 +173,7 @@ def pareto(
 
 
 def scatter(series: Mapping[str, Sequence[tuple[float, float]]], x_label: str, heading: str, description: str) -> str:
-    """Return a scatter plot; `series` maps a name to its points (x, y)."""
+    """Draw a scatter plot. `series` maps a name to its points (x, y)."""
     figure, axes = _figure()
     for k, (name, points) in enumerate(series.items()):
         axes.plot(*zip(*points, strict=True), "os^D"[k % 4], color=_HUES[k % len(_HUES)], markersize=5, label=name)
@@ -175,7 +185,7 @@ def scatter(series: Mapping[str, Sequence[tuple[float, float]]], x_label: str, h
 
 
 def trials(costs: Sequence[tuple[float, float]], heading: str, description: str) -> str:
-    """Return a chart of the cost of each trial relative to the defaults, with the lowest cost so far as a step line."""
+    """Plot the cost of each trial relative to the defaults, and the lowest cost so far as a step line."""
     figure, axes = _figure()
     x, y = (np.array(column, dtype=np.float64) for column in zip(*costs, strict=True))
     axes.plot(x, y, "o", color=_HUES[1], markersize=3.5, alpha=0.8, markeredgewidth=0, label="trial")
@@ -189,14 +199,14 @@ def trials(costs: Sequence[tuple[float, float]], heading: str, description: str)
 
 
 def _costs_at(curve: Course, places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the cost of a step curve at the given positions: the value of the last step before each position."""
+    """Evaluate a step curve at the given positions. The cost is the value of the last step before each position."""
     x, y = (np.array(column, dtype=np.float64) for column in zip(*curve, strict=True))
     costs: NDArray[np.float64] = y[np.maximum(np.searchsorted(x, places, side="right") - 1, 0)]
     return costs
 
 
 def time_to_reach(curve: Course, target: float) -> float | None:
-    """Return the time at which a run reached the target cost, or None."""
+    """Return the time at which a run has reached the target cost, or None if it never did."""
     return next((x for x, y in curve if y <= target), None)
 
 
@@ -233,7 +243,7 @@ def _legend(axes: Axes, count: int) -> None:
 
 
 def _svg(figure: Any, description: str) -> str:
-    """Return the figure as SVG with the CSS colours of the page; `description` is its accessible title."""
+    """Convert a figure to SVG with the CSS colours of the page. `description` becomes its accessible title."""
     from matplotlib import rc_context
 
     output = io.StringIO()

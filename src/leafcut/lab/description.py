@@ -1,4 +1,4 @@
-"""Description of an experiment in a TOML file: inputs × options × seeds, responses and analyses."""
+"""The description of an experiment in a TOML file: inputs, options and seeds to combine, responses, and analyses."""
 
 from __future__ import annotations
 
@@ -11,19 +11,20 @@ from typing import Any
 
 from leafcut.errors import OptionError
 
-#: Commands of a run that do not belong to a process.
+#: Commands whose runs do not belong to a process.
 SOLVE, OPTIMIZE = "solve", "optimize"
-#: Maximum number of runs of an experiment, and maximum number of seeds.
+#: Maximum number of runs, and maximum number of seeds.
 MAX_RUNS, MAX_SEEDS = 100_000, 1000
-#: Responses that exist for every command: wall-clock time and processor time, s.
+#: Responses that every command has: wall-clock time and processor time, s.
 WALL, PROCESSOR = "wall_s", "processor_s"
-#: Prefix of responses from the searches of a run: processor time and wall-clock time, s; for the last search, shortest
-#: iteration and shortest idle time of a single worker in an iteration, s; best cost; and best cost among the tours
-#: that the search itself has built, without a given initial tour.
+#: Prefix of the responses that describe the searches of a run. They are the processor time and the wall-clock time, s.
+#: For the last search, they also include the shortest iteration, the shortest time that a worker was idle in an
+#: iteration, s, the best cost, and the best cost of the tours that the search itself has built (without an initial
+#: tour).
 SEARCH = "search"
-#: Response of every command that writes a program: total time of rapid moves, including retracts, s.
+#: Response that every command with a program has: the total time of rapid moves, including retracts, s.
 RAPID = "rapid_s"
-#: Responses that measure computing time rather than machine time.
+#: Responses that measure computing time instead of machine time.
 TIMES = (
     WALL,
     PROCESSOR,
@@ -39,10 +40,14 @@ ANALYSES = ("compare", "anova", "crossed", "speedup", "messages", "trend", "pare
 
 @dataclass(frozen=True)
 class LabInstance:
-    """An input of an experiment with its own options and known data.
+    """An input of an experiment, with its own options and known values.
 
-    `input` is a file, an included example (``example:plate-70``) or a random map (``random:200``). `facts` contains
-    known values, such as the size of the input or a published result.
+    Attributes
+    ----------
+    input
+        A file, an included example (``example:plate-70``) or a random map (``random:200``).
+    facts
+        Known values, such as the size of the input or a published result.
     """
 
     name: str
@@ -53,10 +58,10 @@ class LabInstance:
 
 @dataclass(frozen=True)
 class Level:
-    """A level of a factor: the options that it sets, and its value if it is numeric.
+    """A level of a factor, with the options that it sets. A numeric level also has a value.
 
-    If `folder` is set, runs of this level read the files of the instances, by name, from that folder instead.
-    `without` lists options that are shared by all levels but not used by this level.
+    If `folder` is set, the runs of this level read files with the same names from that folder. `without` lists options
+    that all other levels share but this level does not use.
     """
 
     name: str
@@ -68,7 +73,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Factor:
-    """A factor of the experiment. Each of its levels is combined with each level of all other factors."""
+    """A factor of the experiment. Each of its levels is combined with every level of all other factors."""
 
     name: str
     title: str
@@ -82,13 +87,13 @@ class Factor:
 
 @dataclass(frozen=True)
 class Response:
-    """A value measured in each run.
+    """A value that is measured in each run.
 
     Attributes
     ----------
     path
-        Path in the ``--json`` answer of the command, such as ``after.time_s``; or `WALL`, `PROCESSOR`, `RAPID`, or a
-        value of the searches (`SEARCH`). " + " adds values; "|" selects the first value that exists.
+        Path in the ``--json`` answer of the command, such as ``after.time_s``. It may also be `WALL`, `PROCESSOR`,
+        `RAPID`, or a value of the searches (`SEARCH`). " + " adds values, and "|" selects the first value that exists.
     """
 
     name: str
@@ -100,25 +105,25 @@ class Response:
 
     @property
     def heading(self) -> str:
-        """Title with the unit."""
+        """Title, followed by the unit."""
         return f"{self.title}, {self.unit}" if self.unit else self.title
 
 
 @dataclass(frozen=True)
 class Analysis:
-    """An analysis of a response: its kind (one of `ANALYSES`), the response, and the factors.
+    """An analysis of a response. `kind` is one of `ANALYSES`.
 
     Attributes
     ----------
     base
-        Reference level of a trend, a projection or a message analysis, and optionally of a comparison.
+        Reference level of a trend, a projection or a message analysis. A comparison may also have one.
     fact
-        Known value of each instance, used instead of a base level as the reference of a comparison.
+        Known value of each instance. A comparison uses it as the reference instead of a base level.
     against
-        Second response of a Pareto plot; if empty, the next response. For a message analysis, the time of an iteration
-        without its ants.
+        Second response of a Pareto plot. If it is empty, the plot uses the next response. In a message analysis, this
+        is the time of an iteration without its ants.
     without
-        Instances to omit in a second report of a trend.
+        Instances that are left out of a second report of a trend.
     boards
         Batch sizes of a projection.
     """
@@ -136,7 +141,7 @@ class Analysis:
 
 @dataclass(frozen=True)
 class RunPlan:
-    """A planned run: an instance, a level of each factor, and a seed."""
+    """A planned run of an instance, with one level of each factor and a seed."""
 
     instance: LabInstance
     levels: Mapping[str, Level]
@@ -145,7 +150,7 @@ class RunPlan:
 
     @property
     def input(self) -> str:
-        """Input of its instance, or the file with the same name in the folder of a level."""
+        """Input of the instance. If a level has a folder, this is the file with the same name in that folder."""
         folder = next((level.folder for level in self.levels.values() if level.folder), "")
         return str(Path(folder, Path(self.instance.input).name)) if folder else self.instance.input
 
@@ -157,11 +162,17 @@ class RunPlan:
 
 @dataclass(frozen=True)
 class Description:
-    """An experiment as described by its TOML file.
+    """An experiment, as described in its TOML file.
 
-    `command` is ``solve``, ``optimize``, or the command of a process. With `new_process`, each run starts a new
-    operating system process, and its start-up time counts. `cores` names a factor whose levels are numbers of threads;
-    levels above the number of cores of this machine are skipped.
+    Attributes
+    ----------
+    command
+        ``solve``, ``optimize``, or the command of a process.
+    new_process
+        Whether each run starts a new operating system process. The measured time then includes its start-up.
+    cores
+        Name of a factor whose levels are numbers of threads. Levels that exceed the number of cores of this machine are
+        skipped.
     """
 
     name: str
@@ -179,16 +190,16 @@ class Description:
     new_process: bool = False
     cores: str = ""
     reduced: bool = False
-    #: Whether `leafcut lab` lists the experiment by name.
+    #: Whether `leafcut lab` lists this experiment by name.
     listed: bool = True
-    #: Whether the experiment comes with leafcut.
+    #: Whether this experiment is included with leafcut.
     shipped: bool = False
-    #: The table [reduced] of the file, which describes the short form of the experiment.
+    #: The table [reduced] of the file. It describes a short form of the experiment.
     short: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     @property
     def key(self) -> str:
-        """Name under which the runs are stored; the short form has its own name."""
+        """Name under which the runs are stored. The short form has a different name."""
         return f"{self.name} (reduced)" if self.reduced else self.name
 
     def response(self, name: str) -> Response:
@@ -200,7 +211,10 @@ class Description:
         return next(factor for factor in self.factors if factor.name == name)
 
     def runs(self) -> Iterator[RunPlan]:
-        """Yield all runs, seed by seed. If the experiment ends early, the runs of complete seeds are usable."""
+        """Yield all runs, one seed after the other.
+
+        If the experiment stops early, the completed seeds can still be used.
+        """
         for seed in self.seeds:
             for instance in self.instances:
                 for levels in itertools.product(*(factor.levels for factor in self.factors)):

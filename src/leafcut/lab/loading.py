@@ -1,4 +1,4 @@
-"""Find and read the TOML description of an experiment."""
+"""Finds and reads the TOML description of an experiment."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ from leafcut.processes.base import Work
 from leafcut.processes.job import machine_of
 from leafcut.processes.settings import collect_settings, resolve_files, unused_option_message
 
-#: Experiments that come with leafcut.
+#: Experiments that are included with leafcut.
 _SHIPPED = resources.files("leafcut.lab") / "shipped"
 
 
 def value_text(value: Any) -> str:
-    """Return the value of a level or a result as text."""
+    """Format the value of a level or a result."""
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
@@ -49,7 +49,7 @@ def number_of(value: Any) -> float | None:
 
 @dataclass(frozen=True)
 class DescriptionTable:
-    """A table of an experiment file and its path. Each access checks the type of the value."""
+    """A table of an experiment file, with its path. Reading a value also checks its type."""
 
     content: Mapping[str, Any]
     experiment: str
@@ -61,52 +61,52 @@ class DescriptionTable:
         return self.place.rpartition(".")[2]
 
     def wrong(self, words: str) -> OptionError:
-        """Return an error whose message names the experiment and the table."""
+        """Create an error whose message mentions the experiment and the table."""
         return OptionError(f"experiment '{self.experiment}'{f', [{self.place}]' if self.place else ''}: {words}")
 
     def check(self, known: set[str]) -> None:
-        """Raise an error for a key that is not in `known`."""
+        """Raise an error if the table has a key that is not in `known`."""
         for key in self.content:
             if key not in known:
                 raise self.wrong(Message("unknown key '{}'{}", key, name_suggestion(key, sorted(known))))
 
     def text(self, key: str, default: str | None = None) -> str:
-        """Return the text under a key. The key is required if there is no default."""
+        """Return the text of a key. The key is required if there is no default."""
         value = self.content.get(key, default)
         if not isinstance(value, str):
             raise self.wrong(f"{key}: a text is needed" + ("" if value is None else f", not {value!r}"))
         return value
 
     def flag(self, key: str) -> bool:
-        """Return the boolean under a key, or False if the key is missing."""
+        """Return the boolean value of a key, or False if the key is missing."""
         value = self.content.get(key, False)
         if not isinstance(value, bool):
             raise self.wrong(f"{key}: give true or false, not {value!r}")
         return value
 
     def as_number(self, key: str, value: Any) -> float:
-        """Return a value as float; if it is not a number, raise an error that names `key`."""
+        """Convert a value to a float. Raises an error that mentions `key` if the value is not a number."""
         number = number_of(value)
         if number is None:
             raise self.wrong(f"{key}: a number is needed, not {value!r}")
         return number
 
     def texts(self, key: str) -> list[str]:
-        """Return the list under a key as strings; numbers are converted."""
+        """Return the list of a key as strings. Numbers are converted."""
         value = self.content.get(key, [])
         if not isinstance(value, list) or any(isinstance(item, dict | list) for item in value):
             raise self.wrong(f"{key}: a list of texts is needed")
         return [value_text(item) for item in value]
 
     def table(self, key: str) -> dict[str, Any]:
-        """Return the table under a key, or an empty table."""
+        """Return the table of a key, or an empty table if the key is missing."""
         value = self.content.get(key, {})
         if not isinstance(value, dict):
             raise self.wrong(f"{key}: a table is needed")
         return value
 
     def dicts(self, key: str) -> dict[str, dict[str, Any]]:
-        """Return a table whose values are all tables."""
+        """Return a table that contains only tables."""
         tables = self.table(key)
         for name, entry in tables.items():
             if not isinstance(entry, dict):
@@ -114,13 +114,13 @@ class DescriptionTable:
         return tables
 
     def tables(self, key: str) -> list[DescriptionTable]:
-        """Return the tables inside a table, in file order."""
+        """Return the tables inside a table, in the order of the file."""
         return [
             DescriptionTable(content, self.experiment, f"{key}.{name}") for name, content in self.dicts(key).items()
         ]
 
     def list_of_tables(self, key: str) -> list[DescriptionTable]:
-        """Return the tables of an array of tables ([[key]])."""
+        """Return the tables of an array ([[key]])."""
         value = self.content.get(key, [])
         if not isinstance(value, list) or any(not isinstance(item, dict) for item in value):
             raise self.wrong(f"{key}: tables [[{key}]] are needed")
@@ -128,24 +128,24 @@ class DescriptionTable:
 
 
 def shipped_names() -> list[str]:
-    """Return the sorted names of the included experiments, without reading their files."""
+    """Return the sorted names of the included experiments without reading their files."""
     return sorted(file.name.removesuffix(".toml") for file in _SHIPPED.iterdir() if file.name.endswith(".toml"))
 
 
 def shipped() -> dict[str, str]:
-    """Return the titles of the included experiments by name."""
+    """Return the name and the title of each included experiment."""
     return {name: load(name).title for name in shipped_names()}
 
 
 def load(name: str | Path) -> Description:
-    """Return the experiment with this name, or the experiment in a TOML file.
+    """Load an experiment by its name, or from a TOML file.
 
     Raises
     ------
     OptionError
         The name is unknown.
     DataError
-        The file cannot be read or is not TOML, or its content is invalid.
+        The file cannot be read, is not TOML, or has invalid content.
     """
     if str(name).lower().endswith(".toml"):
         path = Path(name)
@@ -168,9 +168,9 @@ def load(name: str | Path) -> Description:
 
 
 def experiment_of_toml(content: Mapping[str, Any], name: str, folder: Path | None) -> Description:
-    """Return the experiment described by parsed TOML. File names in it are relative to `folder`.
+    """Create an experiment from parsed TOML.
 
-    If `folder` is None, file names refer to files included with leafcut.
+    File names are relative to `folder`. If `folder` is None, they refer to files that are included with leafcut.
 
     Raises
     ------
@@ -321,7 +321,7 @@ def _analysis(table: DescriptionTable, description: Description) -> Analysis:
 
 
 def _fact(table: DescriptionTable, description: Description) -> str:
-    """Return the name of the instances' known value that is the reference of a comparison; empty for none."""
+    """Return the name of the known value that a comparison uses as its reference, or an empty string."""
     fact, known = table.text("fact", ""), {name for instance in description.instances for name in instance.facts}
     if fact and (table.text("kind") != "compare" or table.text("base", "")):
         raise table.wrong("fact: a comparison takes it, in place of a base")
@@ -331,7 +331,7 @@ def _fact(table: DescriptionTable, description: Description) -> str:
 
 
 def _seeds(table: DescriptionTable) -> tuple[int, ...]:
-    """Return the seeds: the given list, or the numbers from 1 to the given number."""
+    """Return the seeds. The file contains either a list of seeds or their number."""
     given = table.content.get("seeds", 1)
     listed = list(range(1, given + 1)) if type(given) is int and 0 < given <= MAX_SEEDS else given
     if not isinstance(listed, list) or not listed or any(type(seed) is not int or seed < 0 for seed in listed):
@@ -342,7 +342,7 @@ def _seeds(table: DescriptionTable) -> tuple[int, ...]:
 
 
 def _items_by_name(items: Sequence[Any], names: Sequence[str], table: DescriptionTable, kind: str) -> tuple[Any, ...]:
-    """Return the items with the given names, or all items if no names are given."""
+    """Select the items with the given names. Without names, select all items."""
     known = [item.name for item in items]
     for name in names:
         if name not in known:
@@ -351,9 +351,9 @@ def _items_by_name(items: Sequence[Any], names: Sequence[str], table: Descriptio
 
 
 def _resolve_files(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Resolve the file names in options relative to `folder`.
+    """Resolve the file names in the options relative to `folder`.
 
-    Invalid options are returned unchanged. They are refused later, in a message that names the run.
+    Invalid options remain unchanged. An error message that mentions the run reports them later.
     """
     try:
         return resolve_files(folder, options)
@@ -388,14 +388,14 @@ def _check_options(description: Description) -> None:
 
 
 def _work(command: str) -> Work | None:
-    """Return the `Work` of a command, or None if the input determines it."""
+    """Return the `Work` of a command, or None if it depends on the input."""
     return next((work for work in registry.works() if work.command == command), None)
 
 
 def short_form(description: Description) -> Description:
-    """Return the short form of an experiment: fewer inputs, levels and seeds, and less work per run.
+    """Return the short form of an experiment, with fewer inputs, levels and seeds, and less work per run.
 
-    Raises OptionError if the experiment has no short form.
+    Raises `OptionError` if the experiment does not have a short form.
     """
     if not description.short:
         raise OptionError(f"experiment '{description.name}' has no reduced form: its file has no table [reduced]")

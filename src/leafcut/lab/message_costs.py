@@ -1,4 +1,4 @@
-"""Speed-up of parallel ants over one thread, measured and simulated from the costs of an iteration and its messages."""
+"""Speed-up of parallel ants over a single thread: measured, and simulated from the costs of iterations and messages."""
 
 from __future__ import annotations
 
@@ -14,20 +14,23 @@ from leafcut.lab.results import ReportBlock, Results, Table, number, number_or_d
 
 @dataclass(frozen=True)
 class IterationCost:
-    """The three parts of the cost of an iteration (C, U and M in `simulated`), in the unit of the response."""
+    """The three parts of the cost of an iteration, in the unit of the response. `simulated` calls them C, U and M."""
 
     ants: float
     update: float
     messages: float
 
     def simulated(self, workers: float) -> float:
-        """Return C / p + U + p·M for p workers. The workers share the ants; messages do not overlap with other work."""
+        """Return the cost C / p + U + p·M for p workers.
+
+        The workers share the ants. Messages do not overlap with other work.
+        """
         return self.ants / workers + self.update + workers * self.messages
 
 
 @dataclass(frozen=True)
 class _Instance:
-    """Times of an iteration on an instance, by model and number of workers, and its costs by model."""
+    """The times of an iteration on an instance for each model and number of workers, and the costs for each model."""
 
     name: str
     size: float
@@ -36,7 +39,7 @@ class _Instance:
     costs: dict[str, IterationCost]
 
     def speedup(self, model: str, workers: float, simulated: bool) -> float | None:
-        """Return the speed-up over one thread; None if the time is unknown."""
+        """Return the speed-up over a single thread, or None if a time is unknown."""
         if not simulated:
             time = self.measured.get((model, workers))
         else:
@@ -45,7 +48,7 @@ class _Instance:
 
 
 def messages_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Report the costs of an iteration, the speed-up and efficiency of each model, and the break-even sizes."""
+    """Report the costs of an iteration, the speed-up and the efficiency of each model, and the break-even sizes."""
     description = results.description
     model, workers = (description.factor(name) for name in analysis.factors)
     if description.factors != (model, workers) or not workers.numeric:
@@ -85,7 +88,7 @@ def _worker_counts(workers: Factor) -> dict[str, float]:
 def break_even_size(points: Sequence[tuple[float, float]]) -> str:
     """Return the size above which the speed-up exceeds 1.
 
-    It is interpolated logarithmically between the given points (size, speed-up).
+    The size is interpolated logarithmically between the given points (size, speed-up).
     """
     points = sorted(points)
     if not points:
@@ -117,7 +120,7 @@ def _break_even_table(instances: Sequence[_Instance], models: Sequence[str], wor
 def _instances(
     results: Results, analysis: Analysis, response: Response, model: Factor, workers: Factor
 ) -> list[_Instance]:
-    """Return the instances that have a size and times with one thread, smallest first."""
+    """Return the instances that have a size and were measured with one thread, smallest first."""
     figures, rests = results.figures(response.name), results.figures(analysis.against)
     numbers = _worker_counts(workers)
     one = next((name for name, value in numbers.items() if value == 1.0), "")

@@ -1,4 +1,4 @@
-"""Experiments on the user's own part: the settings that can be compared, and the description of the experiment."""
+"""Experiments on the user's own part: the settings that can be compared, and the resulting description."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from leafcut.options import ALGORITHM_TITLES
 from leafcut.options.option_spec import OptionSpec
 from leafcut.processes.settings import group_of
 
-#: Name under which the runs are stored. The hash of the file distinguishes runs of different parts.
+#: Name under which the runs are stored. The hash of the file distinguishes between different parts.
 OWN_PART = "open_part"
-#: Algorithms that can be compared: those that search for a tour.
+#: Algorithms that can be compared, because they search for a tour.
 COMPARED = tuple(name for name in ALGORITHM_TITLES if name not in ("auto", "none"))
 
 _TIME = Response("time", "Computing time", "s", PROCESSOR)
@@ -36,7 +36,7 @@ _USUAL_RESPONSES = (_PROGRAM, Response("travel", "Travel", "mm", "after.travel_m
 
 
 def compared_option_values(command: str) -> tuple[str, tuple[str, ...]]:
-    """Return the option to compare (the strategy of a pocket, otherwise the algorithm), and its values."""
+    """Return the option to compare and its values. The option is the strategy of a pocket, otherwise the algorithm."""
     if command == "pocket":
         choices = group_of("strategy").specs()["strategy"].all_choices
         return "strategy", tuple(name for name in choices if name != "auto")
@@ -44,17 +44,17 @@ def compared_option_values(command: str) -> tuple[str, tuple[str, ...]]:
 
 
 def responses_of(command: str) -> tuple[Response, ...]:
-    """Return the responses of a command; the first is the objective."""
+    """Return the responses of a command. The first response is the objective."""
     return _RESPONSES.get(command, _USUAL_RESPONSES)
 
 
 def comparison_experiment(
     name: str, source: str, command: str, options: Mapping[str, Any], values: Sequence[str], runs: int
 ) -> Description:
-    """Return an experiment that runs a part with several values of an option, with the same seeds for each value.
+    """Create an experiment that runs a part with several values of an option. All values use the same seeds.
 
-    `options` apply to all runs, except that a value ignores options that it does not use. `values` must be among the
-    values that `compared_option_values` returns.
+    The other `options` apply to all runs, except where a value does not use an option. `values` must come from
+    `compared_option_values`.
 
     Raises
     ------
@@ -96,5 +96,5 @@ def comparison_experiment(
 
 
 def _uses(value: str, option: str, spec: OptionSpec) -> bool:
-    """Return whether another option has an effect if the compared option has this value."""
+    """Return whether another option has any effect when the compared option has this value."""
     return all(condition.holds(lambda _: value, "") for condition in spec.needs if condition.names == (option,))

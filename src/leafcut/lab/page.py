@@ -1,4 +1,4 @@
-"""The report of an experiment: a self-contained HTML page, and a CSV table of its runs."""
+"""Reports an experiment as a self-contained HTML page, and its runs as a CSV table."""
 
 from __future__ import annotations
 
@@ -22,23 +22,34 @@ from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number,
 from leafcut.lab.statistics import interval
 from leafcut.lab.store import Row
 
-#: Packages from the extra ``lab`` that a report needs.
+#: Packages that a report needs. The extra ``lab`` installs them.
 _NEEDED = ("scipy", "pandas", "statsmodels", "scikit_posthocs", "matplotlib")
 
-#: Candidate targets, percent above the best result. The chart uses the smallest target that half of all runs reach.
+#: Candidates for the target, in percent above the best result. The chart uses the smallest target that half of all runs
+#: reach.
 _TARGETS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 
-#: Maximum number of variants in a chart with a curve for each variant.
+#: Maximum number of variants for which each variant has its own curve.
 _MAX_CURVES = 8
 
 
 def write_page(
     description: Description, rows: Sequence[Row], n_runs: int, n_left_out: int = 0, before: Sequence[ReportBlock] = ()
 ) -> str:
-    """Return the report page of an experiment.
+    """Write the report page of an experiment.
 
-    `rows` are the stored runs. `n_runs` is the number of runs planned for this machine, and `n_left_out` the number of
-    runs that need more cores than this machine has. The blocks in `before` come first.
+    Parameters
+    ----------
+    description
+        The experiment.
+    rows
+        The stored runs.
+    n_runs
+        Number of runs that are planned for this machine.
+    n_left_out
+        Number of runs that need more cores than this machine has.
+    before
+        Blocks at the top of the page.
 
     Raises
     ------
@@ -68,10 +79,21 @@ def write_page(
 
 
 def write_published(runs: Mapping[str, Runs], language: str, options: str = "") -> str:
-    """Return the page that compares all published results with ours, in one of `published.LANGUAGES`.
+    """Write the page that compares all published results with ours.
 
-    `runs` maps the name of each experiment to its runs. `options` are the options of `leafcut lab run` for missing
-    runs. Raise `LeafcutError` if the extra ``lab`` is not installed.
+    Parameters
+    ----------
+    runs
+        Maps the name of each experiment to its runs.
+    language
+        One of `published.LANGUAGES`.
+    options
+        Options of `leafcut lab run` that add the missing runs.
+
+    Raises
+    ------
+    LeafcutError
+        The extra ``lab`` is not installed.
     """
     _check_packages()
     return _rendered(
@@ -99,7 +121,7 @@ def _check_packages() -> None:
 
 
 def rows_as_csv(description: Description, rows: Sequence[Row]) -> str:
-    """Return the runs as CSV: one row per run, with its responses, machine and start time."""
+    """Write the runs as CSV, with one row per run. A row contains the responses, the machine and the start time."""
     factors, responses = [item.name for item in description.factors], [item.name for item in description.responses]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -161,7 +183,7 @@ def _state_sentences(
 
 
 def run_circumstances(rows: Sequence[Row]) -> list[str]:
-    """Return sentences about the machines, versions and dates of the runs."""
+    """Describe the machines, versions and dates of the runs in sentences."""
     if not rows:
         return []
     machines = sorted({row.machine for row in rows})
@@ -185,7 +207,7 @@ def _shortened(words: Sequence[str], limit: int = 6) -> str:
 
 
 def overview(results: Results) -> ReportBlock:
-    """Return a table of all cells with the number of runs and missing runs, and statistics of each response."""
+    """Create a table of all cells, with the numbers of runs and missing runs, and statistics for each response."""
     description = results.description
     columns = ["Instance", *(factor.title for factor in description.factors), "Runs", "Missing"]
     for response in description.responses:
@@ -205,10 +227,10 @@ def overview(results: Results) -> ReportBlock:
 
 
 def searches(results: Results) -> ReportBlock | None:
-    """Return convergence and time-to-target charts of each instance, or None if no run recorded a curve.
+    """Draw convergence and time-to-target charts for each instance. Returns None if no run has recorded a curve.
 
-    The charts have a curve for each variant, or for each level of the first factor if there are more than `_MAX_CURVES`
-    variants.
+    The charts show a curve for each variant. If there are more than `_MAX_CURVES` variants, they show a curve for each
+    level of the first factor instead.
     """
     description = results.description
     n_variants = len({cell[1:] for cell in results.cells()})

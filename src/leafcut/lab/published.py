@@ -1,4 +1,4 @@
-"""Compare published results with the results of our own runs of the same design."""
+"""Compares published results with the results of our own runs of the same experiment."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from leafcut.lab.running import can_run
 from leafcut.lab.statistics import one_way, trend
 from leafcut.lab.store import Row
 
-#: Languages of the page. The texts and the published results are in the same file.
+#: Languages of the page. The same file contains the texts and the published results.
 LANGUAGES = ("en", "es")
 _SOURCES = resources.files("leafcut.lab") / "shipped" / "published" / "sources.toml"
-#: Minimum number of gains required for a trend.
+#: Minimum number of gains that a trend needs.
 _MIN_TREND = 4
 
-#: A text by language.
+#: Texts in one language.
 Texts = Mapping[str, str]
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A published result, and the runs to compare it with. ``sources.toml`` explains the fields."""
+    """A published result, and the runs to compare with this result. ``sources.toml`` explains the fields."""
 
     row: Texts
     quantity: Texts
@@ -52,7 +52,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class PublishedTable:
-    """A table of published results. `without` is the row to omit in a second report of a trend."""
+    """A table of published results. `without` names the row that is left out of a second report of a trend."""
 
     source: Texts
     title: Texts
@@ -66,7 +66,12 @@ class PublishedTable:
 class Runs:
     """The stored runs of an experiment.
 
-    `whole` is the full form of the experiment. `rows` includes refused runs without results.
+    Attributes
+    ----------
+    whole
+        The full form of the experiment.
+    rows
+        The runs, including refused runs without results.
     """
 
     whole: Description
@@ -85,7 +90,7 @@ class Runs:
 
     @cached_property
     def possible(self) -> frozenset[DesignCell]:
-        """The cells for which this machine has enough cores."""
+        """The cells that this machine has enough cores to run."""
         description = self.description
         return frozenset(
             (plan.instance.name, *(level.name for level in plan.levels.values()))
@@ -95,7 +100,7 @@ class Runs:
 
     @cached_property
     def stored(self) -> frozenset[DesignCell]:
-        """The cells with a stored run, refused or not."""
+        """The cells that have a stored run, even if the run was refused."""
         return frozenset(self.results.cell(row) for row in self.rows)
 
     @cached_property
@@ -104,7 +109,7 @@ class Runs:
         return {response.name: self.results.figures(response.name) for response in self.description.responses}
 
     def place(self, factor: str) -> int:
-        """Return the position of a factor in the tuple of a cell."""
+        """Return the index of a factor in a cell."""
         return 1 + [item.name for item in self.description.factors].index(factor)
 
     def chosen(self, figure: Figure) -> list[DesignCell]:
@@ -117,15 +122,16 @@ class Runs:
         ]
 
     def base(self, cell: DesignCell, figure: Figure) -> DesignCell:
-        """Return the reference cell of a saving."""
+        """Return the cell that a saving is compared with."""
         changed = {self.place(name): names[0] for name, names in figure.base.items()}
         return tuple(changed.get(k, name) for k, name in enumerate(cell))
 
 
 @dataclass(frozen=True)
 class Ours:
-    """Our counterpart of a published result. If it is missing, `value` is None and `missing` is the key of the
-    reason.
+    """Our counterpart to a published result.
+
+    If we do not have a counterpart, `value` is None, and `missing` is the key of a text that explains why.
     """
 
     value: float | str | None
@@ -139,7 +145,7 @@ FigurePair = tuple[Figure, Ours]
 
 @cache
 def words(language: str) -> Texts:
-    """Return the texts of the page in a language."""
+    """Return the texts of the page in one language."""
     texts: Texts = _content()["words"][language]
     return texts
 
@@ -162,14 +168,14 @@ def published_tables() -> tuple[PublishedTable, ...]:
 
 
 def experiments() -> list[str]:
-    """Return the names of the experiments for which there are published results."""
+    """Return the names of the experiments that have published results."""
     return list(dict.fromkeys(figure.experiment for table in published_tables() for figure in table.figures))
 
 
 def published_blocks(runs: Mapping[str, Runs], language: str, options: str = "") -> list[ReportBlock]:
-    """Return a report section for each table that contains results of `runs`.
+    """Return a report section for each table that has results of the experiments in `runs`.
 
-    `options` are the options of `leafcut lab run` that add missing runs.
+    `options` are the options of `leafcut lab run` that add the missing runs.
     """
     return [
         _block(table, pairs, runs, language, options)
@@ -179,12 +185,12 @@ def published_blocks(runs: Mapping[str, Runs], language: str, options: str = "")
 
 
 def compared(table: PublishedTable, runs: Mapping[str, Runs]) -> list[FigurePair]:
-    """Return the published results in a table together with ours, for the experiments in `runs`."""
+    """Pair the published results in a table with ours, for the experiments in `runs`."""
     return [(figure, ours(figure, runs[figure.experiment])) for figure in table.figures if figure.experiment in runs]
 
 
 def ours(figure: Figure, runs: Runs) -> Ours:
-    """Return our result that corresponds to a published result."""
+    """Return our counterpart to a published result."""
     cells = runs.chosen(figure)
     if not cells:
         return Ours(None, missing="not_here")
@@ -230,7 +236,7 @@ def _block(
 
 
 def pairs_as_csv(runs: Mapping[str, Runs]) -> str:
-    """Return the published results next to ours as CSV."""
+    """Write the published results and ours side by side as CSV."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(
@@ -279,7 +285,7 @@ def pairs_as_csv(runs: Mapping[str, Runs]) -> str:
 
 
 def circumstances(runs: Mapping[str, Runs], language: str) -> list[str]:
-    """Return a sentence about the versions, machines and dates of our runs; empty without runs."""
+    """Describe the versions, machines and dates of our runs in a sentence. The list is empty if there are no runs."""
     rows = [row for item in runs.values() for row in item.rows]
     if not rows:
         return []
@@ -289,7 +295,7 @@ def circumstances(runs: Mapping[str, Runs], language: str) -> list[str]:
 
 
 def command_options(reduced: bool, results: str = "") -> str:
-    """Return options for `leafcut lab run`; `results` is the results file, or empty for the default file."""
+    """Return the options for `leafcut lab run`. If `results` is empty, the command uses its default results file."""
     return f"{' --reduced' if reduced else ''}{f' --results {shlex.quote(results)}' if results else ''}"
 
 
@@ -313,7 +319,10 @@ def _value(figure: Figure, runs: Runs, cells: Sequence[DesignCell]) -> float | s
 
 
 def _percent(figure: Figure, own: Ours) -> float | None:
-    """Return the difference between our result and the published one in percent; None if either is not a number."""
+    """Return the difference between our result and the published result in percent.
+
+    Returns None if one of the results is not a number.
+    """
     if isinstance(own.value, str) or isinstance(figure.published, str) or own.value is None or not figure.published:
         return None
     return 100.0 * (own.value / figure.published - 1.0)
@@ -329,7 +338,7 @@ def _change(figure: Figure, own: Ours, texts: Texts) -> str:
 
 
 def _known(table: PublishedTable, pairs: Sequence[FigurePair], runs: Mapping[str, Runs]) -> dict[str, str]:
-    """Return field name → text, for the placeholders in the sentences of a table."""
+    """Return the values of the placeholders in a table's sentences, by field name."""
     known = {"cells": str(len(pairs)), "compared": str(sum(own.value is not None for _, own in pairs))}
     changes = [change for figure, own in pairs if figure.unit != "%" and (change := _percent(figure, own)) is not None]
     if len(changes) == 1:
@@ -358,7 +367,7 @@ def _known(table: PublishedTable, pairs: Sequence[FigurePair], runs: Mapping[str
 def _pace(pairs: Sequence[FigurePair], runs: Mapping[str, Runs]) -> dict[str, str]:
     """Return the published time for all holes and for one hole, and our time for one hole.
 
-    The published time follows from the saving: if d minutes are a share p of the total time, that time is d / p.
+    The published time follows from the saving. If d minutes are a share p of the total time, the total time is d / p.
     """
     by_cell: dict[tuple[str, str], dict[str, FigurePair]] = {}
     for pair in pairs:
@@ -387,7 +396,7 @@ def _trend(prefix: str, gains: Sequence[tuple[float, float]]) -> dict[str, str]:
 
 
 def _size(figure: Figure, runs: Mapping[str, Runs]) -> float:
-    """Return the size of the instance of a published result, or 0."""
+    """Return the size of the instance that a published result belongs to, or 0 if the size is unknown."""
     instances = runs[figure.experiment].whole.instances
     return next((item.facts.get("size", 0.0) for item in instances if item.name == figure.instance), 0.0)
 

@@ -1,4 +1,4 @@
-"""The runs of an experiment grouped by cell, and the tables and sections of a report."""
+"""The runs of an experiment grouped by cell, and the tables and sections of its report."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from leafcut.lab.description import Description
 from leafcut.lab.store import Row
 
-#: Maximum number of instances that have their own charts.
+#: Maximum number of instances with their own charts.
 MAX_CHARTS = 8
 
 DesignCell = tuple[str, ...]
@@ -17,7 +17,7 @@ DesignCell = tuple[str, ...]
 
 @dataclass(frozen=True)
 class Table:
-    """A table of a report. The first `texts` columns contain text, and the others contain numbers."""
+    """A table of a report. The first `texts` columns contain text, and all other columns contain numbers."""
 
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
@@ -27,7 +27,7 @@ class Table:
 
 @dataclass(frozen=True)
 class ReportBlock:
-    """A section of a report: heading, sentences, tables, and charts (name, SVG)."""
+    """A section of a report, with a heading, sentences, tables, and charts (name and SVG)."""
 
     title: str
     words: tuple[str, ...] = ()
@@ -37,14 +37,17 @@ class ReportBlock:
 
 @dataclass(frozen=True)
 class Results:
-    """The runs of an experiment, grouped by cell. A cell is an instance combined with one level of each factor."""
+    """The runs of an experiment, grouped by cell. A cell combines an instance with one level of each factor."""
 
     description: Description
     rows: tuple[Row, ...]
 
     @classmethod
     def of(cls, description: Description, rows: Iterable[Row]) -> Results:
-        """Select the rows that match the current description and have results, even if the program was refused."""
+        """Select the rows that have results and match the current description.
+
+        Programs that were refused also count if their search has a result.
+        """
         instances = {instance.name for instance in description.instances}
         levels = {factor.name: {level.name for level in factor.levels} for factor in description.factors}
         kept = [
@@ -64,13 +67,13 @@ class Results:
         return tuple(row for row in self.rows if not row.failed)
 
     def missing(self, count: int) -> int:
-        """Return the number of runs that are missing in a cell with `count` results."""
+        """Return how many runs are missing in a cell that has `count` results."""
         return len(self.description.seeds) - count
 
     def figures(self, response: str) -> dict[DesignCell, list[float]]:
-        """Return the values of a response by cell.
+        """Return the values of a response for each cell.
 
-        Cells are in the order of the description, and the values of a cell are sorted by seed.
+        The cells are in the order of the description. The values of each cell are sorted by seed.
         """
         by_cell: dict[DesignCell, list[float]] = {cell: [] for cell in self.cells()}
         for row in sorted(self.rows, key=lambda run: run.seed):
@@ -80,17 +83,19 @@ class Results:
         return {cell: values for cell, values in by_cell.items() if values}
 
     def cells(self) -> Iterator[DesignCell]:
-        """Yield every cell, in the order of the description."""
+        """Yield all cells in the order of the description."""
         yield from dict.fromkeys(
             (plan.instance.name, *(level.name for level in plan.levels.values())) for plan in self.description.runs()
         )
 
     def cell(self, row: Row) -> DesignCell:
-        """Return the cell to which a run belongs."""
+        """Return the cell that a run belongs to."""
         return (row.instance, *(row.levels[factor.name] for factor in self.description.factors))
 
     def groups(self, response: str, factor: str) -> dict[DesignCell, dict[str, list[float]]]:
-        """Return the values of a response by level of a factor, for each combination of instance and other factors."""
+        """Group the values of a response by the level of a factor, for each combination of the instance and all other
+        factors.
+        """
         position = 1 + [item.name for item in self.description.factors].index(factor)
         by_rest: dict[DesignCell, dict[str, list[float]]] = {}
         for cell, values in self.figures(response).items():
@@ -99,21 +104,21 @@ class Results:
 
 
 def has_figures(row: Row) -> bool:
-    """Return whether a run has any result. A refused program may have the results of its search."""
+    """Return whether a run has any result. Even if a program was refused, its search may have a result."""
     return not row.failed or any(value is not None for value in row.responses.values())
 
 
 def variant_name(description: Description, cell: DesignCell) -> str:
-    """Return the name of the variant of a cell: its levels, without the instance.
+    """Return the name of a variant, which consists of the levels in a cell without the instance.
 
-    A numeric level is preceded by the title of its factor.
+    The title of the factor precedes a numeric level.
     """
     levels = zip(description.factors, cell[1:], strict=True)
     return ", ".join(f"{factor.title} {level}" if factor.numeric else level for factor, level in levels) or "runs"
 
 
 def number(value: float) -> str:
-    """Return a number as text with five significant digits."""
+    """Format a number with five significant digits."""
     if not math.isfinite(value):
         return "∞" if value > 0 else "–"
     if value == 0.0:
@@ -125,12 +130,12 @@ def number(value: float) -> str:
 
 
 def number_or_dash(value: float | None) -> str:
-    """Return a number as text, or a dash for None."""
+    """Format a number, or return a dash for None."""
     return "–" if value is None else number(value)
 
 
 def p_words(p: float | None, name: str = "p ") -> str:
-    """Return a p value as text such as ``p = 0.012`` or ``p < 0.001``; `name` is the prefix."""
+    """Format a p value, such as ``p = 0.012`` or ``p < 0.001``. `name` is the prefix."""
     if p is None:
         return "–"
     if p < 0.001:

@@ -1,4 +1,4 @@
-"""`run`: execute the missing runs of an experiment, and store each run as soon as it is finished."""
+"""`run` executes the missing runs of an experiment, and stores each run as soon as it is complete."""
 
 from __future__ import annotations
 
@@ -49,19 +49,19 @@ from leafcut.read.format import Source
 from leafcut.read.registry import read_source
 from leafcut.report.json_answer import as_json, solved_as_json
 
-#: Maximum number of stored points per curve.
+#: Maximum number of points to store per curve.
 MAX_POINTS = 300
-#: The same limit for a search that is part of a process.
+#: Maximum number of points for a search that is part of a process.
 _MAX_SEARCH_POINTS = 50
-#: Time limit of a run in a new process, s.
+#: Time limit for a run in a new process, s.
 _LONGEST_PROCESS = 3600.0
-#: Packages whose versions are recorded with every run.
+#: Packages whose versions are stored with every run.
 _PACKAGES = ("numpy", "numba")
 
 
 @dataclass(frozen=True)
 class RunTask:
-    """A run as plain data that can be sent to another process or machine.
+    """A run as plain data, which can be sent to another process or machine.
 
     `input` is the name of a built-in input, or a file that has already been read.
     """
@@ -76,9 +76,10 @@ class RunTask:
 
 @dataclass(frozen=True)
 class Answer:
-    """The result of a run task, with the machine and the start time.
+    """The result of a run, with the machine and the start time.
 
-    `failed` is the error message. If a run fails after its search, the answer contains the results of the search.
+    `failed` contains the error message. If a run fails after its search, the answer still contains the results of the
+    search.
     """
 
     responses: Mapping[str, float | None] = field(default_factory=dict)
@@ -90,7 +91,7 @@ class Answer:
     load: float | None = None
 
 
-#: Executes tasks, and yields each finished task with its answer, in any order.
+#: Executes tasks, and yields each task with its answer as soon as it is finished. The order may change.
 Performer = Callable[[Iterable[RunTask]], Iterator[tuple[RunTask, Answer]]]
 
 
@@ -98,8 +99,16 @@ Performer = Callable[[Iterable[RunTask]], Iterator[tuple[RunTask, Answer]]]
 class RunSummary:
     """Summary of a call to `run`.
 
-    `runs` is the number of runs that this machine can execute. Of these, `finished` are stored, and `done` were
-    executed by this call. `left_out` runs need more threads than this machine has cores.
+    Attributes
+    ----------
+    runs
+        Number of runs that this machine can execute.
+    finished
+        Number of these runs that are stored.
+    done
+        Number of runs that this call has executed.
+    left_out
+        Number of runs that need more threads than this machine has cores.
     """
 
     runs: int
@@ -121,22 +130,22 @@ def run(
 ) -> RunSummary:
     """Execute the runs of an experiment that are not stored yet, and repeat failed runs.
 
-    Runs are executed in rounds with the same seed. The order within a round is random, so that all levels are affected
-    equally if the machine becomes slower. Each run is stored when it is finished. If `cancelled` is set, or after an
-    interrupt, unfinished runs are discarded.
+    Runs with the same seed form a round. The order within a round is random, so that all levels are affected equally if
+    the machine slows down. Each run is stored as soon as it is finished. If `cancelled` is set, or if the user
+    interrupts the experiment, unfinished runs are discarded.
 
     Parameters
     ----------
     performer
-        Executes the runs; by default, they run in this process, one after the other.
+        Executes the runs. By default, they run one after the other in this process.
     mixed
-        Whether runs of different versions of leafcut may be combined.
+        Whether runs from different versions of leafcut may be combined.
 
     Raises
     ------
     OptionError
-        This machine cannot execute any of the runs; or stored results are from another version of leafcut, and `mixed`
-        is not set.
+        This machine cannot execute any of the runs, or the stored results are from a different version of leafcut and
+        `mixed` is not set.
     ReadError, OutputError
         An input cannot be read, or the results cannot be written. Stored runs are kept.
     """
@@ -181,7 +190,7 @@ def run(
 
 
 def in_random_order(plans: Iterable[RunPlan], name: str) -> list[RunPlan]:
-    """Sort the runs by seed, and shuffle the runs of each seed. The same name gives the same order."""
+    """Sort the runs by seed, and shuffle the runs of each seed. The order depends only on the name."""
     by_seed: dict[int, list[RunPlan]] = {}
     for plan in plans:
         by_seed.setdefault(plan.seed, []).append(plan)
@@ -193,7 +202,7 @@ def in_random_order(plans: Iterable[RunPlan], name: str) -> list[RunPlan]:
 def rows_of(description: Description, store: Store) -> list[Row]:
     """Return the stored runs that match the current description of an experiment, in the order of the description.
 
-    Runs with options or inputs that have changed since then are omitted.
+    Runs whose options or inputs have changed since then are left out.
 
     Raises
     ------
@@ -207,12 +216,12 @@ def rows_of(description: Description, store: Store) -> list[Row]:
 
 
 def can_run(description: Description, plan: RunPlan) -> bool:
-    """Return whether this machine has a core for each thread of a run."""
+    """Return whether this machine has enough cores for the threads of a run."""
     return not description.cores or (plan.levels[description.cores].value or 0) <= _cores()
 
 
 def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[str | Source, str]]) -> RunTask:
-    """Return the task of a planned run; `inputs` maps each input to its content and hash."""
+    """Return the task for a planned run. `inputs` maps each input to its content and its hash."""
     source, sha = inputs[plan.input]
     responses = {response.name: (response.path, response.scale) for response in description.responses}
     levels = {name: level.name for name, level in plan.levels.items()}
@@ -225,7 +234,7 @@ def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[
 
 
 def execute_run(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
-    """Execute a run; if it fails, the answer contains the error."""
+    """Execute a run. If the run fails, the answer contains the error."""
     started, load = datetime.now(UTC).isoformat(timespec="seconds"), _load_average()
     environment = Answer(began=started, load=load, versions=_versions(), machine=_machine())
     study = _study_for(task)
@@ -242,15 +251,14 @@ def execute_run(task: RunTask, cancelled: threading.Event | None = None) -> Answ
 
 
 def executor_performer(executor: WatchedExecutor, ended: threading.Event) -> Performer:
-    """Return a performer that executes each run on an executor.
+    """Return a performer that uses an executor for each run.
 
-    A run whose worker dies is repeated; it fails if its workers die repeatedly.
+    If a worker dies, its run is repeated. If this happens repeatedly, the run fails.
 
     Raises
     ------
     OptionError
-        The executor executes several runs at once in the same process, so that their processor times cannot be
-        separated.
+        The executor runs several tasks at once in the same process. Their processor times cannot be separated.
     """
     if executor.together > 1:
         raise OptionError(
@@ -266,7 +274,7 @@ def executor_performer(executor: WatchedExecutor, ended: threading.Event) -> Per
 
 
 def _run_in_process(tasks: Iterable[RunTask], cancel_event: threading.Event) -> Iterator[tuple[RunTask, Answer]]:
-    """Execute tasks one after the other; a cancelled task yields no answer."""
+    """Execute tasks one after the other. A cancelled task does not yield an answer."""
     for task in tasks:
         answer = execute_run(task, cancel_event)
         if cancel_event.is_set():
@@ -275,21 +283,22 @@ def _run_in_process(tasks: Iterable[RunTask], cancel_event: threading.Event) -> 
 
 
 class SearchStudy(Study):
-    """A study that also records processor times, iteration times, and the best tour built by the search itself."""
+    """A study that also records processor times, iteration times, and the best tour that the search itself has built.
+    """
 
     def __init__(self) -> None:
         super().__init__(None)
         self.processor = 0.0
         self._last = 0.0
-        #: Lowest cost of the tours that the last search itself has built, without a given initial tour.
+        #: Lowest cost of the tours that the last search has built itself, without an initial tour.
         self._own = math.inf
-        #: State after the previous iteration: time since the start of the search, and total time of its workers, s.
+        #: Time since the start of the search and total time of its workers after the previous iteration, s.
         self._before: tuple[float, float] | None = None
-        #: Shortest iteration of the last search, and shortest idle time of a single worker in an iteration, s.
+        #: Shortest iteration of the last search, and shortest time that a worker was idle in an iteration, s.
         self._iteration_s = self._rest_s = math.inf
 
     def begin(self) -> None:
-        """Start recording another search."""
+        """Start recording a new search."""
         super().begin()
         self._last, self._own = time.process_time(), math.inf
         self._before, self._iteration_s, self._rest_s = None, math.inf, math.inf
@@ -303,7 +312,7 @@ class SearchStudy(Study):
         branching: Callable[[], float | None] = lambda: None,
         working: float = 0.0,
     ) -> None:
-        """Record an iteration, its processor time, and the time of its workers."""
+        """Record an iteration with its processor time and the time of its workers."""
         super().note(number, seconds, shortest, costs, branching, working)
         if self._before is not None:
             step, worked = seconds - self._before[0], working - self._before[1]
@@ -316,7 +325,7 @@ class SearchStudy(Study):
         self.processor, self._last = self.processor + now - self._last, now
 
     def figures(self) -> dict[str, float]:
-        """Return the total times of all searches, and the cost and shortest iteration of the last search.
+        """Return the total times of all searches, and the cost and the shortest iteration of the last search.
 
         The result is empty if no iteration was recorded.
         """
@@ -330,9 +339,9 @@ class SearchStudy(Study):
 
 
 def _study_for(task: RunTask) -> SearchStudy | None:
-    """Return a study if a response or a convergence curve needs it, otherwise None.
+    """Create a study if a response or a convergence curve needs one. Returns None otherwise.
 
-    A study makes a search slower, for example by computing a lower bound.
+    A study slows the search down, for example because it computes a lower bound.
     """
     observed = task.command in (SOLVE, "pocket") or any(f"{SEARCH}." in path for path, _ in task.responses.values())
     return SearchStudy() if observed else None
@@ -347,9 +356,9 @@ def _search_curve(study: Study | None) -> tuple[tuple[int, float, float], ...]:
 
 
 def search_curve(study: Study, max_points: int) -> Iterator[tuple[int, float, float]]:
-    """Yield (iteration, seconds, cost) of each improvement in the latest search, and of its end.
+    """Yield (iteration, seconds, cost) for each improvement in the latest search and for its end.
 
-    Improvements are thinned out to about `max_points`.
+    At most about `max_points` improvements are selected.
     """
     points: list[tuple[int, float, float]] = []
     rows = study.iterations()
@@ -362,9 +371,9 @@ def search_curve(study: Study, max_points: int) -> Iterator[tuple[int, float, fl
 
 
 def curve_of(solution: Solution, study: Study, max_points: int) -> Iterator[tuple[int, float, float]]:
-    """Yield (iteration, seconds, cost) of the initial tour, each improvement, and the end.
+    """Yield (iteration, seconds, cost) for the initial tour, for each improvement, and for the end.
 
-    Improvements are thinned out to about `max_points`.
+    At most about `max_points` improvements are selected.
     """
     started, cost = solution.history[0]
     points, rows = [(0, started, cost)], study.iterations()
@@ -380,7 +389,7 @@ def curve_of(solution: Solution, study: Study, max_points: int) -> Iterator[tupl
 def _answer(
     task: RunTask, study: Study | None, cancelled: threading.Event | None
 ) -> tuple[dict[str, Any], tuple[tuple[int, float, float], ...]]:
-    """Run the command; return its ``--json`` answer, and the convergence curve if the search was observed."""
+    """Run the command. Return its ``--json`` answer, and the convergence curve if the search was observed."""
     if task.command == SOLVE:
         solved = api.solve(task.input, observe=study, cancelled=cancelled, **task.options)
         return solved_as_json(solved), () if study is None else tuple(curve_of(solved.solution, study, MAX_POINTS))
@@ -394,7 +403,7 @@ def _answer(
 
 
 def _warm_up(task: RunTask) -> None:
-    """Run the first task of each kind once without timing it, so that later times exclude compilation."""
+    """Run the first task of each kind once without timing it. Compilation then does not affect the measured times."""
     variant = (task.command, *(str(task.options.get(name)) for name in ("algorithm", "strategy", "parallel")))
     if variant not in _warmed_variants():
         _warmed_variants().add(variant)
@@ -431,9 +440,9 @@ def _in_new_process(task: RunTask) -> dict[str, Any]:
 
 
 def _response_values(answer: Mapping[str, Any], task: RunTask) -> dict[str, float | None]:
-    """Return the responses of an answer.
+    """Extract the responses from an answer.
 
-    A response is a sum of values. A value may have several paths; the first path that exists in the answer is used.
+    A response is a sum of values. If a value has several paths, the first path that exists in the answer is used.
     """
     figures: dict[str, float | None] = {}
     for name, (sum_of, scale) in task.responses.items():
@@ -447,7 +456,7 @@ def _response_values(answer: Mapping[str, Any], task: RunTask) -> dict[str, floa
 
 
 def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
-    """Return the scaled number at a path of keys and list indices, or None."""
+    """Return the scaled number at a path of keys and list indices, or None if there is no such number."""
     value: Any = answer
     for word in path.split("."):
         if isinstance(value, Mapping):
@@ -465,7 +474,7 @@ def _inputs_with_hashes(description: Description) -> dict[str, tuple[str | Sourc
 
 
 def _input_and_hash(command: str, name: str, instance: str) -> tuple[str | Source, str]:
-    """Return an input and its hash: the hash of the content, or of the name if there is no file."""
+    """Return an input and its hash. The hash depends on the content, or on the name if there is no file."""
     if command == "nest":  # the input is a list of drawings, which the command reads itself
         check_is_there(f"instance {instance}", Path(name))
         return name, hashlib.sha256(Path(name).read_bytes()).hexdigest()
@@ -475,7 +484,7 @@ def _input_and_hash(command: str, name: str, instance: str) -> tuple[str | Sourc
 
 
 def _hash_of_file(value: Any) -> Any:
-    """Return the hash of a file's content if the value is the absolute path of a file, otherwise the value."""
+    """If the value is the absolute path of a file, return the hash of its content. Otherwise, return the value."""
     if not isinstance(value, str) or not Path(value).is_absolute() or not Path(value).is_file():
         return value
     return hashlib.sha256(Path(value).read_bytes()).hexdigest()
@@ -506,7 +515,7 @@ def _load_average() -> float | None:
 
 
 def _processor() -> float:
-    """Return the processor time of this process and its finished child processes, s."""
+    """Return the processor time of this process and all of its finished child processes, s."""
     times = os.times()
     return times.user + times.system + times.children_user + times.children_system
 

@@ -1,7 +1,7 @@
 """Statistical tests for experiments: analysis of variance, rank comparisons, and trends.
 
-The tests come from scipy, statsmodels and scikit-posthocs. Values may have any unit. Groups are identified by the names
-of their levels. No test depends on whether smaller values are better.
+The tests use scipy, statsmodels and scikit-posthocs. Values may have any unit, and the names of the levels identify the
+groups. No test depends on whether smaller values are better.
 """
 
 from __future__ import annotations
@@ -21,24 +21,25 @@ Groups = Mapping[str, Sequence[float]]
 #: Minimum number of values per group for a variance, and minimum number of blocks for a rank comparison.
 MIN_OF_A_GROUP, MIN_OF_PAIRS = 2, 5
 _RESAMPLES = 5000
-#: Share of the total sum of squares below which an interaction counts as a rounding error.
+#: An interaction counts as a rounding error if its share of the total sum of squares is below this value.
 _ZERO_SHARE = 1e-12
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Comparison of two groups.
+    """A comparison of two groups.
 
     Attributes
     ----------
     difference
-        Mean of the first minus mean of the second; for ranks, the Hodges–Lehmann median.
+        Mean of the first group minus the mean of the second group. For ranks, this is the Hodges–Lehmann median.
     low, high
-        Confidence interval of the difference, at the level of the test; None if not available.
+        Confidence interval of the difference at the level of the test, or None if it is not available.
     p
-        Probability of a difference at least this large by chance, corrected for multiple comparisons if the test does.
+        Probability that a difference of this size or more occurs by chance. It is corrected for multiple comparisons if
+        the test does so.
     effect
-        For ranks: matched-pairs rank-biserial correlation, -1 to 1; otherwise None.
+        Matched-pairs rank-biserial correlation from -1 to 1 for ranks, otherwise None.
     """
 
     first: str
@@ -52,24 +53,24 @@ class Pair:
 
 @dataclass(frozen=True)
 class OneWay:
-    """Result of a one-way analysis of variance (completely randomised design).
+    """The result of a one-way analysis of variance (completely randomised design).
 
     Attributes
     ----------
     f, p, f_critical
         Ratio of the mean squares between and within groups, its p value, and its critical value at `alpha`.
     lsd
-        Fisher's least significant difference of two means at `alpha`; None for groups of different sizes.
+        Fisher's least significant difference between two means at `alpha`, or None if the groups have different sizes.
     fisher, tukey
-        Pairwise comparisons by LSD (uncorrected) and by Tukey's honest significant difference.
+        Pairwise comparisons by LSD (uncorrected) and by Tukey's honestly significant difference.
     fisher_letters, letters
-        Level → letters: levels that share a letter do not differ, by LSD and by Tukey's test.
+        Maps each level to its letters. Levels that share a letter do not differ by LSD or by Tukey's test.
     normal_p, equal_p
-        Residual checks: Shapiro–Wilk of the residuals, Brown–Forsythe of the variances; None if not possible.
+        Shapiro–Wilk test of the residuals and Brown–Forsythe test of the variances, or None if a test is not possible.
     welch_p, kruskal_p
-        p values of tests without equal variances (Welch) and by ranks (Kruskal–Wallis).
+        p values of tests that do not need equal variances (Welch) or that use ranks (Kruskal–Wallis).
     eta_squared, omega_squared
-        Share of the variance explained by the factor, in the sample and estimated for the population.
+        Share of the variance that the factor explains, in the sample and estimated for the population.
     """
 
     means: Mapping[str, float]
@@ -95,15 +96,15 @@ class OneWay:
 
     @property
     def residuals_doubtful(self) -> bool:
-        """Whether a check of the residuals fails at `alpha`. If so, use `welch_p` or `kruskal_p` instead."""
+        """Whether a check of the residuals fails at `alpha`. In this case, use `welch_p` or `kruskal_p`."""
         return any(p is not None and p < self.alpha for p in (self.normal_p, self.equal_p))
 
 
 @dataclass(frozen=True)
 class Effect:
-    """A row of a two-way analysis of variance: sum of squares, degrees of freedom, F, p, partial η².
+    """A row of a two-way analysis of variance: sum of squares, degrees of freedom, F, p and partial η².
 
-    `zero` marks an interaction that is zero by construction and is therefore not tested.
+    `zero` marks an interaction that is zero by construction. It is not tested.
     """
 
     name: str
@@ -117,14 +118,14 @@ class Effect:
 
 @dataclass(frozen=True)
 class RankComparison:
-    """Rank comparison of treatments over blocks. Each block contains every treatment.
+    """A comparison of treatments by rank. Each block contains every treatment.
 
     Attributes
     ----------
     mean_ranks
-        Treatment → mean rank; rank 1 is the smallest value.
+        Maps each treatment to its mean rank. Rank 1 is the smallest value.
     statistic, p, kendall_w
-        Friedman's test, and Kendall's coefficient of concordance, 0 to 1; None for two treatments.
+        Friedman's test, and Kendall's coefficient of concordance from 0 to 1. They are None for two treatments.
     """
 
     blocks: int
@@ -137,7 +138,9 @@ class RankComparison:
 
 @dataclass(frozen=True)
 class Trend:
-    """Trend of one variable over another: Kendall's τ-b, Spearman's ρ, and the Theil–Sen slope with its interval."""
+    """The trend of one variable against another: Kendall's τ-b, Spearman's ρ, and the Theil–Sen slope with its
+    interval.
+    """
 
     n: int
     tau: float
@@ -150,7 +153,7 @@ class Trend:
 
 
 def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
-    """Return a one-way analysis of variance of groups, with pairwise comparisons and checks of the residuals.
+    """Perform a one-way analysis of variance, with pairwise comparisons and checks of the residuals.
 
     Source: Montgomery, *Design and Analysis of Experiments*, chapter 3 (F, LSD, Tukey, model adequacy).
 
@@ -201,18 +204,20 @@ def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
 def two_way(
     rows: Sequence[tuple[str, str, float]], names: tuple[str, str], blocks: Sequence[str] = ()
 ) -> tuple[Effect, ...]:
-    """Return a two-way analysis of variance with interaction and residual (type II sums of squares).
+    """Perform a two-way analysis of variance with an interaction and a residual (type II sums of squares).
 
-    An interaction of zero is not tested. It is zero by construction if the simulated time is the sum of a term per
+    An interaction of zero is not tested. It is zero by construction if the simulated time is a sum with one term per
     factor.
 
     Parameters
     ----------
     rows
-        (level of the first factor, level of the second, value). Without repeated cells, the interaction cannot be
-        separated from chance and is omitted.
+        Level of the first factor, level of the second factor, and value. Without repeated cells, the interaction cannot
+        be separated from chance and is left out.
+    names
+        Names of the two factors.
     blocks
-        Block of each row, as a third factor without interactions; empty if there are no blocks.
+        Block of each row, as a third factor without interactions. It is empty if there are no blocks.
 
     Raises
     ------
@@ -256,10 +261,10 @@ def two_way(
 
 
 def compare_ranks(treatments: Groups, alpha: float = 0.05) -> RankComparison:
-    """Compare treatments by ranks. The values of all treatments must belong to the same blocks, in the same order.
+    """Compare treatments by rank. The values of all treatments must belong to the same blocks, in the same order.
 
     Friedman's test compares all treatments. Wilcoxon's signed-rank test with Holm's correction compares pairs (Demšar
-    2006, section 3.2; García and Herrera 2008). The difference of a pair is the Hodges–Lehmann median, with a bootstrap
+    2006, section 3.2; García and Herrera 2008). The difference of a pair is the Hodges–Lehmann median with a bootstrap
     interval.
 
     Raises
@@ -289,12 +294,12 @@ def compare_ranks(treatments: Groups, alpha: float = 0.05) -> RankComparison:
 
 
 def trend(x: Sequence[float], y: Sequence[float], alpha: float = 0.05) -> Trend:
-    """Return the trend of `y` over `x` with two-sided tests.
+    """Test whether `y` has a trend over `x`, with two-sided tests.
 
     Raises
     ------
     OptionError
-        There are fewer than four points, or all `x` or all `y` are equal.
+        There are fewer than four points, or all values of `x` or `y` are equal.
     """
     from scipy import stats
 
@@ -317,7 +322,7 @@ def trend(x: Sequence[float], y: Sequence[float], alpha: float = 0.05) -> Trend:
 def interval(values: Sequence[float], alpha: float = 0.05) -> tuple[float, float]:
     """Return the bootstrap interval of the mean (bias-corrected and accelerated).
 
-    If all values are equal, its width is zero.
+    The width of the interval is zero if all values are equal.
     """
     from scipy import stats
 
@@ -331,7 +336,7 @@ def interval(values: Sequence[float], alpha: float = 0.05) -> tuple[float, float
 
 
 def pareto_front(points: Sequence[tuple[float, float]]) -> list[int]:
-    """Return the indices of the Pareto-optimal points, where both values are minimised."""
+    """Return the indices of the Pareto-optimal points. Smaller values are better."""
     return [k for k, (x, y) in enumerate(points) if not any(a <= x and b <= y and (a < x or b < y) for a, b in points)]
 
 
@@ -360,7 +365,7 @@ def _welch(values: Mapping[str, NDArray[np.float64]]) -> float | None:
 
 
 def _fisher(values: Mapping[str, NDArray[np.float64]], ms: float, freedom: int, t: float) -> tuple[Pair, ...]:
-    """Return the pairwise comparisons by Fisher's LSD, with the pooled variance `ms` and without correction."""
+    """Compare all pairs by Fisher's LSD, with the pooled variance `ms` and without a correction."""
     from scipy import stats
 
     pairs = []
@@ -373,7 +378,7 @@ def _fisher(values: Mapping[str, NDArray[np.float64]], ms: float, freedom: int, 
 
 
 def _tukey(values: Mapping[str, NDArray[np.float64]], alpha: float, spread: bool) -> tuple[Pair, ...]:
-    """Return the pairwise comparisons by Tukey's test (Tukey–Kramer for groups of different sizes)."""
+    """Compare all pairs by Tukey's test, or by the Tukey–Kramer test if the groups have different sizes."""
     from scipy import stats
 
     means = np.array([sample.mean() for sample in values.values()])
@@ -391,7 +396,10 @@ def _tukey(values: Mapping[str, NDArray[np.float64]], alpha: float, spread: bool
 
 
 def _letters(values: Mapping[str, NDArray[np.float64]], pairs: Sequence[Pair], alpha: float) -> dict[str, str]:
-    """Return level → letters. Levels that share a letter do not differ; the letter a belongs to the smallest mean."""
+    """Assign letters to the levels.
+
+    Levels that share a letter do not differ, and the smallest mean has the letter a.
+    """
     import pandas
     from scikit_posthocs import compact_letter_display
 
@@ -429,13 +437,16 @@ def _signed_ranks(a: str, b: str, x: NDArray[np.float64], y: NDArray[np.float64]
 
 
 def _hodges_lehmann(differences: NDArray[np.float64]) -> float:
-    """Return the median of the means of all pairs of differences, including self-pairs (Hodges and Lehmann 1963)."""
+    """Average each pair of differences, including pairs of a difference with itself, and return the median.
+
+    Source: Hodges and Lehmann 1963.
+    """
     i, j = np.triu_indices(len(differences))
     return float(np.median((differences[i] + differences[j]) / 2.0))
 
 
 def _holm(pairs: Sequence[Pair]) -> tuple[Pair, ...]:
-    """Return the pairs with p values corrected by Holm's step-down method (Holm 1979)."""
+    """Correct the p values of the pairs by Holm's step-down method (Holm 1979)."""
     from statsmodels.stats.multitest import multipletests
 
     corrected = multipletests([pair.p for pair in pairs], method="holm")[1]

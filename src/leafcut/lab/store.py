@@ -1,4 +1,4 @@
-"""The results file of experiments: an SQLite database with one row per run, which is safe against interruption."""
+"""The results file of experiments: an SQLite database with one row per run. Interruptions do not damage the file."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from leafcut.files.schemas import RESULTS, check_schema
 from leafcut.files.whole_files import OutputError
 from leafcut.message import Message
 
-#: SQLite application id of a results file ("leaf").
+#: Application id that marks an SQLite file as a results file ("leaf").
 _OWNER = 0x6C656166
-#: Maximum wait while another program writes the file, s.
+#: Maximum time to wait while another program writes the file, s.
 _PATIENCE = 10.0
 
 _TABLE = """
@@ -47,16 +47,19 @@ _JSON = ("levels", "options", "responses", "curve", "versions")
 
 @dataclass(frozen=True)
 class Row:
-    """A finished run, with the columns of the table in their order. `failed` is its error message, or empty.
+    """A finished run. The fields are the columns of the table in the same order.
 
     Attributes
     ----------
+    failed
+        Error message, or an empty text if the run has succeeded.
     responses
-        Name → value; None if the answer does not contain the value.
+        Maps each name to its value, or to None if the answer does not contain the value.
     curve
-        (iteration, seconds, cost) at each improvement of the best tour; empty if the command reports none.
+        Iteration, seconds and cost at each improvement of the best tour. It is empty if the command reports no
+        improvements.
     load
-        Number of processes that were waiting for a core when the run started, per core.
+        Number of processes per core that were waiting when the run started.
     """
 
     key: str
@@ -77,7 +80,7 @@ class Row:
 
 
 def key_of(experiment: str, command: str, content: Mapping[str, Any]) -> str:
-    """Return the key of a run: a hash of all that determines its answer, except the version of leafcut."""
+    """Return the key of a run. It is a hash of everything that affects the answer except the version of leafcut."""
     text = json.dumps([experiment, command, content], sort_keys=True, separators=(",", ":"), default=str)
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -90,8 +93,8 @@ class Store:
     Raises
     ------
     ReadError, DataError
-        The file is not a results file, is damaged, or has a schema that this version cannot read. The file is not
-        changed.
+        The file is not a results file, is damaged, or has a schema that this version cannot read. The file remains
+        unchanged.
     OutputError
         The file cannot be written, or another program is writing it. Stored rows are kept.
     """
@@ -150,7 +153,7 @@ class Store:
                 self._data.execute("commit")
 
     def add(self, row: Row) -> None:
-        """Store a run; it replaces a failed run with the same key."""
+        """Store a run. It replaces a failed run that has the same key."""
         values = [
             json.dumps(value if name == "curve" else dict(value), default=str) if name in _JSON else value
             for name, value in vars(row).items()
@@ -167,7 +170,7 @@ class Store:
             return [_row(record) for record in records]
 
     def counts(self) -> dict[str, int]:
-        """Return the number of successful runs of each experiment."""
+        """Return how many runs of each experiment were successful."""
         with self._refused():
             return dict(
                 self._data.execute("select experiment, count(*) from run where failed = '' group by experiment")
@@ -175,7 +178,7 @@ class Store:
 
     @contextmanager
     def _refused(self) -> Iterator[None]:
-        """Convert SQLite and operating-system errors to one-line leafcut errors."""
+        """Convert SQLite errors and operating system errors to one-line leafcut errors."""
         try:
             yield
         except (sqlite3.Error, OSError, ValueError) as problem:

@@ -1,8 +1,8 @@
-"""`tune`: tune the parameters of an algorithm on some parts, and evaluate them on other parts of the same kind.
+"""`tune` optimizes the parameters of an algorithm on some parts, and evaluates them on other parts of the same kind.
 
-The search is optuna's tree-structured Parzen estimator (Bergstra et al., Algorithms for Hyper-Parameter Optimization,
-NIPS 2011). The same seed and costs give the same trials. After an interruption, the search therefore replays the stored
-runs and continues.
+The search uses optuna's tree-structured Parzen estimator (Bergstra et al., Algorithms for Hyper-Parameter Optimization,
+NIPS 2011). The same seed and the same costs always lead to the same trials. After an interruption, the search therefore
+replays the stored runs and then continues.
 """
 
 from __future__ import annotations
@@ -37,19 +37,24 @@ if TYPE_CHECKING:
 
 #: Maximum number of trials, seeds and inputs.
 MAX_TRIALS, MAX_SEEDS, MAX_INPUTS = 10_000, 100, 1000
-#: Minimum number of inputs: two for training and one for evaluation.
+#: Minimum number of inputs: two for training, and one for the evaluation.
 MIN_INPUTS = 3
-#: Names of the factor and its levels.
+#: Names of the factor and of its levels.
 FACTOR, DEFAULTS, TUNED = "parameters", "defaults", "tuned"
-#: First seed of the evaluation runs, larger than all seeds of the search.
+#: First seed for the evaluation. It is larger than all seeds of the search.
 _FRESH = 10_001
 
 
 @dataclass(frozen=True)
 class SearchRange:
-    """The search range of a parameter.
+    """The range of values in which a parameter is searched.
 
-    `log`: the logarithm is sampled uniformly. `paced`: larger values cause more work per iteration.
+    Attributes
+    ----------
+    log
+        Whether the logarithm of the value is sampled uniformly.
+    paced
+        Whether larger values cause more work per iteration.
     """
 
     name: str
@@ -72,7 +77,8 @@ _FIREFLIES = (
     SearchRange("attractiveness", 1.0, 80.0, log=True, paced=True),
     SearchRange("absorption", 1e-4, 1.0, log=True),
 )
-#: Search ranges by algorithm: parameters that the authors do not fix, around the values that they tested.
+#: Search ranges for each algorithm. They cover parameters that the authors leave open, around the values that the
+#: authors have tested.
 RANGES: Mapping[str, tuple[SearchRange, ...]] = {
     **dict.fromkeys(ANT_ALGORITHMS, _ANTS),
     "acs": (*_ANTS, SearchRange("greedy_probability", 0.0, 0.99)),
@@ -87,11 +93,11 @@ class TuningTask:
     Attributes
     ----------
     options
-        Options of every run, including its budget: `iterations` or `time_limit`.
+        Options of every run, including a budget (`iterations` or `time_limit`).
     trials, seeds
         Number of parameter sets, and number of seeds per training input.
     hold_out
-        Share of the inputs that are reserved for evaluation.
+        Share of the inputs that are reserved for the evaluation.
     """
 
     algorithm: str
@@ -125,17 +131,17 @@ class TuningTask:
 
     @property
     def ranges(self) -> tuple[SearchRange, ...]:
-        """The ranges to search. Without a time limit, parameters that change the work per iteration are excluded."""
+        """The ranges to search. Without a time limit, parameters that change the work per iteration are left out."""
         timed = self.options.get("time_limit") is not None
         return tuple(range_ for range_ in RANGES[self.algorithm] if timed or not range_.paced)
 
     @property
     def response(self) -> Response:
-        """The response to be minimised."""
+        """The response to minimise."""
         return responses_of(self.command)[0]
 
     def split(self) -> tuple[list[LabInstance], list[LabInstance]]:
-        """Divide the inputs at random into training inputs and evaluation inputs, both in the given order."""
+        """Split the inputs at random into training and evaluation inputs. Both lists keep the given order."""
         n_held_out = min(max(round(self.hold_out * len(self.inputs)), 1), len(self.inputs) - 2)
         held_out = set(random.Random(self.seed).sample(range(len(self.inputs)), n_held_out))
         names = _names(self.inputs)
@@ -147,7 +153,7 @@ class TuningTask:
 
 @dataclass(frozen=True)
 class TrialResult:
-    """A parameter set, and its mean cost relative to the defaults, or None if the set was refused."""
+    """A parameter set and its mean cost relative to the defaults. The cost is None if the set was refused."""
 
     parameters: Mapping[str, float | int]
     cost: float | None
@@ -160,11 +166,11 @@ class TuningResult:
     Attributes
     ----------
     parameters
-        The best set; empty if no set was better than the defaults.
+        The best parameter set. It is empty if no set was better than the defaults.
     judging, rows
-        The experiment on the evaluation inputs, and its runs; no runs if no set was better.
+        The experiment on the evaluation inputs, and its runs. There are no runs if no set was better.
     change
-        Mean relative change of the cost on the evaluation inputs; −0.02 means 2 % less.
+        Mean relative change of the cost on the evaluation inputs. For example, −0.02 means 2 % less.
     """
 
     task: TuningTask
@@ -176,7 +182,7 @@ class TuningResult:
     finished: bool = True
 
     def words(self) -> str:
-        """Return the result of tuning as one sentence."""
+        """Describe the result in one sentence."""
         trained, unseen = (count_of(len(instances), "input") for instances in self.task.split())
         if self.change is None:
             return f"no set of {count_of(len(self.trials), 'trial')} was better than the defaults on {trained}"
@@ -189,7 +195,7 @@ class TuningResult:
 
 
 def command_of(process: str) -> str:
-    """Return the command for a process, ``solve`` or ``auto``; raise `OptionError` if the name is unknown."""
+    """Return the command for a process, for ``solve`` or for ``auto``. Raises `OptionError` if the name is unknown."""
     if process == SOLVE:
         return SOLVE
     registry.check_process_value(process)
@@ -205,16 +211,16 @@ def tune(
     cancelled: threading.Event | None = None,
     mixed: bool = False,
 ) -> TuningResult:
-    """Search for the best parameters on some inputs, and evaluate them on the others. Stored runs are not repeated.
+    """Find the best parameters on some inputs, and evaluate them on all other inputs. Stored runs are not repeated.
 
-    `performer`, `progress`, `cancelled` and `mixed` are as in `lab.running.run`.
+    For `performer`, `progress`, `cancelled` and `mixed`, see `lab.running.run`.
 
     Raises
     ------
     LeafcutError
         The extra ``lab`` is not installed.
     OptionError, ReadError, OutputError
-        As for `run`; or an input is refused with the default parameters.
+        See `lab.running.run`. `OptionError` is also raised if an input is refused with the default parameters.
     """
     if find_spec("optuna") is None:
         raise LeafcutError("tuning needs the package optuna: pip install 'leafcut[lab]'")
@@ -277,7 +283,7 @@ def _search(
 
 
 def _sample(trial: Trial, range_: SearchRange) -> float | int:
-    """Return a value sampled from the range, rounded to three significant digits so that it is a readable setting."""
+    """Sample a value from a range. It is rounded to three significant digits, so that users can read it easily."""
     if range_.whole:
         return int(trial.suggest_int(range_.name, int(range_.low), int(range_.high), log=range_.log))
     return float(f"{trial.suggest_float(range_.name, range_.low, range_.high, log=range_.log):.3g}")
@@ -286,7 +292,7 @@ def _sample(trial: Trial, range_: SearchRange) -> float | int:
 def _description(
     task: TuningTask, instances: Sequence[LabInstance], sets: Mapping[str, Mapping[str, float | int]], first: int
 ) -> Description:
-    """Return an experiment on these inputs with a level for each parameter set. Its seeds count up from `first`."""
+    """Create an experiment on these inputs with one level for each parameter set. The seeds count up from `first`."""
     levels = tuple(Level(name, dict(parameters)) for name, parameters in sets.items())
     return Description(
         name=f"tune_{task.algorithm}",
@@ -315,9 +321,9 @@ def _costs(rows: Sequence[Row], task: TuningTask, *, strict: bool = False) -> di
 
 
 def _change(rows: Sequence[Row], task: TuningTask) -> float | None:
-    """Return the mean relative change of the cost from the defaults to the tuned set.
+    """Return the mean relative change of the cost between the defaults and the tuned set.
 
-    Each input counts once, with the mean over its seeds. The result is None if either set has no runs.
+    For each input, the mean over its seeds counts once. Returns None if one of the two sets has no runs.
     """
     sides = [_costs([row for row in rows if row.levels[FACTOR] == name], task) for name in (DEFAULTS, TUNED)]
     common = sides[0].keys() & sides[1].keys()
@@ -327,7 +333,7 @@ def _change(rows: Sequence[Row], task: TuningTask) -> float | None:
 
 
 def search_block(tuned: TuningResult) -> ReportBlock:
-    """Return the report section about the search: the best set, the cost of the trials, and a table of all trials."""
+    """Describe the search in a report section: the best set, the cost of each trial, and a table of all trials."""
     task = tuned.task
     usual = {range_.name: _default_text(range_.name) for range_ in task.ranges}
     parameter_table = Table(
@@ -363,7 +369,7 @@ def search_block(tuned: TuningResult) -> ReportBlock:
 
 
 def options_text(tuned: TuningResult) -> str:
-    """Return the best set as the text of an ``--options`` file, with its measured gain as a comment."""
+    """Write the best set as an ``--options`` file. A comment states the measured gain."""
     lines = [f"# Parameters of {tuned.task.algorithm}, tuned by leafcut {__version__}: {tuned.words()}.", OPTIONS.line]
     tables: dict[str, list[str]] = {"solve": [f'algorithm = "{tuned.task.algorithm}"']}
     for name, value in tuned.parameters.items():
@@ -380,7 +386,7 @@ def _default_text(name: str) -> str:
 
 
 def _names(inputs: Sequence[str]) -> list[str]:
-    """Return the names of the inputs; identical names are numbered."""
+    """Return the names of the inputs. Identical names are numbered."""
     names = [source if ":" in source else Path(source).name for source in inputs]
     return [f"{name} ({k + 1})" if names.count(name) > 1 else name for k, name in enumerate(names)]
 
