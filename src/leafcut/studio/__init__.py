@@ -1,1 +1,1 @@
-"""Local web page of leafcut: opens a file, shows the drawing, runs jobs and delivers the program."""
+"""The local web page of leafcut. It opens files, shows the drawing, runs jobs, and provides the finished program."""

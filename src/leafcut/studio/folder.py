@@ -1,4 +1,4 @@
-"""The studio's own folder. It contains all uploads, and pages cannot name files outside it."""
+"""The studio's own folder. All uploads are stored here, and pages have no access to files outside this folder."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from leafcut.errors import OptionError
 from leafcut.files.whole_files import OutputError, write_whole
 from leafcut.message import map_text
 
-#: Format of an upload's id, which cannot be a path.
+#: Format of the id of an upload. An id cannot be a path.
 _ID = re.compile(r"[A-Za-z0-9_-]{16}")
-#: Format of the name of a user's machine or tool library.
+#: Format of the name of a machine or tool library that the user has created.
 _OWN = re.compile(r"[a-z0-9][a-z0-9_-]{0,60}")
-#: Prefix of the user's own files; prefixes of built-in sources, which are not files.
+#: Prefix of the user's own files, and prefixes of built-in sources, which are not files.
 OWN, BUILT_IN = "mine:", ("example:", "random:")
 #: Maximum size of a file, bytes.
 LARGEST_UPLOAD = 64 * 1024 * 1024
-#: Maximum length of a file name, bytes; file systems allow 255.
+#: Maximum length of a file name, bytes. File systems allow 255.
 _LONGEST_NAME = 160
-#: Age after which unused uploads are deleted, s. Pages that are still open may need younger uploads.
+#: Age after which unused uploads are deleted, s. Pages that are still open may need newer uploads.
 _UNUSED_SECONDS = 14 * 24 * 3600.0
 _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\.|\Z)")
 
 
 def data_folder() -> Path:
-    """Return the studio's data folder of this user (XDG base directory specification)."""
+    """Return the folder in which the studio stores the data of this user (XDG base directory specification)."""
     if sys.platform == "win32":
         base = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
     else:
@@ -42,7 +42,7 @@ def data_folder() -> Path:
 
 
 def safe_name(name: str) -> str:
-    """Return a file name that is valid in any folder, on a command line and in a comment of a program."""
+    """Return a file name that is valid in any folder, on the command line, and in program comments."""
     last = re.split(r"[/\\]", unicodedata.normalize("NFC", name))[-1]
     kept = "".join(c for c in last if c.isprintable() and c not in '<>:"|?*').strip(" .")
     extension = Path(kept).suffix if len(Path(kept).suffix) < 20 else ""
@@ -56,7 +56,7 @@ def safe_name(name: str) -> str:
 
 
 class Folder:
-    """The folder with the uploads, machines and tool libraries; raises `OutputError` if it cannot be created."""
+    """The folder with uploads, machines and tool libraries. Raises `OutputError` if the folder cannot be created."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
@@ -68,7 +68,7 @@ class Folder:
             raise OutputError("{}: cannot create the studio's folder ({})", root, problem.strerror) from None
 
     def new_input(self, name: str) -> tuple[str, Path]:
-        """Return the id and the path of a new upload, which the caller writes."""
+        """Return the id and the path for a new upload. The caller writes the file."""
         input_id = secrets.token_urlsafe(12)
         folder = self.inputs / input_id
         folder.mkdir(mode=0o700, parents=True)
@@ -81,7 +81,7 @@ class Folder:
         return input_id
 
     def input_path(self, input_id: str) -> Path:
-        """Return the path of an upload; raise `OptionError` for an unknown id."""
+        """Return the path of an upload. Raises `OptionError` if the id is unknown."""
         files = (
             sorted((self.inputs / input_id).iterdir())
             if _ID.fullmatch(input_id) and (self.inputs / input_id).is_dir()
@@ -92,7 +92,7 @@ class Folder:
         return files[0]
 
     def source(self, word: str) -> str:
-        """Return the source of a page's input: the path of an upload, or the name of a built-in source."""
+        """Return the source of a page's input, which is the path of an upload or the name of a built-in source."""
         return word if word.startswith(BUILT_IN) else str(self.input_path(word))
 
     def drop_inputs(self, ids: Iterable[str]) -> None:
@@ -102,7 +102,7 @@ class Folder:
                 shutil.rmtree(self.inputs / input_id, ignore_errors=True)
 
     def drop_unused(self, used: Iterable[str]) -> None:
-        """Delete uploads that are older than two weeks and not in use."""
+        """Delete uploads that are older than two weeks and no longer in use."""
         keep, now = set(used), time.time()
         old = [p.name for p in self.inputs.iterdir() if now - p.stat().st_mtime > _UNUSED_SECONDS]
         self.drop_inputs(name for name in old if name not in keep)
@@ -112,13 +112,19 @@ class Folder:
         return sorted(p.stem for p in (self.root / kind).glob("*.toml") if _OWN.fullmatch(p.stem))
 
     def own_path(self, kind: str, name: str) -> Path:
-        """Return the path of a user's own file, whether or not it exists; raise `OptionError` for an invalid name."""
+        """Return the path of one of the user's own files, even if the file does not exist.
+
+        Raises `OptionError` if the name is invalid.
+        """
         if not _OWN.fullmatch(name):
             raise OptionError("'{}' is not a valid name; use lower-case letters, digits, - and _", safe_name(name))
         return self.root / kind / f"{name}.toml"
 
     def kept_own(self, kind: str, word: str, flag: str) -> Path:
-        """Return the path of ``mine:NAME``, the value of `flag`; raise `OptionError` if the file does not exist."""
+        """Return the path of ``mine:NAME``, which is the value of `flag`.
+
+        Raises `OptionError` if the file does not exist.
+        """
         name = word.removeprefix(OWN)
         path = self.own_path(kind, name)
         if not path.is_file():
@@ -126,17 +132,17 @@ class Folder:
         return path
 
     def save_own(self, kind: str, name: str, text: str) -> None:
-        """Write one of the user's own files atomically."""
+        """Save one of the user's own files. The write is atomic."""
         write_whole(self.own_path(kind, name), text)
 
     def draft(self, kind: str, name: str) -> str | None:
-        """Return the unsaved text of one of the user's own files, or None."""
+        """Return the unsaved changes to one of the user's own files, or None."""
         with suppress(OSError, UnicodeDecodeError):
             return self._draft_path(kind, name).read_text(encoding="utf-8")
         return None
 
     def set_draft(self, kind: str, name: str, text: str | None) -> None:
-        """Store the unsaved text of one of the user's own files; None deletes it."""
+        """Store the unsaved changes to one of the user's own files, or delete them if `text` is None."""
         if text is None:
             self._draft_path(kind, name).unlink(missing_ok=True)
         else:
@@ -146,7 +152,7 @@ class Folder:
         return self.own_path(kind, name).with_suffix(".draft")
 
     def without_paths(self, line: str) -> str:
-        """Return a message with the user's file names instead of paths in the studio's folder."""
+        """Replace paths in the studio's folder by the user's file names in a message."""
         folder = re.escape(str(self.root) + os.sep)
         inner = r"(inputs[/\\][A-Za-z0-9_-]{16}[/\\]|machines[/\\]|tools[/\\])?"
         return map_text(line, lambda text: re.sub(folder + inner, "", text))

@@ -1,8 +1,8 @@
-"""Access to the studio: single-use addresses, a token for programs, and cookies that expire.
+"""Access to the studio: addresses that work once, a token for programs, and cookies that expire.
 
-Every user of this computer can read the command lines of all processes, including the address that is passed to a
-browser. Therefore the browser opens a file that only its owner can read. This file redirects to the address, as in
-Jupyter. Each address works only once.
+Every user of this computer can read the command lines of all processes, including an address that is passed to a
+browser. For this reason, the browser opens a file that only its owner can read. Like in Jupyter, this file redirects to
+the address. Each address works only once.
 """
 
 from __future__ import annotations
@@ -19,17 +19,23 @@ from pathlib import Path
 
 from leafcut.files.whole_files import OutputError
 
-#: Lifetime of a cookie after the last load of the page, s.
+#: Lifetime of a cookie after the page was last loaded, s.
 COOKIE_SECONDS = 12 * 3600
-#: Maximum number of unused addresses; the oldest is dropped.
+#: Maximum number of unused addresses. If there are more, the oldest address is dropped.
 _MAX_UNUSED = 8
 
 
 class StudioKeys:
     """The keys of a studio.
 
-    `secret` signs the cookies. It survives a restart, so that open pages remain valid. `clock` returns seconds since
-    the epoch. Programs send `token` in an ``Authorization`` header.
+    Attributes
+    ----------
+    secret
+        Key that signs the cookies. It survives a restart, so that open pages remain valid.
+    clock
+        Returns the seconds since the epoch.
+    token
+        Token that programs send in an ``Authorization`` header.
     """
 
     def __init__(self, secret: bytes, clock: Callable[[], float] = time.time) -> None:
@@ -42,7 +48,7 @@ class StudioKeys:
         return hmac.compare_digest(word.encode(), self.token.encode())
 
     def new_entry(self) -> str:
-        """Return a key that admits a single browser, once."""
+        """Create a key that admits a single browser, once."""
         key = secrets.token_urlsafe(24)
         self._unused = [*self._unused[1 - _MAX_UNUSED :], key]
         return key
@@ -56,12 +62,12 @@ class StudioKeys:
         return False
 
     def new_cookie(self) -> str:
-        """Return the value of a new cookie, which is valid for `COOKIE_SECONDS`."""
+        """Create the value of a new cookie. It is valid for `COOKIE_SECONDS`."""
         end = str(int(self._clock()) + COOKIE_SECONDS)
         return f"{end}.{self._signed(end)}"
 
     def is_cookie(self, value: str) -> bool:
-        """Return whether a cookie is from this studio and has not expired."""
+        """Return whether this studio has issued a cookie that has not expired."""
         end, _, signature = value.partition(".")
         known = hmac.compare_digest(signature.encode(), self._signed(end).encode())
         return known and int(end) > self._clock()
@@ -71,7 +77,7 @@ class StudioKeys:
 
 
 def kept_secret(root: Path) -> bytes:
-    """Return the secret of a studio's folder. Create it if necessary; raise `OutputError` if it cannot be saved."""
+    """Load the secret of a studio's folder, or create it. Raises `OutputError` if the secret cannot be saved."""
     file = root / "key"
     try:
         if not file.is_file() or file.stat().st_size != 32:
@@ -82,7 +88,7 @@ def kept_secret(root: Path) -> bytes:
 
 
 def write_private(file: Path, data: bytes) -> None:
-    """Write a file that only its owner can read, even during writing."""
+    """Write a file that only its owner can read, even while it is being written."""
     with suppress(FileNotFoundError):
         file.unlink()
     number = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)

@@ -1,4 +1,4 @@
-"""The recently opened files. A file can be reopened while it exists in the studio's folder."""
+"""The recently opened files. Users can reopen a file as long as it exists in the studio's folder."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MAX_RECENT = 12
 
 @dataclass(frozen=True)
 class RecentFile:
-    """An opened file: its source, its displayed name, and the time in seconds since the epoch."""
+    """A file that was opened, with its source, its displayed name, and the time in seconds since the epoch."""
 
     source: str
     name: str
@@ -40,7 +40,7 @@ class RecentFiles:
         return [recent for recent in self._read() if self._path(recent.source) is not None]
 
     def add(self, source: str, name: str) -> None:
-        """Add an opened file. An entry with the same name and content is replaced."""
+        """Add a file that was opened. It replaces any entry with the same name and content."""
         with self._lock:
             kept = [recent for recent in self.newest() if not self._is_same(recent, source, name)]
             rows = [RecentFile(source, name, time.time()), *kept][:MAX_RECENT]
@@ -52,7 +52,7 @@ class RecentFiles:
         self._file.unlink(missing_ok=True)
 
     def files_in_use(self) -> set[str]:
-        """Return the ids of the uploads in the list."""
+        """Return the ids of all uploads in the list."""
         return {recent.source for recent in self._read()}
 
     def _is_same(self, recent: RecentFile, source: str, name: str) -> bool:

@@ -1,4 +1,4 @@
-"""`Studio`: the state that the parts of the server share."""
+"""`Studio` contains the state that the parts of the server share."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from leafcut.studio.keys import StudioKeys, kept_secret
 from leafcut.studio.recent_files import RecentFiles
 
 HOST, PORT = "127.0.0.1", 8173
-#: Content security policy for a static document, such as a report: no scripts, no external files.
+#: Content security policy for a static document, such as a report. It forbids scripts and external files.
 STILL_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox; frame-ancestors 'none'"
 
 
 class Room(Protocol):
-    """A view in its own package. The package is loaded when the view is first shown.
+    """A view in a separate package. The package is loaded when the view is first shown.
 
     Attributes
     ----------
     name, key
-        Name of the view, and its key.
+        Name of the view and its key.
     styles, modules
-        Static files for every page.
+        Static files that every page loads.
     """
 
     name: str
@@ -37,16 +37,16 @@ class Room(Protocol):
     modules: tuple[str, ...]
 
     def add_routes(self, routes: Any, studio: Studio) -> None:
-        """Add its routes to an `APIRouter`."""
+        """Add the routes of this room to an `APIRouter`."""
 
     def open(self, page: Any, client: Any) -> Any:
-        """Create its view for a `Page` in the current container; return it as a `RoomView`."""
+        """Create the view of this room for a `Page` in the current container. Return it as a `RoomView`."""
 
     def add_bar(self, page: Any) -> Callable[[], None]:
-        """Add the elements of this room that every page shows; return the function that updates them."""
+        """Add the elements of this room that every page shows. Return the function that updates them."""
 
     def close(self) -> None:
-        """Stop its activities."""
+        """Stop everything that this room is doing."""
 
 
 @dataclass(frozen=True)
@@ -60,13 +60,13 @@ class Studio:
     keys: StudioKeys
     port: int
     recent: RecentFiles
-    #: Name → room. The rooms are closed in this order.
+    #: The rooms by name. They are closed in this order.
     rooms: dict[str, Room] = field(default_factory=dict)
-    #: The pages (`page.pages.Page`) by the names of their steps in the browser's history.
+    #: The open pages (`page.pages.Page`), by the names of their steps in the browser's history.
     open_pages: WeakValueDictionary[str, Any] = field(default_factory=WeakValueDictionary)
 
     def close(self) -> None:
-        """Stop all activities, those of the rooms first."""
+        """Stop all activities. The rooms stop first."""
         for room in self.rooms.values():
             room.close()
         self.jobs.close()
@@ -78,7 +78,7 @@ class Studio:
 
     @property
     def token_file(self) -> Path:
-        """File with the token for programs of the same user. It exists while the studio runs."""
+        """File with the token for programs of the same user. The file exists while the studio is running."""
         return self.folder.root / "token"
 
     @property
@@ -90,8 +90,7 @@ class Studio:
 def open_studio(root: Path, port: int = PORT, workers: StudioWorkers | None = None) -> Studio:
     """Open the studio's folder and its history, and mark unfinished jobs as interrupted.
 
-    `workers` replaces the studio's own processes. Raise `OutputError` if the folder or the history cannot be
-    written.
+    `workers` replaces the studio's own processes. Raises `OutputError` if the folder or the history cannot be written.
     """
     folder = Folder(root)
     history = History(root / "history.sqlite")

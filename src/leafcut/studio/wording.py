@@ -1,4 +1,4 @@
-"""The texts of the studio: one TOML file per language. In English, most labels are derived from their keys."""
+"""The texts of the studio. Each language has its own TOML file. In English, most labels are derived from their keys."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from typing import Any
 from leafcut.message import Message
 from leafcut.processes.settings import all_options
 
-#: Language → its own name.
+#: Maps each language to its own name.
 LANGUAGES = {"en": "English", "es": "Español"}
-#: A flag of the command line in a message; ``--process`` includes its value.
+#: A flag of the command line in a message. For ``--process``, the value is included.
 _FLAG = re.compile(r"(?<![\w-])--(?:process\b(?: (?P<process>[a-z]+))?|(?P<flag>[a-z][a-z-]*[a-z]))")
 
 
 class Words:
-    """The texts in a language: ``words("run.begin")``, ``words("open.large", mib=64)``."""
+    """The texts in one language: ``words("run.begin")``, ``words("open.large", mib=64)``."""
 
     def __init__(
         self,
@@ -31,50 +31,50 @@ class Words:
     ) -> None:
         self.language = language
         self.table = table
-        #: Translations of the help texts of options and issues.
+        #: Translations of the help texts for options and issues.
         self.translated = translated or {}
-        #: Translations of the templates of messages.
+        #: Translations of message templates.
         self.messages = messages or {}
 
     def __call__(self, key: str, **values: Any) -> str:
-        """Return the text of a key, with its values inserted."""
+        """Return the text of a key, and insert its values."""
         text = self.table[key]
         return text.format(**values) if values else text
 
     def section(self, name: str) -> dict[str, str]:
-        """Return the texts of a section: key → text."""
+        """Return the texts of a section by key."""
         stem = f"{name}."
         return {key.removeprefix(stem): words for key, words in self.table.items() if key.startswith(stem)}
 
     def named(self, kind: str, name: str, english: str = "") -> str:
-        """Return the name of an item such as a process or material.
+        """Return the name of an item, such as a process or a material.
 
-        An item of a plug-in has no text; its name is `english` or `name` itself.
+        Items of a plug-in have no text. Their name is `english`, or else `name` itself.
         """
         return self.table.get(f"{kind}.{name}") or english or label_of(name)
 
     def option(self, name: str) -> str:
-        """Return the label of an option; without a text, its name."""
+        """Return the label of an option. If it has no label, return its name."""
         return self.named("option", name)
 
     def help(self, name: str, english: str, work: str = "") -> str:
-        """Return the help text of an option. A kind of work may have its own text for the option."""
+        """Return the help text of an option. Each kind of work may have its own text for an option."""
         return self.translation(f"{work}_help", name, self.translation("help", name, english))
 
     def default(self, name: str, english: str, work: str = "") -> str:
-        """Return the description of an option's default. A kind of work may have its own description."""
+        """Describe the default of an option. Each kind of work may have its own description."""
         return self.translation(f"{work}_default", name, self.translation("default", name, english))
 
     def translation(self, kind: str, name: str, english: str) -> str:
-        """Return the translation of an English text, or the text itself if it has no translation."""
+        """Translate an English text. If there is no translation, return the text unchanged."""
         return self.translated.get(f"{kind}.{name}", english) if english else ""
 
     def plain(self, line: str) -> str:
-        """Return a message in this language. Flags are replaced by the labels of the form."""
+        """Translate a message, and replace its flags by the labels of the form."""
         return _FLAG.sub(self._field, self.translate(line))
 
     def translate(self, text: str) -> str:
-        """Return a message in this language, including values that are messages themselves.
+        """Translate a message, including values that are messages themselves.
 
         Any other text, such as a file name or an answer from a controller, is returned unchanged.
         """
@@ -84,7 +84,7 @@ class Words:
         return template.format(*(self.translate(value) for value in text.values))
 
     def language_of(self, line: str) -> str:
-        """Return the language in which `plain` returns a line: "en" if the line has no translation."""
+        """Return the language of the result of `plain`. It is "en" if the line has no translation."""
         known = self.language == "en" or self.translate(line) != line
         return self.language if known else "en"
 
@@ -103,7 +103,7 @@ class Words:
         return f"“{self.option(stem)}” {self('form.off')}" if stem in known else match[0]
 
     def issue(self, code: str) -> str:
-        """Return the meaning of an issue code; "" in English, because the message itself explains the issue."""
+        """Explain an issue code. In English, the text is empty, because the message itself explains the issue."""
         meaning = self.translated.get(f"issue.{code}", "")
         return meaning[:1].upper() + meaning[1:]
 
@@ -115,14 +115,14 @@ def _option_names() -> frozenset[str]:
 
 @cache
 def words(language: str) -> Words:
-    """Return the texts of a language; English for an unknown language."""
+    """Return the texts of a language. If the language is unknown, return the English texts."""
     if language == "en" or language not in LANGUAGES:
         return Words("en", {key: label_of(key) for key in texts_of("es")} | texts_of("en"))
     return Words(language, texts_of(language), texts_of(f"options_{language}"), _templates(f"messages_{language}"))
 
 
 def label_of(key: str) -> str:
-    """Return the English label of a key: ``From hole`` for ``flag.from_hole``."""
+    """Derive the English label from a key, such as ``From hole`` from ``flag.from_hole``."""
     return key.rpartition(".")[2].replace("_", " ").capitalize()
 
 
@@ -132,7 +132,7 @@ def _templates(name: str) -> dict[str, str]:
 
 
 def texts_of(name: str) -> dict[str, str]:
-    """Return the texts of a file: key → text."""
+    """Return the texts of a file by key."""
     text = (files("leafcut.studio") / "texts" / f"{name}.toml").read_text(encoding="utf-8")
     return dict(_flat("", tomllib.loads(text)))
 
@@ -155,5 +155,5 @@ def preferred_language(accepted: str) -> str:
 
 
 def day_and_time(seconds: float) -> str:
-    """Return a time (s since 1970) as lists display it: ``2026-11-23 16:55``."""
+    """Format a time (seconds since 1970) as shown in lists, such as ``2026-11-23 16:55``."""
     return time.strftime("%Y-%m-%d %H:%M", time.localtime(seconds))

@@ -1,1 +1,1 @@
-"""Control: the connection to a machine, its view and its routes."""
+"""Machine control: the connection to a machine, its view, and its routes."""

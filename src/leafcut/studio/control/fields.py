@@ -1,4 +1,4 @@
-"""Form fields of the machine panel. Their values survive a redraw of the panel."""
+"""Form fields of the machine panel. They keep their values when the panel is redrawn."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from leafcut.studio.wording import Words
 
 
 class MachineForm(Form):
-    """A form that remembers the values of its fields. An empty field means the default.
+    """A form that remembers the values of its fields. An empty field stands for the default.
 
-    A text field reports every keystroke, because the user may press the jog pad while the field has the focus.
+    Text fields report every keystroke, because the user may press the jog pad while a field still has the focus.
     """
 
     def __init__(self, words: Words) -> None:
@@ -24,18 +24,18 @@ class MachineForm(Form):
         self._values: dict[str, Any] = {}
         self._fields: dict[str, dict[str, Any]] = {}
         self._hidden: set[str] = set()
-        #: Called after a change by the user.
+        #: Called when the user changes a field.
         self.on_change: Callable[[], Any] = lambda: None
         self.props.update(live=True, prefix="machine")
 
     def add(self, name: str, label: str, value: str = "", kind: str = "text", **given: Any) -> None:
-        """Add a field (`plain_field`). If the field exists, replace it but keep its value."""
+        """Add a field (see `plain_field`). If the field already exists, replace it but keep its value."""
         self._fields[name] = plain_field(name, label, kind, **given)
         self._values.setdefault(name, value)
         self.draw()
 
     def hide(self, *names: str) -> None:
-        """Hide the named fields and show all others."""
+        """Hide the named fields and show all other fields."""
         if set(names) != self._hidden:
             self._hidden = set(names)
             self.draw()
@@ -60,11 +60,14 @@ class MachineForm(Form):
         return self._values[name] is True
 
     def text(self, name: str) -> str:
-        """Return the text of a field, or its default."""
+        """Return the text of a field, or the default if the field is empty."""
         return str(self._values[name]).strip() or str(self._fields[name]["default"])
 
     def number(self, name: str) -> float:
-        """Return the number in a field, which may have a decimal comma; raise `OptionError` for any other text."""
+        """Return the number in a field.
+
+        A decimal comma is allowed. Raises `OptionError` if the text is not a number.
+        """
         text = self.text(name)
         try:
             return float(text.replace(",", "."))
@@ -72,7 +75,10 @@ class MachineForm(Form):
             raise OptionError("{}: '{}' is not a number", self._fields[name]["label"], text) from None
 
     def count(self, name: str) -> int | None:
-        """Return the whole number in a field, or None if it is empty; raise `OptionError` for any other text."""
+        """Return the whole number in a field, or None if the field is empty.
+
+        Raises `OptionError` if the text is not a whole number.
+        """
         text = self.text(name)
         if text and (not text.isdecimal() or len(text) > 9):
             raise OptionError("{}: '{}' is not a whole number", self._fields[name]["label"], text)
@@ -80,7 +86,10 @@ class MachineForm(Form):
 
 
 class JogPad(Element, component="../static/jog.js"):
-    """Buttons and keys that jog a machine. `on_jog` receives the axis, the sign, and whether a key is held down."""
+    """Buttons and keys that jog a machine.
+
+    `on_jog` receives the axis, the sign, and whether the user is holding a key down.
+    """
 
     def __init__(
         self, label: str, hint: str, on_jog: Callable[[str, int, bool], Any], on_release: Callable[[], Any]

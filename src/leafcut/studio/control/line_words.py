@@ -1,4 +1,4 @@
-"""Explanations of program lines in words, for beginners."""
+"""Explains program lines in words, for beginners."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ _SAME = 1e-6
 
 
 def lines_of_hole(job: SendJob, hole: DrilledHole, words: Words) -> list[tuple[int, str, str]]:
-    """Return (number, text, explanation) of each line that drills a hole, up to the retract."""
+    """Return the number, the text and the explanation of each line that drills a hole, up to the retract."""
     following = job.holes[hole.number].first if hole.number < len(job.holes) else hole.last + 2
     last = min(max(hole.last, following - 1), hole.last + 1, len(job.program.lines))
     return [(line, job.text(line), line_in_words(job, line, words)) for line in range(hole.first, last + 1)]
 
 
 def line_in_words(job: SendJob, line: int, words: Words) -> str:
-    """Return the explanation of a line; empty if there is nothing to explain."""
+    """Explain a line in words. Returns an empty string if the line needs no explanation."""
     path = job.program.path
     parts = []
     for row in (path.line == line).nonzero()[0].tolist():
@@ -40,7 +40,7 @@ def line_in_words(job: SendJob, line: int, words: Words) -> str:
 
 
 def _move(kind: Kind, before: list[float], end: list[float], feed: float, words: Words) -> str:
-    """Return the explanation of a straight move. An unknown start coordinate (NaN) counts as changed by the move."""
+    """Explain a straight move. If a start coordinate is unknown (NaN), the move is assumed to change it."""
     sideways = any(not abs(a - b) <= _SAME for a, b in zip(before[:2], end[:2], strict=True))
     level = not abs(before[2] - end[2]) > _SAME
     rapid = kind is Kind.RAPID

@@ -1,10 +1,11 @@
-"""The studio's connection to a controller. One thread talks to the controller; all others send requests to this thread.
+"""The studio's connection to a controller. One thread talks to the controller, and all other threads send it requests.
 
-`leafcut.sender` implements the communication. This module decides which page may command the machine, which command
-is sent next, and which state the pages show. Only Stop and requests during a program bypass the queue.
+`leafcut.sender` implements the communication. This module decides which page may control the machine, which command is
+sent next, and which state the pages show. Stop and the requests during a program bypass the queue. All other requests
+wait in the queue.
 
-A page that shows the machine reports this at intervals. After `GRACE` seconds without a report, the link holds a
-running program (unless it was started to run unattended) and ends a jog or a frame.
+A page that shows the machine reports to the link at regular intervals. If no page has reported for `GRACE` seconds, the
+link ends any jog or frame. It also holds a running program, unless the program was started to run unattended.
 """
 
 from __future__ import annotations
@@ -43,15 +44,15 @@ from leafcut.studio.control.state import (
     ProgramProgress,
 )
 
-#: A program is held if no page has shown the machine for this time, s.
+#: A program is put on hold if no page has shown the machine for this time, s.
 GRACE = 5.0
-#: Maximum number of queued jogs, so that the machine does not lag behind a key.
+#: Maximum number of queued jogs, so that the machine stops soon after the user releases a key.
 _MAX_JOGS = 2
-#: Maximum duration of the queued jogs while a key is held, s.
+#: Maximum duration of the queued jogs while the user holds a key, s.
 _JOG_AHEAD = 0.3
-#: Alarms that keep the position: soft limit and probe alarms. Source: gnea/grbl 1.1, alarm codes.
+#: Alarms that do not affect the position: soft limit and probe alarms. Source: gnea/grbl 1.1, alarm codes.
 _KEPT = (2, 4, 5)
-#: Maximum time for the machine to stop when the studio closes, s.
+#: Maximum time to wait for the machine to stop when the studio closes, s.
 _END_SECONDS = 30.0
 
 _Act = Callable[[Callable[[], None]], Any]
@@ -59,7 +60,7 @@ _Act = Callable[[Callable[[], None]], Any]
 
 @dataclass
 class _Task:
-    """A request to the thread. `act` receives a function; it calls this function once the action has started."""
+    """A request to the thread. `act` receives a function, and calls it as soon as the action has started."""
 
     doing: MachineTask
     act: _Act
@@ -70,11 +71,18 @@ class _Task:
 
 @dataclass(frozen=True)
 class RunWishes:
-    """Options of a run.
+    """Options for a run.
 
-    The run starts at a hole or a line, counted from 1, or at the first line if both are None. `by_hole`: ask before
-    every hole. `unhomed`: the machine cannot home, so the user has set its zero. `alone`: continue even if no page
-    shows the machine.
+    The run starts at a hole or a line, counted from 1. If both are None, it starts at the first line.
+
+    Attributes
+    ----------
+    by_hole
+        Whether to ask the user before every hole.
+    unhomed
+        Whether the user has set the zero of a machine that cannot home.
+    alone
+        Whether to continue even if no page shows the machine.
     """
 
     from_hole: int | None = None
@@ -86,11 +94,20 @@ class RunWishes:
 
 @dataclass(frozen=True)
 class ReadyProgram:
-    """A program that was checked against the current state of the machine and may be run.
+    """A program that was checked against the current state of the machine and is ready to run.
 
-    `job` contains the cycle times on this machine, `facts` the settings that the controller reports, and `steps` the
-    lines and pauses to send. The program starts at `line`; 0 is its start. `told` are messages for the user
-    before the start.
+    Attributes
+    ----------
+    job
+        The program, with its cycle times on this machine.
+    facts
+        Values that the controller has reported.
+    steps
+        The lines and pauses to send.
+    line
+        The line at which the program starts, or 0 for its start.
+    told
+        Messages to show to the user before the program starts.
     """
 
     job: SendJob
@@ -101,17 +118,18 @@ class ReadyProgram:
 
     @property
     def box(self) -> tuple[XYZ, XYZ] | None:
-        """Smallest and largest x, y and z of the cuts, mm in program coordinates; None without cuts."""
+        """Smallest and largest x, y and z of the cuts in program coordinates, mm, or None if the program does not cut.
+        """
         return box_of_cuts(self.job)
 
     @property
     def tools(self) -> list[str | None]:
-        """The tools from `line` on, in order; None for a tool that the program does not name."""
+        """The tools from `line` on, in order of use. A tool that the program does not name is None."""
         return tools_of(self.job, self.line)
 
 
 class MachineLink:
-    """The connection to at most one controller; thread-safe."""
+    """The connection to a controller. There is at most one, and all methods are thread-safe."""
 
     def __init__(
         self, open_port: Callable[[str, int], Port] = SerialPort, clock: Callable[[], float] = time.monotonic
@@ -133,14 +151,17 @@ class MachineLink:
 
     @property
     def job(self) -> SendJob | None:
-        """The running program, or None."""
+        """The running program, or None if no program is running."""
         run = self._run
         return None if run is None else run.job
 
     # Requests; called from any thread.
 
     def record_page(self, holder: str, *, adopt: bool = False) -> None:
-        """Record that a page shows the machine. With `adopt`, the page takes control if no other page has it."""
+        """Record that a page shows the machine.
+
+        With `adopt`, the page takes control unless another page already has it.
+        """
         with self._lock:
             if self.state.holder == holder or (
                 adopt and self.state.connection is not Connection.CLOSED and self._is_abandoned()
@@ -150,13 +171,13 @@ class MachineLink:
                     self._publish(holder=holder)
 
     def take(self, holder: str) -> None:
-        """Take control of the machine, even if another page has it."""
+        """Take control of the machine, even if another page currently has it."""
         with self._lock:
             self._alive_at = self._clock()
             self._publish(holder=holder)
 
     def connect(self, holder: str, port: str, baud: int = BAUD) -> Future[Any]:
-        """Open a port and identify the controller; raise `SendError` if a machine is already connected."""
+        """Open a port and identify the controller. Raises `SendError` if a machine is already connected."""
         future: Future[Any] = Future()
         with self._lock:
             if self.state.connection is not Connection.CLOSED:
@@ -170,7 +191,7 @@ class MachineLink:
         return future
 
     def disconnect(self, holder: str) -> None:
-        """Close the port; raise `SendError` if the machine is busy, or another page has control."""
+        """Close the port. Raises `SendError` if the machine is busy, or if another page has control."""
         self._check_control(holder)
         if self.state.doing not in (MachineTask.NOTHING, MachineTask.ASKING) or self.state.moves:
             raise SendError("the machine is not at rest; stop it first, then disconnect it")
@@ -181,13 +202,13 @@ class MachineLink:
         return self._submit_task(holder, MachineTask.HOMING, self._home)
 
     def unlock(self, holder: str) -> Future[Any]:
-        """Bring the machine to rest after an alarm, during a hold or during a motion."""
+        """Unlock the machine after an alarm, or stop it during a hold or a move."""
         return self._submit_task(holder, MachineTask.STOPPING, self._unlock)
 
     def jog(self, holder: str, moves: dict[str, float], feed: float, *, held: bool = False) -> Future[Any]:
-        """Jog by distances in mm at a feed in mm/min.
+        """Jog by the given distances, mm, at a feed in mm/min.
 
-        A jog from a `held` key is skipped while enough jogs are queued.
+        If the jog comes from a `held` key, it is skipped when enough jogs are already queued.
         """
         with self._lock:
             if held and (len(self._tasks) >= _MAX_JOGS or self._jog_until - self._clock() > _JOG_AHEAD):
@@ -206,43 +227,52 @@ class MachineLink:
             self._cancel = True
 
     def zero(self, holder: str, axes: str) -> Future[Any]:
-        """Set the zero of G54 to the current position in some axes, such as ``XY``."""
+        """Set the zero of G54 to the current position for the given axes, such as ``XY``."""
         named = "".join(axis for axis in "XYZ" if axis in axes.upper())
         if not named or len(named) != len(axes):
             raise OptionError("'{}' are not axes; use X, Y and Z", axes)
         return self._submit_task(holder, MachineTask.ASKING, lambda _: self._zero(named), by_hand=True)
 
     def probe(self, holder: str, plate: float, feed: float, travel: float) -> Future[Any]:
-        """Set Z0 with a probe plate of thickness `plate`, mm.
+        """Set Z0 with a probe plate.
 
-        The tool moves down at most `travel` mm, at a feed in mm/min.
+        Parameters
+        ----------
+        holder
+            The page that sends the request.
+        plate
+            Thickness of the plate, mm.
+        feed
+            Probing feed, mm/min.
+        travel
+            Maximum distance to move down, mm.
         """
         return self._submit_task(holder, MachineTask.PROBING, lambda _: self._probe(plate, feed, travel), by_hand=True)
 
     def frame(self, holder: str, job: SendJob, wishes: RunWishes, feed: float) -> Future[Any]:
         """Check a program, then trace its bounding box above the part at a feed in mm/min.
 
-        The result is available when the tracing starts.
+        The result becomes available when the machine starts to trace the box.
         """
         return self._submit_task(holder, MachineTask.FRAMING, lambda on_start: self._frame(on_start, job, wishes, feed))
 
     def check(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
-        """Check a program without sending it; the result is a `ReadyProgram`."""
+        """Check a program without sending it. The result is a `ReadyProgram`."""
         return self._submit_task(holder, MachineTask.ASKING, lambda _: self._ready(job, wishes))
 
     def run(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
-        """Check and run a program. The result, a `ReadyProgram`, is available when the program starts."""
+        """Check and run a program. The result is a `ReadyProgram`. It becomes available when the program starts."""
         return self._submit_task(holder, MachineTask.RUNNING, lambda on_start: self._send(on_start, job, wishes))
 
     def answer(self, holder: str, words: str | None) -> None:
-        """Answer the program's question: "" to continue, ``all`` to end hole-by-hole mode, None to stop."""
+        """Answer the program's question: "" continues, ``all`` leaves hole-by-hole mode, and None stops the program."""
         self._check_control(holder)
         if self.state.question is None:
             raise SendError("no question is open")
         self._answers.append(words)
 
     def request(self, holder: str, request: Request) -> None:
-        """Hold or resume a program, or change its feed. A hold ends a jog or a frame."""
+        """Hold or resume a program, or change its feed. A hold also ends a jog or a frame."""
         self._check_control(holder)
         if self._run is not None:
             if request is Request.RESUME:
@@ -254,7 +284,7 @@ class MachineLink:
             raise SendError("no program is running")
 
     def stop(self) -> None:
-        """Stop the machine on behalf of any page: hold, wait until it is at rest, reset."""
+        """Stop the machine: hold it, wait until it is at rest, and reset it. Any page may call this method."""
         with self._lock:
             waiting, talk = [*self._tasks], self._talk
             self._tasks.clear()
@@ -265,7 +295,7 @@ class MachineLink:
             task.future.set_exception(SendError("stopped by you"))
 
     def close(self) -> None:
-        """Stop the machine and close the port, because the studio closes."""
+        """Stop the machine and close the port. The studio calls this method when it closes."""
         if self._thread is not None:
             if self.state.moves:
                 self.stop()
@@ -464,7 +494,7 @@ class MachineLink:
         return facts
 
     def _at_rest(self) -> Facts:
-        """Return the controller's settings; raise `SendError` if the machine moves or is locked."""
+        """Read the settings and state of the controller. Raises `SendError` if the machine is moving or locked."""
         assert self._talk is not None
         status = self._talk.fresh_status()
         if status.state != "Idle":
@@ -606,7 +636,7 @@ class MachineLink:
         self._show_message(words, bad=not ending.complete)
 
     def _observe(self, run: SendRun, view: RunView) -> None:
-        """Publish the progress of a program; hold the program if no page shows it any more."""
+        """Show the progress of a program to all pages. If no page shows the program any more, put it on hold."""
         now = self.state.progress
         if now is None:
             return
@@ -627,7 +657,7 @@ class MachineLink:
             self._show_message(Message("no page shows the machine any more, so the machine is on hold"), bad=True)
 
     def _prompt(self, pause: Pause, messages: Sequence[str]) -> str | None:
-        """Ask the user, and execute manual actions until the answer arrives."""
+        """Ask the user a question, and carry out manual actions until the answer arrives."""
         talk, run = self._talk, self._run
         assert talk is not None and run is not None
         kind = "hole" if pause.hole else "tool" if pause.change else "pause"

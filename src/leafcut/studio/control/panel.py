@@ -1,4 +1,4 @@
-"""The machine view (connection, manual moves, running a program), and the Stop bar of every view."""
+"""The machine view, where users connect, move the machine and run programs, and the Stop bar that every view shows."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
     from leafcut.studio.page.pages import Page
 
-#: State of the controller → CSS class.
+#: Maps the state of the controller to a CSS class.
 _COLOURS = {"Idle": "done", "Run": "running", "Jog": "running", "Home": "running", "Alarm": "failed"}
-#: Number of ticks between two reports to the link that the page is open.
+#: Number of ticks after which the page reports to the link again.
 _EVERY = 10
 
 _AXES = "XYZ"
@@ -91,9 +91,9 @@ class MachinePanel:
     # Requests.
 
     async def ask(self, request: Callable[..., Any], *given: Any, **named: Any) -> Any:
-        """Send a request to the machine, and show a refusal.
+        """Send a request to the machine. If the machine refuses, show the reason.
 
-        Return the answer, or True if the request has no answer; return None if the machine refused.
+        Returns the answer, or True if the request has no answer. Returns None if the machine has refused.
         """
         try:
             answer = request(self.key, *given, **named)
@@ -112,7 +112,7 @@ class MachinePanel:
         return self.by_hand.jog_feed()
 
     async def list_ports(self) -> None:
-        """List the serial ports of this computer in the menu."""
+        """Fill the menu with the serial ports of this computer."""
         try:
             names = await asyncio.to_thread(ports)
         except LeafcutError as problem:
@@ -141,7 +141,7 @@ class MachinePanel:
     # Display.
 
     async def show(self) -> None:
-        """Show the view with the current ports and the open program."""
+        """Show the view with the available ports and the open program."""
         self._drawing = True
         try:
             if self.link.state.connection is Connection.CLOSED:
@@ -151,7 +151,7 @@ class MachinePanel:
             self._drawing = False
 
     def tick(self, *, shown: bool) -> None:
-        """Show changes of the state. While the page is connected, also report to the link that the page is open."""
+        """Show any changes of the state. While the page is connected, also report to the link that it is open."""
         self._ticks += 1
         connected = self._client.has_socket_connection
         if connected and self._ticks % _EVERY == 0:
@@ -163,11 +163,11 @@ class MachinePanel:
             self._show(state)
 
     def tick_now(self) -> None:
-        """Show the current state, whether or not it has changed."""
+        """Show the current state, even if it has not changed."""
         self._show(self.link.state)
 
     def commands_machine(self, state: MachineState) -> bool:
-        """Return whether this page has control of the machine."""
+        """Return whether this page controls the machine."""
         return state.open and state.holder == self.key
 
     def _show(self, state: MachineState) -> None:
@@ -193,7 +193,7 @@ class MachinePanel:
 
 
 def status_words(state: MachineState, view: View) -> str:
-    """Return the state of the machine as a short label."""
+    """Describe the state of the machine in a short label."""
     w = view.words
     if state.connection is not Connection.OPEN:
         return w(f"machine.{state.connection.value}")
@@ -203,7 +203,7 @@ def status_words(state: MachineState, view: View) -> str:
 
 
 class StopBar:
-    """The Stop button for the machine, visible in every view while a machine is connected."""
+    """The Stop button for the machine. Every view shows it while a machine is connected."""
 
     def __init__(self, view: View, link: MachineLink) -> None:
         self.view, self.link = view, link
@@ -223,7 +223,7 @@ class StopBar:
                 text("kbd", "Esc", aria_hidden="true")
 
     def tick(self) -> None:
-        """Show the button while a machine is connected."""
+        """Show the button if a machine is connected."""
         state = self.link.state
         now = (state.connection is not Connection.CLOSED, state.moves, status_words(state, self.view))
         if now == self._shown:
@@ -236,7 +236,7 @@ class StopBar:
 
 
 class ByHandPanel:
-    """The cards for position, jog and probe."""
+    """The cards that show the position and let users jog and probe."""
 
     def __init__(self, view: View, panel: MachinePanel) -> None:
         self.view, self.panel, self.link = view, panel, panel.link
@@ -334,7 +334,7 @@ class ByHandPanel:
         )
 
     def show(self, state: MachineState, commands: bool) -> None:
-        """Update the position, and enable the actions that are possible now."""
+        """Update the position, and enable the actions that are currently possible."""
         for places, place in ((self.work, state.work), (self.machine, state.machine)):
             for axis, cell in enumerate(places):
                 words = "–" if place is None or not state.open else to_fixed(place[axis], 3)

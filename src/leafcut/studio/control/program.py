@@ -1,4 +1,4 @@
-"""Programs for the machine: verified results of leafcut, or opened files that are checked for this machine."""
+"""Programs for the machine. They are verified results of leafcut, or opened files that are checked for this machine."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ if TYPE_CHECKING:
 
 
 def machine_of(word: str, folder: Folder) -> Machine:
-    """Return an included machine by its name, or a user's own machine by ``mine:NAME``.
+    """Return an included machine by its name, or one of the user's own machines as ``mine:NAME``.
 
-    Raise `LeafcutError` if the name is unknown, the profile is invalid, or the page cannot send to this controller.
+    Raises `LeafcutError` if the name is unknown, if the profile is invalid, or if the page cannot send to this
+    controller.
     """
     if word.startswith(OWN):
         machine = load_machine(str(folder.kept_own("machines", word, "--machine")))
@@ -38,7 +39,10 @@ def machine_of(word: str, folder: Folder) -> Machine:
 
 
 def sendable(folder: Folder) -> dict[str, Head]:
-    """Return machine → kind of head, for all machines to which the page can send programs; the user's own first."""
+    """Return all machines that the page can send programs to, with their kind of head.
+
+    The user's own machines come first.
+    """
     heads = {}
     for word in [*(OWN + name for name in folder.own_names("machines")), *machine_names()]:
         try:
@@ -49,9 +53,9 @@ def sendable(folder: Folder) -> dict[str, Head]:
 
 
 def program_of_job(history: History, folder: Folder, job: str, machine: str, accept: Collection[str] = ()) -> SendJob:
-    """Return the program of a finished run, ready for sending.
+    """Prepare the program of a finished run for sending.
 
-    Raise `LeafcutError` if the program is unverified or was created for another machine.
+    Raises `LeafcutError` if the program was not verified or was created for a different machine.
     """
     answer, program = history.answer(job), history.artefact(job, "program")
     if answer is None or program is None:
@@ -72,9 +76,9 @@ def program_of_job(history: History, folder: Folder, job: str, machine: str, acc
 def program_of_file(
     folder: Folder, source: str, machine: str, units: str | None = None, accept: Collection[str] = ()
 ) -> SendJob:
-    """Check all lines of an opened program and return it, ready for sending.
+    """Check all lines of an opened program, and prepare the program for sending.
 
-    Raise `LeafcutError` if the program is unreadable or may not be sent.
+    Raises `LeafcutError` if the program is unreadable or must not be sent.
     """
     path = folder.input_path(source)
     text, made_for = program_text(path, path.name), machine_of(machine, folder)

@@ -1,4 +1,4 @@
-"""The program on the machine: selection, check, frame, run, and stepping from hole to hole."""
+"""The program on the machine: users select, check, frame and run it, or step from hole to hole."""
 
 from __future__ import annotations
 
@@ -34,26 +34,26 @@ if TYPE_CHECKING:
 
 
 _USUAL = "grbl-3018"
-#: The second click of a double click on Start must not confirm the dialog.
+#: Ignores the second click of a double click on Start, which would otherwise confirm the dialog.
 _ONE_CLICK = "(e) => { if (e.detail < 2) { e.target.closest('dialog').close(); emit(); } }"
 
 
 class MachineProgramPanel:
-    """The card with the running program, or with the program to run."""
+    """The card with the running program, or with the next program to run."""
 
     def __init__(self, view: View, panel: MachinePanel, drawing: Element) -> None:
         self.view, self.panel, self.link = view, panel, panel.link
         self.job: SendJob | None = None
-        #: Key of the loaded program. `problem` shows why the program cannot be sent.
+        #: Key of the loaded program. `problem` explains why the program cannot be sent.
         self._key: tuple[str, ...] = ()
-        #: The program in the drawing. A running program takes precedence, even if another page has started it.
+        #: The program in the drawing. A running program comes first, even if another page has started it.
         self._drawn: SendJob | None = None
         self._box: tuple[XYZ, XYZ] | None = None
         self._tool: object = None
         self._next: tuple[float, float] | None = None
         self._asked: object = None
         self._ended: object = None
-        #: The program and its options that wait for confirmation.
+        #: The program that is waiting for confirmation, with its options.
         self._to_start: tuple[SendJob, RunWishes] | None = None
         self._asking = False
         w = view.words
@@ -135,11 +135,11 @@ class MachineProgramPanel:
         return "", view.source if is_program(view) else ""
 
     def changed(self) -> bool:
-        """Return whether the open program or the chosen machine differs from the loaded program."""
+        """Return whether the open program or the selected machine has changed since the program was loaded."""
         return (*self._chosen(), self.machine.text("machine")) != self._key[:3]
 
     async def draw(self) -> None:
-        """Load the open program for the chosen machine."""
+        """Load the open program for the selected machine."""
         view, w = self.view, self.view.words
         job, source = self._chosen()
         self._offer(job)
@@ -298,7 +298,7 @@ class MachineProgramPanel:
     # Display.
 
     def show(self, state: MachineState, commands: bool) -> None:
-        """Enable the actions that are possible, and show the progress of the program."""
+        """Enable the actions that are currently possible, and show the progress of the program."""
         runs = state.progress is not None
         self.choosing.set_visibility(not runs)
         self.running.set_visibility(runs)

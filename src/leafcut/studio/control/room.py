@@ -1,4 +1,4 @@
-"""The room of the studio for controlling a machine."""
+"""The room of the studio in which users control a machine."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class ControlRoom:
-    """The connection to a machine, its view, and the Stop bar of every page."""
+    """The connection to a machine, with its view and with the Stop bar that every page shows."""
 
     name, key = "control", "6"
     styles: tuple[str, ...] = ("machine.css",)
@@ -26,7 +26,7 @@ class ControlRoom:
         self.link = MachineLink()
 
     def add_routes(self, routes: APIRouter, studio: Studio) -> None:
-        """Add the route of the Stop bar. It works with any valid key, whichever page has control."""
+        """Add the route for the Stop bar. Any valid key may use it, even if another page has control."""
 
         @routes.post("/machine/stop", summary="Stop the machine: hold, wait for standstill, reset; the spindle is off")
         async def stop() -> dict[str, str]:
@@ -34,13 +34,13 @@ class ControlRoom:
             return {"stop": "sent"}
 
     def open(self, page: Page, client: Any) -> MachinePanel:
-        """Create the view in the current container."""
+        """Create the machine view in the current container."""
         from leafcut.studio.control.panel import MachinePanel
 
         return MachinePanel(page.view, page, client, self.link)
 
     def add_bar(self, page: Page) -> Callable[[], None]:
-        """Add the Stop bar to a page; return the function that updates it."""
+        """Add the Stop bar to a page. Return the function that updates the bar."""
         from leafcut.studio.control.panel import StopBar
 
         return StopBar(page.view, self.link).tick

@@ -1,4 +1,4 @@
-"""The state of the machine at one moment, identical for all pages."""
+"""The state of the machine at a moment in time. All pages show the same state."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class MachineTask(StrEnum):
 
 @dataclass(frozen=True)
 class MachineQuestion:
-    """A question to the user while a program runs. `replies` lists the controller's replies to manual actions."""
+    """A question to the user while a program runs. `replies` contains the controller's replies to manual actions."""
 
     kind: str
     words: str
@@ -41,9 +41,14 @@ class MachineQuestion:
 
 @dataclass(frozen=True)
 class ProgramProgress:
-    """Progress of a program. Lines and holes count from 1; 0 is before the first.
+    """The progress of a program. Lines and holes count from 1. Before the first line or hole, they are 0.
 
-    `feed` is in mm/min, `override` in percent; `done_s` and `left_s` are the elapsed and the remaining time.
+    Attributes
+    ----------
+    feed, override
+        Feed in mm/min, and override in percent.
+    done_s, left_s
+        Elapsed and remaining time, s.
     """
 
     name: str
@@ -59,7 +64,7 @@ class ProgramProgress:
 
 @dataclass(frozen=True)
 class ProgramEnd:
-    """The end of the last program, and the `line` or hole `go_on_hole` at which it can be resumed; 0 if it cannot."""
+    """How the last program ended. It can resume at `line` or at hole `go_on_hole`, which are 0 if it cannot resume."""
 
     name: str
     complete: bool
@@ -70,18 +75,18 @@ class ProgramEnd:
 
 @dataclass(frozen=True)
 class MachineState:
-    """The state of the machine at one moment. `number` grows with every change.
+    """The state of the machine at a moment in time. `number` increases with every change.
 
     Attributes
     ----------
     machine, work
-        Position of the tool in machine and work coordinates, mm; None if not reported.
+        Position of the tool in machine and work coordinates, mm, or None if it is not reported.
     travel
         Lowest and highest machine coordinates, mm.
     unsure
-        Whether the position may be wrong because of an alarm or a reset.
+        Whether the position may be wrong after an alarm or a reset.
     holder
-        The page that has control; empty for none.
+        The page that has control. It is empty if no page has control.
     said, saying, bad
         The last message, its number, and whether it is an error.
     """
@@ -113,5 +118,5 @@ class MachineState:
 
     @property
     def moves(self) -> bool:
-        """Whether the machine moves or is about to move, so that Stop applies."""
+        """Whether the machine is moving or about to move, so that the user may want to stop it."""
         return self.doing is not MachineTask.NOTHING or self.status in ("Run", "Jog", "Home", "Hold", "Door")

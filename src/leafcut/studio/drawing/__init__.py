@@ -1,1 +1,1 @@
-"""Drawing: scenes, the page elements that show them, and manual changes of the order."""
+"""The drawing: scenes, the page elements that display them, and manual changes of the order."""

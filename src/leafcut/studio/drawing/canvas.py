@@ -1,9 +1,9 @@
-"""The drawing as an element of a NiceGUI page.
+"""The drawing, as an element of a NiceGUI page.
 
-NiceGUI is an extra, so this module is imported only where the studio runs. The modules in ``static`` draw in the
-browser and do not depend on NiceGUI. Scenes (`studio.drawing.scene`) do not pass through the page's connection: the
-element sends an address from which the browser fetches the bytes. The page must contain ``drawing.css`` and define the
-report's colours as CSS variables.
+NiceGUI is an extra, so only the studio imports this module. The modules in ``static`` draw in the browser and do not
+depend on NiceGUI. Scenes (`studio.drawing.scene`) are not sent over the page's connection. Instead, the element sends
+an address, and the browser downloads the bytes from this address. The page must include ``drawing.css`` and define the
+colours of the report as CSS variables.
 """
 
 from __future__ import annotations
@@ -24,20 +24,21 @@ from leafcut.errors import OptionError
 
 STATIC = Path(__file__).parents[1] / "static"
 
-#: Layers of the stock before and after the moves (`studio.drawing.solid`), fetched only when they are visible.
+#: Layers with the stock before and after the moves (`studio.drawing.solid`). The browser downloads them only when they
+#: are visible.
 SOLIDS = ("solid_before", "solid_after")
-#: Layers. ``whole``: the entire drawing, faint; ``live``: the path of a running search, or an order edited by hand;
-#: ``differences``: differences of two programs (`studio.drawing.differences`).
+#: All layers. ``whole`` shows the entire drawing faintly. ``live`` shows the path of a running search, or an order that
+#: the user edits. ``differences`` shows how two programs differ (`studio.drawing.differences`).
 LAYERS = ("whole", "part", "before", "after", "pheromone", "live", "differences", *SOLIDS)
 
 Handler = Callable[[GenericEventArguments], Any]
-#: A scene, or a function that creates it when the browser requests it.
+#: A scene, or a function that creates the scene when the browser requests it.
 Shown = bytes | Callable[[], bytes]
 
 # The address contains the time of the newest file, so that browsers cache the modules but notice changes.
 register_esm("leafcut-canvas", STATIC, max_time=max(file.stat().st_mtime for file in STATIC.glob("*.*")))
 
-#: Time for which the data of a removed element remain available, s.
+#: Time for which the data of an element remain available after its removal, s.
 _FAREWELL = 30.0
 
 
@@ -51,7 +52,7 @@ class DataServer(Element):
     def serve(self, kind: str, source: Callable[[], bytes | None]) -> str:
         """Return an address that serves the bytes of `source`.
 
-        `source` is called in a thread; None means 204 No Content.
+        `source` is called in a thread. If it returns None, the browser receives 204 No Content.
         """
         name = f"leafcut-{kind}-{secrets.token_urlsafe(12)}"
 
@@ -84,14 +85,14 @@ class Canvas(DataServer, component="../static/canvas_element.js"):
     words
         Texts of the drawing by key.
     layers
-        Initial visibility of the layers, by the names in ``static/toolbar.js``.
+        Layers that are visible at first, by their names in ``static/toolbar.js``.
     on_select
-        Handler for a selection: ``row``, ``hole`` (from 0), ``line``, ``stop`` (from 1).
+        Called when the user selects an object: ``row``, ``hole`` (from 0), ``line``, ``stop`` (from 1).
     on_drag
-        Handler for a drag: ``what`` (order or pierce), ``number`` (from 1), ``from`` and ``to`` in mm, ``onto``
-        (number of a stop, or None).
+        Called when the user drags an object: ``what`` (order or pierce), ``number`` (from 1), ``from`` and ``to`` in
+        mm, ``onto`` (number of a stop, or None).
     on_origin
-        Handler for a dragged program zero: offset ``x`` and ``y``, mm.
+        Called when the user drags program zero, with its offset ``x`` and ``y``, mm.
     """
 
     def __init__(
@@ -104,8 +105,8 @@ class Canvas(DataServer, component="../static/canvas_element.js"):
         on_origin: Handler | None = None,
     ) -> None:
         super().__init__()
-        #: Scene, version number and address of each layer. A layer keeps its address, so that a slow browser fetches
-        #: the newest scene.
+        #: Scene, version number and address of each layer. The address of a layer never changes, so that a slow browser
+        #: downloads the newest scene.
         self._scenes: dict[str, Shown] = {}
         self._numbers: dict[str, int] = {}
         self._addresses: dict[str, str] = {}
@@ -115,9 +116,9 @@ class Canvas(DataServer, component="../static/canvas_element.js"):
                 self.on(name, handler)
 
     def show(self, scene: Shown, layer: str) -> None:
-        """Show a scene in one of `LAYERS`.
+        """Show a scene in one of the `LAYERS`.
 
-        If `scene` is a function, it is called in a thread. Raise `OptionError` for an unknown layer.
+        If `scene` is a function, it is called in a thread. Raises `OptionError` if the layer is unknown.
         """
         if layer not in LAYERS:
             raise OptionError("the drawing has no layer '{}'; its layers are: {}", layer, ", ".join(LAYERS))
@@ -143,12 +144,12 @@ class Canvas(DataServer, component="../static/canvas_element.js"):
             self._send_scenes()
 
     def set_editable(self, editable: bool) -> None:
-        """Enable or disable dragging of pierces and stops."""
+        """Allow or prevent dragging of pierces and stops."""
         self.props["editable"] = editable
         self.update()
 
     def set_placement(self, travel: Mapping[str, Any] | None, *, movable: bool) -> None:
-        """Set the machine's travel (`MachineTravel.as_shown`), and whether program zero can be dragged."""
+        """Set the travel of the machine (`MachineTravel.as_shown`), and whether users can drag program zero."""
         placement = {"travel": dict(travel) if travel else None, "movable": movable}
         if placement != self.props["placement"]:
             self.props["placement"] = placement
@@ -163,21 +164,31 @@ class Canvas(DataServer, component="../static/canvas_element.js"):
         self.run_method("clearSelection")
 
     def select_stop(self, stop: int) -> None:
-        """Select a stop of the edited order without sending an event. `stop` is its number in the toolpath, from 1."""
+        """Select a stop of the edited order without sending an event. Stops are numbered from 1 in toolpath order."""
         self.run_method("selectStop", stop)
 
     def select_difference(self, index: int) -> None:
-        """Select a difference between two programs by its index, and pan to it."""
+        """Select a difference between two programs by its index, and pan to its position."""
         self.run_method("selectDifference", index)
 
     def show_line(self, line: int) -> None:
-        """Select the moves of a program line, and pan to them."""
+        """Select the moves of a program line, and pan to their position."""
         self.run_method("showLine", line)
 
     def set_tool(
         self, place: tuple[float, float] | None, *, cuts: bool = False, going_to: tuple[float, float] | None = None
     ) -> None:
-        """Show the tool at `place` (mm, program coordinates), as a filled mark if it `cuts`, and the next hole."""
+        """Show the tool and the next hole.
+
+        Parameters
+        ----------
+        place
+            Position of the tool in program coordinates, mm.
+        cuts
+            Whether the tool is cutting, which is shown as a filled mark.
+        going_to
+            Position of the next hole, mm.
+        """
         tool = None if place is None else {"x": place[0], "y": place[1], "cuts": cuts, "next": going_to}
         self.run_method("setTool", tool)
 

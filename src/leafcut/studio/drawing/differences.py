@@ -25,12 +25,12 @@ from leafcut.report.wording import replace_unprintable
 from leafcut.studio.drawing.scene import pack_scene
 
 _CHORDS = 32
-#: Maximum number of line pairs to draw per difference.
+#: Maximum number of line pairs that are drawn for each difference.
 _MAX_MARKS = 200
 
 
 class Change(IntEnum):
-    """The kinds of differences in the drawing."""
+    """The kinds of differences that the drawing distinguishes."""
 
     MISSING = 0
     ADDED = 1
@@ -38,7 +38,7 @@ class Change(IntEnum):
 
 
 def differences_scene(differences: Sequence[Difference], original: Toolpath, new: Toolpath) -> bytes:
-    """Return the scene with the differences between two programs. The toolpaths must have line numbers."""
+    """Return the scene with the differences between two programs. Both toolpaths must have line numbers."""
     marks: list[tuple[float, float, int, Change]] = []
     strokes: dict[Change, list[NDArray[np.float64]]] = {Change.MISSING: [], Change.ADDED: []}
     moves = {side: path.kind <= Kind.DRILL for side, path in zip(strokes, (original, new), strict=True)}
@@ -88,14 +88,17 @@ def differences_scene(differences: Sequence[Difference], original: Toolpath, new
 
 
 def change_of(difference: Difference) -> Change:
-    """Return whether a difference is a missing, an added or a changed line."""
+    """Return whether the lines of a difference are missing, added or changed."""
     if difference.original and not difference.new:
         return Change.MISSING
     return Change.ADDED if difference.new and not difference.original else Change.CHANGED
 
 
 def _way(path: Toolpath, row: int) -> NDArray[np.float64]:
-    """Return the points of a toolpath row in plan view, float64[k, 2] mm; empty if the end of its move is unknown."""
+    """Return the points of a toolpath row in plan view, float64[k, 2] mm.
+
+    It has no points if the end of the move is unknown.
+    """
     start, end = path.before[row, :2], path.end[row, :2]
     end = np.where(np.isfinite(end), end, start)
     if not np.isfinite(end).all():

@@ -1,4 +1,7 @@
-"""Manual changes of an order, with undo. The result is an order file (holes) or a plan file (cuts of a sheet)."""
+"""Manual changes of an order, with undo.
+
+The result is an order file for holes or a plan file for the cuts of a sheet.
+"""
 
 from __future__ import annotations
 
@@ -15,13 +18,13 @@ from leafcut.geometry.arrays import Point
 from leafcut.read.order_file import drawing_of, order_text
 
 State = TypeVar("State")
-#: Limits for a stored order: number of undo steps, and total number of characters of all steps.
+#: Maximum number of undo steps in a stored order, and maximum number of characters in all steps together.
 _MAX_STEPS, _MAX_LETTERS = 30, 300_000
 
 
 @dataclass(frozen=True)
 class OrderStop:
-    """A stop of an edited order: a hole or a cut.
+    """A hole or a cut in an edited order.
 
     Attributes
     ----------
@@ -30,11 +33,12 @@ class OrderStop:
     place
         Position, mm.
     held
-        Whether the rank in the order is fixed. Otherwise the search chooses the rank.
+        Whether the rank of the stop is fixed. If it is not, the search chooses the rank.
     sign
-        Mark of a changed direction: ``↻`` clockwise, ``↺`` counter-clockwise, ``⇄`` any other; empty if unchanged.
+        Mark for a changed direction: ``↻`` for clockwise, ``↺`` for counter-clockwise, ``⇄`` for any other change. It
+        is empty if the direction is unchanged.
     moved
-        Whether the position differs from the position in the toolpath.
+        Whether the position has changed since the toolpath was created.
     """
 
     name: int
@@ -45,9 +49,9 @@ class OrderStop:
 
 
 class UndoableState(Generic[State]):
-    """A state with undo and redo.
+    """A state that supports undo and redo.
 
-    Stops are identified by `OrderStop.name`; `option` is the option that receives the file.
+    `OrderStop.name` identifies a stop, and `option` is the option that receives the file.
     """
 
     option: str
@@ -58,7 +62,7 @@ class UndoableState(Generic[State]):
         self._after: list[State] = []
 
     def change(self, state: State) -> None:
-        """Set a new state as an undoable step."""
+        """Change the state. The user can undo this step."""
         if state != self.state:
             self._before.append(self.state)
             self._after.clear()
@@ -66,11 +70,11 @@ class UndoableState(Generic[State]):
 
     @property
     def changed(self) -> bool:
-        """Whether the state differs from the initial state."""
+        """Whether the state has changed since the start."""
         return bool(self._before) and self.state != self._before[0]
 
     def as_plain(self) -> dict[str, Any]:
-        """Return the state with its undo and redo steps as plain values for JSON."""
+        """Return the state and all undo and redo steps as plain values for JSON."""
         max_steps = min(_MAX_STEPS, _MAX_LETTERS // len(json.dumps(self.state)))
         before, after = (
             steps[len(steps) - max_steps :] if len(steps) > max_steps else steps
@@ -79,7 +83,7 @@ class UndoableState(Generic[State]):
         return {"state": self.state, "before": list(before), "after": list(after)}
 
     def take_plain(self, plain: Mapping[str, Any]) -> None:
-        """Restore the result of `as_plain`, unless a state is invalid or has different parts."""
+        """Restore the result of `as_plain`. If a state is invalid or consists of different parts, nothing changes."""
         steps = [_frozen(plain.get(name)) for name in ("before", "after")]
         state = _frozen(plain.get("state"))
         try:
@@ -92,15 +96,15 @@ class UndoableState(Generic[State]):
             self.state, self._before, self._after = state, [*first, *steps[0]], list(steps[1])
 
     def parts(self, state: State) -> Any:
-        """Return the parts of a state in a canonical order. States are compatible if their parts are equal."""
+        """Return the parts of a state in a fixed order. Two states are compatible if their parts are equal."""
         raise NotImplementedError
 
     def undo(self) -> bool:
-        """Undo the last step; return whether there was a step."""
+        """Undo the last step. Return whether there was a step to undo."""
         return self._go(self._before, self._after)
 
     def redo(self) -> bool:
-        """Redo the last undone step; return whether there was a step."""
+        """Redo the last undone step. Return whether there was a step to redo."""
         return self._go(self._after, self._before)
 
     def _go(self, source: list[State], target: list[State]) -> bool:
@@ -115,14 +119,14 @@ def _frozen(plain: Any) -> Any:
     return tuple(_frozen(value) for value in plain) if isinstance(plain, list | tuple) else plain
 
 
-#: For each operation: its holes in order, and the number of leading holes whose order is fixed.
+#: The holes of each operation in order, and the number of holes at the start whose order is fixed.
 HoleOrders = tuple[tuple[tuple[int, ...], int], ...]
 
 
 class HoleOrder(UndoableState[HoleOrders]):
-    """The order of the holes of every operation.
+    """The order of the holes in each operation.
 
-    `operations` maps operations to holes; `xy` is float64[holes, 2] in mm.
+    `operations` contains the holes of each operation. `xy` contains the positions, float64[holes, 2] in mm.
     """
 
     def __init__(self, operations: dict[int, tuple[int, ...]], xy: NDArray[np.float64]) -> None:
@@ -131,7 +135,7 @@ class HoleOrder(UndoableState[HoleOrders]):
         self._stops = [(k, hole) for k, (holes, _) in enumerate(self.state) for hole in holes]
 
     def parts(self, state: HoleOrders) -> Any:
-        """Return the sorted holes of every operation."""
+        """Return the holes of each operation, sorted."""
         return [sorted(holes) for holes, n_fixed in state if 0 <= n_fixed <= len(holes)]
 
     def _at(self, stop: int) -> tuple[int, int]:
@@ -143,7 +147,7 @@ class HoleOrder(UndoableState[HoleOrders]):
         self.change((*self.state[:k], (tuple(holes), n_fixed), *self.state[k + 1 :]))
 
     def move(self, stop: int, onto: int) -> None:
-        """Move a hole to the rank of another hole of the same operation."""
+        """Move a hole to the rank of another hole in the same operation."""
         (k, hole), (target_k, target) = self._at(stop), self._at(onto)
         if k != target_k:
             raise OptionError("these holes use different tools; the order can be changed only within one tool")
@@ -155,7 +159,10 @@ class HoleOrder(UndoableState[HoleOrders]):
         self._with(k, holes, n_fixed + (new_rank < n_fixed) - (old_rank < n_fixed))
 
     def to_end(self, stop: int, first: bool) -> None:
-        """Move a hole to the start or the end of its operation. A move to the end fixes the order of all its holes."""
+        """Move a hole to the start or the end of its operation.
+
+        A move to the end fixes the order of all holes in the operation.
+        """
         k, hole = self._at(stop)
         holes, n_fixed = self.state[k]
         rest = [h for h in holes if h != hole]
@@ -165,19 +172,19 @@ class HoleOrder(UndoableState[HoleOrders]):
             self._with(k, [*rest, hole], len(holes))
 
     def reverse(self, stop: int) -> None:
-        """Reverse the order of the holes of an operation."""
+        """Reverse the order of the holes in an operation."""
         k, _ = self._at(stop)
         self._with(k, list(reversed(self.state[k][0])), len(self.state[k][0]))
 
     def place(self, stop: int, to: Point) -> None:
-        """Raise `OptionError`: holes cannot be moved."""
+        """Raise `OptionError`, because holes cannot be moved."""
         raise OptionError(
             "hole positions are fixed; to change the drilling order, drop a hole onto the hole that it should replace "
             "in the order"
         )
 
     def free_after(self, stop: int) -> None:
-        """Fix the order of an operation's holes up to this hole, and release the order of later holes."""
+        """Fix the order of an operation up to this hole. The search may reorder all later holes."""
         k, hole = self._at(stop)
         self._with(k, list(self.state[k][0]), self.state[k][0].index(hole) + 1)
 
@@ -207,7 +214,7 @@ _SIGNS = {"clockwise": "↻", "counter-clockwise": "↺"}
 
 
 class CutOrder(UndoableState[tuple[str, ...]]):
-    """The cuts of a plan file. Manual changes are fixed in the plan; the search completes the rest."""
+    """The cuts of a plan file. The plan fixes every manual change, and the search completes the rest."""
 
     def __init__(self, text: str) -> None:
         self._plan: dict[str, Any] = json.loads(text)
@@ -217,7 +224,7 @@ class CutOrder(UndoableState[tuple[str, ...]]):
         self._starts = {row["number"]: row["start"] for row in self._rows() if "start" in row}
 
     def parts(self, state: tuple[str, ...]) -> Any:
-        """Return the number and contours of each cut, sorted by number."""
+        """Return the number and the contours of each cut, sorted by number."""
         rows = sorted((json.loads(row) for row in state), key=lambda row: int(row["number"]))
         return [(row["number"], row["contours"]) for row in rows]
 
@@ -238,7 +245,7 @@ class CutOrder(UndoableState[tuple[str, ...]]):
         row["fixed"] = sorted({*row["fixed"], word})
 
     def move(self, stop: int, onto: int) -> None:
-        """Move a cut to the rank of another cut. This fixes the whole order."""
+        """Move a cut to the rank of another cut. This fixes the entire order."""
         rows = self._rows()
         row, target = self._find(rows, stop), self._find(rows, onto)
         rank = rows.index(target)
@@ -249,7 +256,7 @@ class CutOrder(UndoableState[tuple[str, ...]]):
         self._keep(rows)
 
     def to_end(self, stop: int, first: bool) -> None:
-        """Move a cut to the start or the end. This fixes the whole order."""
+        """Move a cut to the start or the end. This fixes the entire order."""
         numbers = [row["number"] for row in self._rows()]
         self.move(stop, numbers[0] if first else numbers[-1])
 
@@ -264,7 +271,7 @@ class CutOrder(UndoableState[tuple[str, ...]]):
         self._keep(rows)
 
     def place(self, stop: int, to: Point) -> None:
-        """Start a cut at the point of its contour nearest to `to`."""
+        """Start a cut at the point of its contour that is closest to `to`."""
         rows = self._rows()
         row = self._find(rows, stop)
         row["start"] = [round(v, 3) for v in to]
@@ -272,7 +279,7 @@ class CutOrder(UndoableState[tuple[str, ...]]):
         self._keep(rows)
 
     def free_after(self, stop: int) -> None:
-        """Fix the order up to this cut. Later cuts must follow this cut, in any order."""
+        """Fix the order up to this cut. The search may reorder all later cuts."""
         rows = self._rows()
         at = rows.index(self._find(rows, stop))
         for row in rows:
@@ -285,7 +292,7 @@ class CutOrder(UndoableState[tuple[str, ...]]):
     def stops(self) -> list[OrderStop]:
         """Return all cuts in their current order, at their start points.
 
-        If no cut has a fixed rank, all cuts count as held.
+        If no cut has a fixed rank, all cuts count as fixed.
         """
         rows = self._rows()
         free = any("order" in row["fixed"] for row in rows)
@@ -306,7 +313,7 @@ class CutOrder(UndoableState[tuple[str, ...]]):
         return json.dumps({**self._plan, "cuts": cuts}, indent=1) + "\n"
 
 
-#: An order that is edited by hand.
+#: An order that the user edits.
 Edited = HoleOrder | CutOrder
 
 

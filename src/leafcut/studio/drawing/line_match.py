@@ -1,4 +1,4 @@
-"""Match the lines of two programs that do the same work in a different order."""
+"""Matches the lines of two programs that do the same work in a different order."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ _UNKNOWN = -(1 << 40)
 
 
 def line_pairs(before: Toolpath, after: Toolpath, original: str, new: str) -> NDArray[np.uint32]:
-    """Match the lines of an original and a new program.
+    """Match the lines of an original program and a new program.
 
-    Lines that do the same work are matched first. Lines next to them (travel moves, comments) match by equal text.
+    Lines that do the same work are matched first. The lines next to them (travel moves, comments) are matched if their
+    text is equal.
 
     Returns
     -------
@@ -50,7 +51,7 @@ def _numbered(*texts: list[str]) -> tuple[list[int], ...]:
 
 
 def _work_pairs(before: Toolpath, after: Toolpath) -> NDArray[np.int64]:
-    """Return (old line, new line) of lines with the same work, int64[k, 2]. Repeated work is matched in file order."""
+    """Match lines that do the same work, int64[k, 2]. Repeated work is matched in the order of the file."""
     sides = [_work(path) for path in (before, after)]
     _, number = np.unique(np.concatenate([keys for _, keys in sides]), axis=0, return_inverse=True)
     number = number.reshape(-1)
@@ -62,7 +63,10 @@ def _work_pairs(before: Toolpath, after: Toolpath) -> NDArray[np.int64]:
 
 
 def _work(path: Toolpath) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Return the line of every working row, and its work: kind, tool, and both ends in a canonical order."""
+    """Return the line and the work of each working row.
+
+    The work consists of the kind, the tool, and both ends in a fixed order.
+    """
     rows = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL))
     kind = path.kind[rows]
     sort = np.where(kind == Kind.FEED, 0, np.where(kind == Kind.DRILL, 2, 1))
@@ -79,7 +83,8 @@ def _work(path: Toolpath) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
 
 
 def _counted(number: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return a unique key per row, from its number and the count of earlier rows with the same number."""
+    """Return a unique key for each row, which combines its number with the count of earlier rows with the same number.
+    """
     order = np.argsort(number, kind="stable")
     starts = np.flatnonzero(np.diff(number[order], prepend=-1))
     nth = np.arange(len(number)) - np.repeat(starts, np.diff(np.append(starts, len(number))))
@@ -89,7 +94,7 @@ def _counted(number: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _spread(new_of: NDArray[np.int64], old_of: NDArray[np.int64], old: list[int], now: list[int]) -> None:
-    """Match lines with equal text, starting at both ends of the programs and next to matched lines."""
+    """Match lines with equal text, starting at both ends of the programs and next to lines that already match."""
     ahead, back = new_of.tolist(), old_of.tolist()
     n, m = len(old), len(now)
 

@@ -33,7 +33,7 @@ def program_scene(
     added: Sequence[int] = (),
     beside: bool = False,
 ) -> bytes:
-    """Return the scene of a program, alone or with the original."""
+    """Create the scene of a program, alone or beside the original."""
     header = {"kind": "program", "name": "program", "origin": [0.0, 0.0], "extents": None}
     return pack_scene(
         {**header, "beside": True} if beside else header,
@@ -48,10 +48,10 @@ def program_scene(
 
 
 class ProgramText(DataServer, component="../static/gcode_element.js"):
-    """The lines of a program. Selection and playback are synchronized with a drawing.
+    """The lines of a program. The selection and the playback are synchronized with a drawing.
 
-    The element shows the program of `drawing`, or the `program_scene` that `source` returns. `source` is called in a
-    thread when a browser requests the scene. `words` are the texts of the element by key.
+    The element shows the program of `drawing`, or the `program_scene` that `source` returns. When a browser requests
+    the scene, `source` is called in a thread. `words` contains the texts of the element by key.
     """
 
     def __init__(self, drawing: Canvas, words: Mapping[str, str], source: Callable[[], bytes] | None = None) -> None:

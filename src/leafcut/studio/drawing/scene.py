@@ -91,9 +91,9 @@ MAGIC = b"LCSCENE1"
 OUTLINES = ("cut", "mark", "sheet", "pocket", "island")
 CLOSED = 16
 
-#: Chord tolerance for arcs of missing work, mm.
+#: Maximum distance between an arc of missing work and its chords, mm.
 MISSING_CHORDS = 0.05
-#: Maximum number of issues in a scene, and maximum number of positions per issue.
+#: Maximum number of issues in a scene, and maximum number of positions of an issue.
 MAX_ISSUES = 500
 
 _LEAD_TOLERANCE = 0.02
@@ -104,9 +104,9 @@ Columns = dict[str, tuple[str, NDArray[Any]]]
 
 
 def part_scene(part: Part, tools: dict[int, int] | None = None, *, filled: bool = False) -> bytes:
-    """Return the scene of a part. A `filled` part is drawn as sheet metal.
+    """Create the scene of a part. A `filled` part looks like sheet metal.
 
-    `tools` maps hole indices to tool numbers, if known.
+    `tools` maps holes to tool numbers if they are known.
     """
     x0, y0, x1, y1 = part.extents
     origin = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1)])
@@ -169,18 +169,18 @@ class _LayerNumbers:
 
 
 def unitless(part: Part) -> bool:
-    """Return whether a part is a TSPLIB map, whose coordinates have no unit."""
+    """Return whether a part is a TSPLIB map. The coordinates of a map have no unit."""
     return part.edge_weight_type != ""
 
 
 def nest_scene(nest: Nest, layout: Layout) -> bytes:
-    """Return one sheet of a nest as a part scene: the edge of the sheet and its parts."""
+    """Draw a sheet of a nest as a part, with the edge of the sheet and the nested parts."""
     edges = (Contour(path, "sheet") for path in nest.stock_of(layout).paths)
     return part_scene(Part(name="nest", holes=(), contours=(*edges, *nest.contours(layout))), filled=True)
 
 
 def outcome_scene(outcome: Outcome, which: Which) -> bytes:
-    """Return the scene of an outcome's toolpath; raise `PlanError` if its drilling cycles expand to too many moves."""
+    """Create the scene of an outcome's toolpath. Raises `PlanError` if its drilling cycles contain too many moves."""
     shown = report_of(outcome)
     before, _, after = shown.stated()
     measure = before if which == "before" else after
@@ -198,7 +198,7 @@ def outcome_scene(outcome: Outcome, which: Which) -> bytes:
 
 
 def outcome_part_scene(outcome: Outcome) -> bytes:
-    """Return the part scene of an outcome, with the last tool that works on each hole."""
+    """Create the part scene of an outcome. For each hole, it includes the last tool that works on the hole."""
     tools = {hole: o.tool.number for o in outcome.operations if not o.slots for hole in o.holes}
     part = outcome.part
     planned = (issue for issue in outcome.missing if issue not in part.issues)
@@ -217,11 +217,31 @@ def toolpath_scene(
     measured: Measure | None = None,
     untimed: bool = False,
 ) -> bytes:
-    """Return the scene of a toolpath as the machine runs it.
+    """Create the scene of a toolpath as the machine runs it.
 
-    `text` is the program of the toolpath, `part` the machined part, and `cleared` the width that a mill clears, mm.
-    The times come from `measured`, if given. For an `untimed` path, the player shows the progress but no time. Raise
-    `PlanError` if the drilling cycles expand to too many moves.
+    Parameters
+    ----------
+    path, machine
+        The toolpath and the machine that runs it.
+    name
+        Name to display.
+    text
+        Program of the toolpath.
+    beam
+        Whether the machine cuts with a beam.
+    part
+        The machined part.
+    cleared
+        Width that a mill clears, mm.
+    measured
+        Times of the toolpath. By default, they are computed here.
+    untimed
+        Show the progress without times during playback.
+
+    Raises
+    ------
+    PlanError
+        The drilling cycles contain too many moves.
     """
     return _toolpath(
         playback(path, machine, beam, measured=measured),
@@ -238,7 +258,8 @@ def toolpath_scene(
 
 
 def pheromone_scene(points: ArrayLike, edges: ArrayLike, strength: ArrayLike) -> bytes:
-    """Return the scene of edges between points (float[n, 2], mm; int[k, 2]) with their strengths (float[k], 0 to 1)."""
+    """Create the scene of edges between points (float[n, 2], mm; int[k, 2]), with a strength from 0 to 1 for each edge.
+    """
     header, point = _points(points)
     columns: Columns = {
         "point": ("f4", point),
@@ -249,13 +270,13 @@ def pheromone_scene(points: ArrayLike, edges: ArrayLike, strength: ArrayLike) ->
 
 
 def path_scene(points: ArrayLike) -> bytes:
-    """Return the scene of a path through points (float[n, 2], mm) in the order of visits."""
+    """Create the scene of a path through points (float[n, 2], mm), in the order in which they are visited."""
     header, point = _points(points)
     return pack_scene({**header, "kind": "path", "name": "path"}, {"point": ("f4", point)})
 
 
 def edited_scene(stops: Sequence[OrderStop]) -> bytes:
-    """Return the scene of an order edited by hand, as a numbered path."""
+    """Create the scene of an edited order, as a numbered path."""
     header, point = _points([stop.place for stop in stops])
     signs = {str(k): stop.sign for k, stop in enumerate(stops) if stop.sign}
     columns: Columns = {
@@ -276,7 +297,7 @@ def _points(points: ArrayLike) -> tuple[dict[str, Any], NDArray[np.float64]]:
 
 
 def pack_scene(header: dict[str, Any], columns: Columns) -> bytes:
-    """Return a header and its blocks as the bytes of a scene."""
+    """Convert a header and its blocks to the bytes of a scene."""
     blocks, parts, offset = {}, [], 0
     for name, (kind, column) in columns.items():
         data = np.ascontiguousarray(column, dtype=f"<{kind}").tobytes()
@@ -323,7 +344,10 @@ def _toolpath(rows: Playback, header: dict[str, Any], text: str, plan: CutPlan |
 
 
 def _extents(rows: Playback) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the smallest and the largest known x and y of all rows with their arcs, mm; NaN without positions."""
+    """Return the smallest and the largest x and y of all rows, including arcs, mm.
+
+    Without any position, they are NaN.
+    """
     places = rows.place[:, :2]
     every = [places[np.isfinite(places).all(axis=1)]]
     centre, radius, (start, sweep) = rows.arc[:, :2], rows.arc[:, 2], rows.arc[:, 3:].T
@@ -336,7 +360,7 @@ def _extents(rows: Playback) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def _outlines(contours: Iterable[Contour], pockets: Iterable[Pocket]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the vertices of all outlines, float64[n, 3], and the rows of the block ``outline``."""
+    """Return the vertices of all outlines, float64[n, 3], and the rows of the ``outline`` block."""
     every = [(c.path, "mark" if c.kind == "text" else c.kind, c.part) for c in contours]
     for number, pocket in enumerate(pockets, 1):
         every.append((pocket.outline, "pocket", number))
@@ -383,7 +407,10 @@ def _missing(issues: Iterable[Issue]) -> list[list[list[float]]]:
 
 
 def _issue_places(part: Part) -> NDArray[np.float64]:
-    """Return the known positions of issues, float64[k, 3]: x and y in mm, and index of the issue."""
+    """Return the known positions of all issues, float64[k, 3].
+
+    Each row contains x and y in mm and the index of the issue.
+    """
     named = [(h.handle, (h.x, h.y)) for h in part.holes if h.handle]
     named += [(c.handle, c.path.start) for c in part.contours if c.handle]
     of_handle = dict(reversed(named))

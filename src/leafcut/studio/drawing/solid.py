@@ -60,18 +60,18 @@ from leafcut.report.playback import Playback, outcome_playback, playback
 from leafcut.report.wording import replace_unprintable
 from leafcut.studio.drawing.scene import Columns, pack_scene
 
-#: Length of a tool's cutting part, in diameters, if its library does not state it.
+#: Length of a tool's cutting part, in diameters, if the tool library does not specify it.
 _FLUTES = 3.0
-#: Maximum number of segments in the drawing of a shank and a holder.
+#: Maximum number of segments that represent a shank and a holder in the drawing.
 _MAX_BODIES = 4
-#: Tolerance for equal heights, mm; maximum number of listed differences.
+#: Tolerance for equal heights, mm, and maximum number of listed differences.
 _TOLERANCE, _MAX_PLACES = 0.01, 200
 
 
 def outcome_solid_scenes(outcome: Outcome) -> tuple[bytes, bytes]:
-    """Return the scenes of the stock as cut by the original and the new toolpath of an outcome.
+    """Create the scenes of the stock, as cut by the original and the new toolpath of an outcome.
 
-    If the stock cannot be shown, the scenes contain the reason.
+    If the stock cannot be shown, the scenes explain why.
     """
     stock = report_of(outcome).stock()
     return _scenes(
@@ -85,17 +85,17 @@ def compared_solid_scenes(
     second: tuple[Toolpath, Machine, ShownStock],
     measured: tuple[Measure | None, Measure | None] = (None, None),
 ) -> tuple[bytes, bytes]:
-    """Return the scenes of a block as cut by each of two toolpaths, with the differences of the results.
+    """Create the scenes of a block that two toolpaths cut separately, and compare the results.
 
-    If the stock cannot be shown, both scenes contain the reason.
+    If the stock cannot be shown, both scenes explain why.
     """
     return _scenes(_shown_run(*first, measured[0]), _shown_run(*second, measured[1]))
 
 
 def solid_scene(path: Toolpath, machine: Machine, stock: ShownStock, measured: Measure | None = None) -> bytes:
-    """Return the scene of the stock that a toolpath cuts, or a scene with the reason why it cannot be shown.
+    """Create the scene of the stock that a toolpath cuts. If the stock cannot be shown, the scene explains why.
 
-    The times come from `measured`, if given.
+    The times come from `measured`, if it is given.
     """
     shown = _shown_run(path, machine, stock, measured)
     try:
@@ -148,7 +148,7 @@ def _scenes(first: _ShownRun, second: _ShownRun) -> tuple[bytes, bytes]:
 
 
 def translate_refusal(scene: bytes, say: Callable[[str], str]) -> bytes:
-    """Return a scene of the stock. If it contains a refusal instead of a stock, translate the refusal with `say`."""
+    """If the scene of a stock contains a refusal instead of the stock, translate the refusal with `say`."""
     size = int.from_bytes(scene[8:12], "little")
     header = messages_from_json(scene[16 : 16 + size])
     # Scenes of leafcut 0.2 have no template.
@@ -160,7 +160,7 @@ _HEAD: dict[str, Any] = {"kind": "solid", "name": "solid", "origin": [0.0, 0.0],
 
 
 def _place_of(cells: NDArray[np.int64], left: Sequence[HeightField]) -> tuple[float, float, list[float]]:
-    """Return the cell nearest to the middle of a group of cells: x, y, and the height in both fields, mm."""
+    """Return the cell closest to the middle of a group of cells: its x and y, and its height in both fields, mm."""
     row, column = cells[np.argmin(np.hypot(*(cells - cells.mean(axis=0)).T))].tolist()
     field = left[0]
     heights = [float(each.heights[row, column]) for each in left]
@@ -208,7 +208,7 @@ def _packed(
 
 
 def _times(solid: Solid, rows: Playback) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the first scene row of each path row, and the start and end time of each move, s."""
+    """Return the first scene row of each path row, and the start time and end time of each move, s."""
     path_rows, count = np.arange(len(solid.moves.path)), len(solid.moves.path)
     first = np.searchsorted(rows.of, path_rows)
     seconds = np.bincount(rows.of, weights=rows.seconds, minlength=count)

@@ -1,4 +1,4 @@
-"""Thumbnails of a drawing, one per kind of work, that emphasize the objects to be machined."""
+"""Thumbnails of a drawing. Each kind of work has its own thumbnail, which emphasizes the objects to machine."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from numpy.typing import NDArray
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.part import Hole, Part
 
-#: Width, height and margin of a thumbnail, in its own units.
+#: Width, height and margin of a thumbnail, in units of the thumbnail.
 WIDTH, HEIGHT, MARGIN = 96, 56, 4
-#: Maximum number of outlines and of holes, maximum number of points, minimum distance of points.
+#: Maximum number of outlines and of holes, maximum number of points, and minimum distance between points.
 _MAX_HOLES, _MAX_POINTS, _MIN_STEP = 1_500, 6_000, 0.5
 _TOLERANCE = 0.15
-#: Objects smaller than this become dots.
+#: Objects below this size are drawn as dots.
 _SMALL = 1.0
 
 
 class Thumbnails:
-    """Thumbnails of a drawing. All of them share the SVG paths of its objects."""
+    """Thumbnails of a drawing. They share the SVG paths of its objects."""
 
     def __init__(self, whole: Part) -> None:
         frame = _Frame(_around(whole))
@@ -37,10 +37,14 @@ class Thumbnails:
     def picture(
         self, contours: NDArray[np.bool_] | None, holes: NDArray[np.bool_] | None, style: str
     ) -> dict[str, str]:
-        """Return a thumbnail as SVG path data: ``strong``, ``faint``, and ``style``.
+        """Return the SVG path data of a thumbnail: ``strong``, ``faint``, and ``style``.
 
-        `contours` and `holes`, bool[n], mark the emphasized objects; None marks none. The styles ``holes`` and
-        ``areas`` (`Process.pictured`) are filled; the style ``lines`` is not.
+        Parameters
+        ----------
+        contours, holes
+            Masks of the objects to emphasize, bool[n], or None to emphasize nothing.
+        style
+            One of `Process.pictured`. The styles ``holes`` and ``areas`` are filled, and the style ``lines`` is not.
         """
         paths: dict[bool, list[str]] = {True: [], False: []}
         for drawn, chosen in ((self._contours, contours), (self._holes, holes)):
@@ -82,7 +86,7 @@ class _Frame:
 
 
 def _around(whole: Part) -> tuple[float, float, float, float]:
-    """Return the bounding box of a drawing, including whole holes; `Part.extents` contains only their centres."""
+    """Return the bounding box of a drawing with its complete holes. `Part.extents` covers only their centres."""
     x0, y0, x1, y1 = whole.extents
     for hole in whole.holes:
         r = 0.5 * hole.diameter
@@ -96,7 +100,10 @@ def _size(path: Polyline) -> float:
 
 
 def _thinned(places: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Return the indices of the points to draw. Of consecutive points in the same grid cell, only the first is kept."""
+    """Return the indices of the points to draw.
+
+    If consecutive points lie in the same grid cell, only the first is drawn.
+    """
     cells = np.round(places / _MIN_STEP)
     new = np.ones(len(places), dtype=np.bool_)
     new[1:] = np.any(cells[1:] != cells[:-1], axis=1)

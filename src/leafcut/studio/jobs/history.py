@@ -1,6 +1,6 @@
 """The history of jobs: an SQLite file in the studio's folder.
 
-Jobs are stored at once and therefore survive a restart.
+Jobs are stored immediately, so they survive a restart.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from leafcut.files.whole_files import OutputError
 from leafcut.message import Message, messages_from_json, messages_to_json
 from leafcut.studio.jobs.task import Task
 
-#: Suffixes of SQLite's files: the database and its two companion files.
+#: Suffixes of the SQLite database and its two companion files.
 BESIDE = ("", "-wal", "-shm")
 _TABLES = """
 CREATE TABLE IF NOT EXISTS job (
@@ -44,9 +44,10 @@ CREATE TABLE IF NOT EXISTS message (
     PRIMARY KEY (job, number)
 );
 """
-#: Columns that schema 1 lacks: the template and the values of a message as JSON; "" for a plain text.
+#: Columns that schema 1 does not have. They contain the template and the values of a message as JSON, or "" for a plain
+#: text.
 _ADDED = {"job": "line_parts", "message": "parts"}
-#: zlib level. Higher levels need ten times longer for slightly smaller data.
+#: zlib level. Higher levels take ten times longer and save little space.
 _LEVEL = 3
 
 
@@ -82,13 +83,13 @@ class Artefact:
 
     @property
     def text(self) -> str:
-        """The content as text, decoded by the charset of the media type."""
+        """The content as text. The media type specifies the charset."""
         return self.data.decode(self.media_type.partition("charset=")[2] or "utf-8", "replace")
 
 
 @dataclass(frozen=True)
 class JobRecord:
-    """A job in the history. `figures` are the numbers for lists."""
+    """A job in the history. `figures` contains the numbers that lists show."""
 
     id: str
     title: str
@@ -104,8 +105,8 @@ class JobRecord:
 class SearchTerm:
     """A search term.
 
-    It matches a job if the word occurs in its title, command, option values, message or date, or if the job has one of
-    the given `options` or `states`.
+    A job matches if the word occurs in its title, command, option values, message or date. It also matches if it has
+    one of the given `options` or `states`.
     """
 
     word: str
@@ -114,10 +115,16 @@ class SearchTerm:
 
 
 class History:
-    """The stored jobs, newest first; thread-safe.
+    """The stored jobs, newest first. All methods are thread-safe.
 
-    Raise `OutputError` if the file cannot be opened or written. A damaged file is renamed, and a new file is
-    created. Raise `DataError`, and leave the file unchanged, if a newer leafcut wrote it.
+    A damaged file is renamed, and a new file is created.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be opened or written.
+    DataError
+        A newer version of leafcut wrote the file. The file remains unchanged.
     """
 
     def __init__(self, path: Path) -> None:
@@ -167,7 +174,10 @@ class History:
             raise OutputError("{}: cannot open the history ({})", self._path, problem.strerror) from None
 
     def _set_aside(self) -> None:
-        """Rename a damaged file and its companion files, because SQLite must not apply them to the new file."""
+        """Rename a damaged file and its companion files.
+
+        Otherwise, SQLite would apply the companion files to the new file.
+        """
         mark = f"damaged-{time.time():.0f}"
         for suffix in BESIDE:
             file = self._path.with_name(self._path.name + suffix)
@@ -216,7 +226,7 @@ class History:
         artefacts: dict[str, Artefact] | None = None,
         messages: Sequence[tuple[float, str]] = (),
     ) -> None:
-        """Store the end of a job: state, answer, figures, files, and `messages` as (seconds, text)."""
+        """Store the end of a job, with its state, answer, figures and files. `messages` contains (seconds, text)."""
         document = None if answer is None else json.dumps(messages_to_json(numbered(ANSWER, answer)))
         packed = None if document is None else zlib.compress(document.encode(), _LEVEL)
         files = [
@@ -234,7 +244,7 @@ class History:
             connection.executemany("INSERT OR REPLACE INTO message VALUES (?, ?, ?, ?, ?)", rows)
 
     def interrupt(self) -> None:
-        """Mark all unfinished jobs as interrupted. The studio calls this when it starts."""
+        """Mark all unfinished jobs as interrupted. The studio calls this method when it starts."""
         with self._writing() as connection:
             connection.execute(
                 "UPDATE job SET state = ?, finished = ? WHERE state IN (?, ?)",
@@ -242,18 +252,18 @@ class History:
             )
 
     def get(self, job: str) -> JobRecord | None:
-        """Return a job, or None."""
+        """Return a job, or None if it does not exist."""
         rows = self._read(f"SELECT {_COLUMNS} FROM job WHERE id = ?", (job,))
         return _record(rows[0]) if rows else None
 
     def newest(self, limit: int = 200) -> list[JobRecord]:
-        """Return at most `limit` jobs, newest first."""
+        """Return the newest jobs, up to `limit`."""
         return [
             _record(row) for row in self._read(f"SELECT {_COLUMNS} FROM job ORDER BY created DESC LIMIT ?", (limit,))
         ]
 
     def find(self, terms: Sequence[SearchTerm], limit: int, skip: int = 0) -> list[JobRecord]:
-        """Return at most `limit` jobs that match all terms, newest first; the first `skip` matches are skipped."""
+        """Return up to `limit` jobs that match all terms, newest first. The first `skip` matches are left out."""
         condition, values = _condition(terms)
         query = f"SELECT {_COLUMNS} FROM job {condition} ORDER BY created DESC, rowid DESC LIMIT ? OFFSET ?"
         return [_record(row) for row in self._read(query, (*values, limit, skip))]
@@ -276,29 +286,29 @@ class History:
         return [(seconds, messages_from_json(parts) or words) for seconds, words, parts in self._read(query, (job,))]
 
     def answer(self, job: str) -> dict[str, Any] | None:
-        """Return the stored answer of a job, including its schema number, or None."""
+        """Return the stored answer of a job with its schema number, or None if the job has no answer."""
         rows = self._read("SELECT answer FROM job WHERE id = ? AND answer IS NOT NULL", (job,))
         # leafcut 0.2 stored schema 1 without a number.
         return {ANSWER.key: 1, **messages_from_json(zlib.decompress(rows[0][0]))} if rows else None
 
     def artefact(self, job: str, name: str) -> Artefact | None:
-        """Return a file that a job has created, or None."""
+        """Return a file that a job has created, or None if there is no such file."""
         rows = self._read("SELECT file_name, media_type, data FROM artefact WHERE job = ? AND name = ?", (job, name))
         return Artefact(rows[0][0], rows[0][1], zlib.decompress(rows[0][2])) if rows else None
 
     def artefacts(self, job: str) -> dict[str, str]:
-        """Return the files that a job has created, as name → file name."""
+        """Return the names of the files that a job has created."""
         return dict(self._read("SELECT name, file_name FROM artefact WHERE job = ?", (job,)))
 
     def delete(self, job: str) -> set[str]:
-        """Delete a job; return the uploads that no other job uses."""
+        """Delete a job. Return the uploads that no other job uses."""
         record = self.get(job)
         with self._writing() as connection:
             connection.execute("DELETE FROM job WHERE id = ?", (job,))
         return files_of([record.task]) - self.inputs_in_use() if record else set()
 
     def inputs_in_use(self) -> set[str]:
-        """Return the ids of all uploads that jobs use."""
+        """Return the ids of all uploads that are used by jobs."""
         return files_of(Task.from_json(row[0]) for row in self._read("SELECT task FROM job"))
 
     def close(self) -> None:
@@ -310,12 +320,12 @@ class History:
 _COLUMNS = "id, title, task, state, created, finished, line, line_parts, figures"
 
 
-#: Columns and JSON fields in which a term is searched.
+#: Columns and JSON fields that a search covers.
 _PLACES = (
     "title", "line", "date(created, 'unixepoch', 'localtime')",
     *(f"json_extract(task, '$.{of}')" for of in ("command", "process")),
 )  # fmt: skip
-#: Condition on an option of a job. The rows have `key` and `atom`; list elements are rows as well.
+#: Condition on the options of a job. Each row has a `key` and an `atom`. List elements also have their own rows.
 _OPTIONS = "EXISTS (SELECT 1 FROM json_tree(task, '$.options') WHERE {})"
 
 
@@ -344,11 +354,11 @@ def _record(row: tuple[Any, ...]) -> JobRecord:
 
 
 def _parts(text: str) -> str:
-    """Return the template and the values of a message as JSON; an empty JSON string for a plain text."""
+    """Return the template and the values of a message as JSON, or an empty JSON string for a plain text."""
     return json.dumps(messages_to_json(text) if isinstance(text, Message) else "")
 
 
 def files_of(tasks: Iterable[Task]) -> set[str]:
-    """Return all strings in tasks that may be ids of uploads: inputs, and files named by options."""
+    """Return all strings in tasks that may be ids of uploads, such as inputs and files named by options."""
     words = (w for task in tasks for w in (*task.inputs, *task.options.values()) if isinstance(w, str))
     return {w.partition(":")[0] for w in words}  # a part of a nest is `id:quantity`

@@ -1,4 +1,4 @@
-"""Jobs in separate processes, with progress, stop (keep the best result) and cancel."""
+"""Runs jobs in separate processes, with progress. Users can stop a job and keep its best result, or cancel it."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ from leafcut.studio.jobs.search_watch import Picture, Watch
 from leafcut.studio.jobs.task import ReadyTask, Task, names_of, prepare, title_of
 from leafcut.studio.jobs.workers import StudioWork, StudioWorkers, WorkError
 
-#: Number of jobs that run at once. A single search already uses all cores.
+#: Number of jobs that run at the same time. Even a single search uses all cores.
 AT_ONCE = 2
-#: Maximum number of messages per job; older messages are dropped.
+#: Maximum number of messages per job. Older messages are dropped.
 _MAX_MESSAGES = 1000
-#: Number of finished jobs in memory, for pages that have not shown the end of the job yet.
+#: Number of finished jobs in memory. Some pages may not have shown the end of these jobs yet.
 _MAX_ENDED = 16
-#: Maximum number of listed trials per job.
+#: Maximum number of trials that are listed for each job.
 _MAX_TRIED = 64
-#: Maximum number of points in the convergence chart of a running job; minimum interval between points, s.
+#: Maximum number of points in the convergence chart of a running job, and minimum interval between points, s.
 _MAX_POINTS, _POINT_SECONDS = 4000, 0.02
 
 
@@ -45,15 +45,15 @@ class LiveJob:
     Attributes
     ----------
     points
-        (seconds, cost, step) at every decrease of the cost and at every new step.
+        (seconds, cost, step) at every new step and whenever the cost decreases.
     messages
-        The latest messages, each once: (seconds, text).
+        The latest messages (seconds, text) without duplicates.
     said
-        Total number of messages, including those that were dropped.
+        Total number of messages, including dropped messages.
     tried
-        Trials of a job that compares several strategies, in starting order: name → (result, cost).
+        Trials of a job that compares several strategies, in the order in which they started: name → (result, cost).
     stopped, dropped
-        Whether the job has to end with its best result, or without a result.
+        Whether the job must end with its best result, or without any result.
     ended
         Completed when the job has ended and is stored in the history.
     """
@@ -83,14 +83,14 @@ class LiveJob:
         self.work.cancel()
 
     def receive(self, message: Progress | Picture | str) -> None:
-        """Record a message that the job has sent."""
+        """Handle a message that the job has sent."""
         if isinstance(message, Progress):
             self.record_progress(message)
         else:
             self.watch.receive(message)
 
     def record_progress(self, progress: Progress) -> None:
-        """Record the progress of the job: message, trial, and point of the convergence chart."""
+        """Record the progress of the job, which may be a message, a trial or a point in the convergence chart."""
         step, cost, trial = progress.step, progress.cost, progress.trial
         if trial is not None and (trial.name in self.tried or len(self.tried) < _MAX_TRIED):
             self.tried[trial.name] = trial.figure, trial.cost
@@ -111,9 +111,9 @@ class LiveJob:
 
 
 class Jobs:
-    """All jobs of the studio, running and finished.
+    """All jobs of the studio, both running and finished.
 
-    `kept` returns the ids of uploads that must be kept even if no job uses them.
+    `kept` returns the ids of uploads to keep even if no job uses them.
     """
 
     def __init__(
@@ -121,19 +121,25 @@ class Jobs:
     ) -> None:
         self.folder, self.history, self.workers, self._kept = folder, history, workers, kept
         self._live: dict[str, LiveJob] = {}
-        #: Jobs whose end is stored in the history, the latest last.
+        #: Jobs whose end is stored in the history. The latest job is at the end.
         self._ended: deque[str] = deque()
-        #: Ids of the waiting jobs, in their order of execution.
+        #: Ids of the waiting jobs, in the order in which they will run.
         self._queue: list[str] = []
         self._threads = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="leafcut-job")
         self._lock = threading.Lock()
         self.closed = False
 
     def start(self, task: Task, watch: Watch | None = None) -> str:
-        """Start or enqueue a job and return its id. A paused `watch` holds the search from the start.
+        """Start a job, or add it to the queue, and return its id.
 
-        Raise `OptionError` if the task is invalid. Raise `OutputError` if the history cannot be written or the
-        studio is closing.
+        If `watch` is paused, the search waits before its first step.
+
+        Raises
+        ------
+        OptionError
+            The task is invalid.
+        OutputError
+            The history cannot be written, or the studio is closing.
         """
         call = prepare(task, self.folder)
         if self.closed:
@@ -149,40 +155,40 @@ class Jobs:
         return live.id
 
     def waiting(self) -> list[str]:
-        """Return the ids of the waiting jobs in their order of execution."""
+        """Return the ids of the waiting jobs, in the order in which they will run."""
         with self._lock:
             return list(self._queue)
 
     def move(self, job: str, place: int) -> None:
-        """Move a waiting job to a position in the queue, from 0. Other jobs are ignored."""
+        """Move a waiting job to a position in the queue, counted from 0. Jobs that are not waiting are ignored."""
         with self._lock:
             if job in self._queue:
                 self._queue.remove(job)
                 self._queue.insert(max(place, 0), job)
 
     def live(self, job: str) -> LiveJob | None:
-        """Return a running or recently finished job of this server; None for older jobs."""
+        """Return a job that is running or has recently finished on this server. Returns None for older jobs."""
         return self._live.get(job)
 
     def record(self, job: str) -> JobRecord | None:
-        """Return a job in its current state, or None."""
+        """Return a job with its current state, or None if it does not exist."""
         records = self._with_live_state(lambda: [record for record in [self.history.get(job)] if record is not None])
         return records[0] if records else None
 
     def newest(self, limit: int = 200) -> list[JobRecord]:
-        """Return at most `limit` jobs in their current state, newest first."""
+        """Return the newest jobs with their current state, up to `limit`."""
         return self._with_live_state(lambda: self.history.newest(limit))
 
     def find(self, terms: Sequence[SearchTerm], limit: int, skip: int = 0) -> tuple[list[JobRecord], int]:
-        """Return the jobs that match all terms, in their current state, newest first, and the number of all matches."""
+        """Return the jobs that match all terms, newest first, and the total number of matches."""
         return self._with_live_state(lambda: self.history.find(terms, limit, skip)), self.history.count(terms)
 
     def of_sheets(self, job: str) -> list[JobRecord]:
-        """Return the jobs that cut the sheets of a nest, in their current state, newest first."""
+        """Return the jobs that cut the sheets of a nest, newest first, with their current state."""
         return self._with_live_state(lambda: self.history.of_sheets(job))
 
     def _with_live_state(self, read: Callable[[], list[JobRecord]]) -> list[JobRecord]:
-        """Read records, and correct the states of jobs whose latest state could not be written to the history."""
+        """Read jobs from the history. If the latest state of a job could not be written there, correct it."""
         # The states are read before the history. A job that has ended by now is in the history, unless writing failed.
         known = {job: (live.state, live.line) for job, live in list(self._live.items())}
         return [
@@ -193,7 +199,7 @@ class Jobs:
         ]
 
     def running(self) -> list[str]:
-        """Return the ids of the unfinished jobs."""
+        """Return the ids of all unfinished jobs."""
         return [job for job, live in list(self._live.items()) if not live.state.over]
 
     def stop(self, job: str) -> None:
@@ -229,7 +235,7 @@ class Jobs:
         return (list(live.messages) if live is not None else []) or self.history.messages(job)
 
     def wait(self, job: str, seconds: float | None = None) -> JobState:
-        """Return the state of a job when it has ended, or after `seconds`."""
+        """Wait until a job has ended, at most for `seconds`, and return its state."""
         live = self._live.get(job)
         if live is not None:
             wait([live.ended], seconds)
@@ -237,13 +243,13 @@ class Jobs:
         return record.state if record else JobState.CANCELLED
 
     async def over(self, job: str) -> None:
-        """Wait for the end of a job without blocking a thread. Any number of callers may wait."""
+        """Wait for the end of a job without blocking a thread. Several callers may wait for the same job."""
         live = self._live.get(job)
         if live is not None:
             await asyncio.shield(asyncio.wrap_future(live.ended))
 
     def close(self) -> None:
-        """End all jobs. Unfinished jobs are marked as interrupted."""
+        """End all jobs, and mark unfinished jobs as interrupted."""
         if self.closed:
             return
         self.closed = True
@@ -264,7 +270,7 @@ class Jobs:
             self._work(live)
 
     def _work(self, live: LiveJob) -> None:
-        """Run a job and wait for its end. Exceptions become the state of the job."""
+        """Run a job and wait until it ends. If it raises an exception, store the error as the state of the job."""
         live.state, live.began = JobState.RUNNING, time.perf_counter()
         try:
             self.history.mark(live.id, JobState.RUNNING)
@@ -324,7 +330,7 @@ def is_internal(problem: BaseException) -> bool:
 
 
 def line_of(problem: BaseException) -> str:
-    """Return the message of an exception as one line. For an unknown exception, the line reports an internal error."""
+    """Return the message of an exception in one line. An unknown exception is reported as an internal error."""
     if isinstance(problem, LeafcutError):
         line = str(problem)
     elif isinstance(problem, MemoryError):

@@ -1,4 +1,4 @@
-"""`Link`: the connection of a task in another process to the studio."""
+"""`Link` connects a task in another process to the studio."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Any
 from leafcut.model.heartbeat import Progress, Trial
 from leafcut.studio.jobs.search_watch import PageObserver
 
-#: Minimum interval between two reports of the same step, s.
+#: Minimum interval between two reports about the same step, s.
 _REPORT_SECONDS = 0.02
 
 
 class Link:
-    """The connection of a task to the studio. If `stop` is set, the task ends with its best result."""
+    """The connection of a task to the studio. If `stop` is set, the task ends with the best result so far."""
 
     def __init__(self, send: Callable[[Any], None]) -> None:
         self.stop = threading.Event()
@@ -25,7 +25,7 @@ class Link:
         self._next = 0.0
 
     def report(self, progress: Progress) -> None:
-        """Send the progress, at most once per `_REPORT_SECONDS` and step."""
+        """Report the progress, at most once per step every `_REPORT_SECONDS`."""
         now = time.monotonic()
         reported = progress.step, progress.trial
         if reported != self._reported or now >= self._next:
@@ -33,7 +33,7 @@ class Link:
             self._send(progress)
 
     def obey(self, name: str, *arguments: Any) -> None:
-        """Execute a command of the studio: stop the task, or call a method of the observer."""
+        """Execute a command from the studio, which stops the task or calls a method of the observer."""
         if name == "stop":
             self.stop.set()
             self.observer.release()

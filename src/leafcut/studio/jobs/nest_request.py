@@ -1,4 +1,4 @@
-"""The parts of a nest in a page's request (drawing, quantity, angles), and lists of parts."""
+"""The parts of a nest in a page's request (drawing, quantity and angles), and parts lists."""
 
 from __future__ import annotations
 
@@ -12,15 +12,20 @@ from pathlib import Path
 from leafcut.errors import OptionError
 from leafcut.units import parse_angles
 
-#: Maximum quantity of a part; a larger quantity is a mistake.
+#: Maximum quantity of a part. A larger quantity is considered a mistake.
 MAX_PIECES = 100_000
 
 
 @dataclass(frozen=True)
 class WantedPart:
-    """A drawing to be nested. `input` is the id of its upload.
+    """A drawing to be nested.
 
-    `rotations` are angles in degrees separated by spaces, or ``free``; empty for the angles of the options.
+    Attributes
+    ----------
+    input
+        Id of the upload.
+    rotations
+        Angles in degrees, separated by spaces, or ``free``. If empty, the angles of the options apply.
     """
 
     input: str
@@ -29,19 +34,19 @@ class WantedPart:
 
     @property
     def word(self) -> str:
-        """The part as text, such as ``AbCdEfGhIjKlMnOp:10:0 90``."""
+        """The part as a string, such as ``AbCdEfGhIjKlMnOp:10:0 90``."""
         return f"{self.input}:{self.quantity}" + (f":{self.rotations}" if self.rotations else "")
 
     @classmethod
     def of(cls, word: str) -> WantedPart:
-        """Return the part that `word` encodes; raise `OptionError` if the quantity or an angle is invalid."""
+        """Decode a part from the string `word`. Raises `OptionError` if the quantity or an angle is invalid."""
         input_id, _, rest = word.partition(":")
         quantity, _, rotations = rest.partition(":")
         return cls(input_id, quantity_of(quantity or "1"), rotations_of(rotations))
 
 
 def quantity_of(typed: str) -> int:
-    """Return a typed quantity as int; raise `OptionError` if it is not a whole number or out of range."""
+    """Parse the quantity that a user has typed. Raises `OptionError` if it is not a whole number or is out of range."""
     text = typed.strip()
     if not text.isdecimal() or not 1 <= int(text[:9]) <= MAX_PIECES or len(text) > 9:
         raise OptionError("quantity: '{}' is not a whole number from 1 to {:,}", text[:40], MAX_PIECES)
@@ -49,9 +54,9 @@ def quantity_of(typed: str) -> int:
 
 
 def rotations_of(typed: str) -> str:
-    """Return typed angles separated by spaces; an empty text means the angles of the options.
+    """Return the angles that a user has typed, separated by spaces. If empty, the angles of the options apply.
 
-    Raise `OptionError` if an angle is invalid.
+    Raises `OptionError` if an angle is invalid.
     """
     words = typed.replace("/", " ").replace(",", " ").replace(";", " ").split()
     if words:
@@ -60,9 +65,9 @@ def rotations_of(typed: str) -> str:
 
 
 def wanted_parts(inputs: Sequence[str], text: str) -> list[WantedPart]:
-    """Return uploads with quantities and rotations from a JSON list in the same order.
+    """Combine uploads with their quantities and rotations, which come from a JSON list in the same order.
 
-    Raise `OptionError` if invalid.
+    Raises `OptionError` if the list is invalid.
     """
     try:
         rows = json.loads(text or "[]")
@@ -78,12 +83,12 @@ def wanted_parts(inputs: Sequence[str], text: str) -> list[WantedPart]:
 
 
 def needs_list(parts: Sequence[WantedPart]) -> bool:
-    """Return whether the command needs a parts list, because a part has its own angles."""
+    """Return whether the command needs a parts list. This is the case if a part has its own angles."""
     return any(part.rotations for part in parts)
 
 
 def list_text(parts: Sequence[WantedPart], files: Sequence[str]) -> str:
-    """Return the parts as a list for ``leafcut nest``. `files` are the names of the drawings, one per part."""
+    """Write the parts as a list for ``leafcut nest``. `files` contains the name of each part's drawing."""
     text = io.StringIO()
     writer = csv.writer(text, delimiter=";", lineterminator="\n")
     writer.writerow(("file", "quantity", "rotations"))
@@ -93,10 +98,10 @@ def list_text(parts: Sequence[WantedPart], files: Sequence[str]) -> str:
 
 
 def listed_parts(path: Path, opened: Mapping[str, str]) -> tuple[list[WantedPart], list[str]]:
-    """Return the parts of a list, and the names of its drawings that are not open.
+    """Read a parts list. Return its parts, and the names of all drawings that are not open.
 
-    `opened` maps displayed names to ids. Folder names in the list are ignored, because the studio does not read other
-    folders. Raise `ReadError` or `OptionError` if the list is invalid.
+    `opened` maps displayed names to ids. The studio does not read other folders, so folder names in the list are
+    ignored. Raises `ReadError` or `OptionError` if the list is invalid.
     """
     from leafcut.read.nest_list import read_wanted
 

@@ -1,4 +1,4 @@
-"""Preview of an input before a run: format, size, issues, and suitable kinds of work."""
+"""Previews an input before a run: its format, its size, its issues, and suitable kinds of work."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from leafcut.studio.jobs.whole import MachineTravel, WholeInput, Zero, machine_t
 if TYPE_CHECKING:
     from leafcut.studio.jobs.link import Link
 
-#: Suitable kinds of work for programs, for maps (by format), and for built-in examples.
+#: Suitable kinds of work for programs, for maps (by format) and for built-in examples.
 _PROGRAM = ("program", "simulate", "verify")
 _MAPS = {"tsplib": ("solve",), "gtsp": ("solve",), "xml": ("drill", "solve"), "csv": ("drill", "solve")}
 _EXAMPLE = ("drill", "solve")
@@ -34,27 +34,27 @@ class Preview:
     Attributes
     ----------
     works
-        Suitable kinds of work (`forms.works`).
+        Suitable kinds of work (see `forms.works`).
     facts
-        (key of the label, value) in display order.
+        (key of the label, value), in the order in which they are shown.
     issues
         Issues, in the format of the JSON answers.
     scenes
-        Content of the drawing: layer → scene.
+        Scenes of the drawing by layer.
     stock
-        Function that creates the scene of the program's stock (`stock_scene`); None for other inputs.
+        Function that creates the scene of a program's stock (see `stock_scene`), or None for other inputs.
     error
-        Reason why the input cannot be read with these options for this kind of work; empty if it can.
+        Why the input cannot be read with these options and for this kind of work. It is empty if there is no error.
     work
-        Kind of work for which a drawing was read; empty if all kinds of work read the input in the same way.
+        Kind of work for which the drawing was read. It is empty if the kind of work makes no difference.
     whole
-        The entire content of a drawing, and the suitable kinds of work.
+        The entire content of a drawing, and suitable kinds of work.
     zero
-        Position of program zero in the mirrored and rotated drawing, mm; None if unknown or fixed.
+        Position of program zero in the mirrored and rotated drawing, mm, or None if it is unknown or fixed.
     broken
-        Whether the file itself is invalid, so that no option or kind of work would help.
+        Whether the file itself is invalid, so that no option and no kind of work can help.
     pixels
-        Width and height of a picture with unknown scale, px; None for all other inputs.
+        Width and height of a picture of unknown scale, px, or None for all other inputs.
     """
 
     format: str
@@ -72,7 +72,7 @@ class Preview:
     pixels: tuple[int, int] | None = None
 
 
-#: A drawing and a program. Their previews load the most common modules.
+#: A drawing and a program. Previewing them loads the most common modules.
 READY = (
     Source("ready.dxf", b"0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n5\n20\n5\n40\n1\n0\nENDSEC\n0\nEOF\n"),
     Source("ready.nc", b"G21 G90 G94\nG0 X0 Y0 Z5\nG1 Z-1 F100\nG2 X2 Y0 I1 J0\nG81 X5 Y5 Z-1 R2\nG80\nM2\n"),
@@ -82,7 +82,7 @@ READY = (
 def read_preview(
     source: str | Source, work: str = "", options: dict[str, Any] | None = None, progress: OnProgress | None = None
 ) -> Preview:
-    """Return the preview of an input for a kind of work; raise `LeafcutError` if its format cannot be determined."""
+    """Preview an input for a kind of work. Raises `LeafcutError` if the format of the input is unknown."""
     from leafcut.read.registry import read_source
 
     settings = collect_settings(options or {})
@@ -151,7 +151,7 @@ def _facts(part: Part) -> tuple[tuple[str, str], ...]:
 
 
 def _size(width: float, height: float) -> str:
-    """Return a size as text with four significant digits, without exponents."""
+    """Format a size with four significant digits and without exponents."""
     return " × ".join(f"{side:,.0f}" if abs(side) >= 1000.0 else f"{side:.4g}" for side in (width, height))
 
 
@@ -186,13 +186,13 @@ def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | 
 
 
 def preview(link: Link, source: str, work: str, options: dict[str, Any]) -> Preview:
-    """Return the preview of an input, without the whole content, which the page does not need."""
+    """Preview an input. The whole content is left out, because the page does not need it."""
     seen = read_preview(source, work, options, link.report)
     return replace(seen, whole=replace(seen.whole, part=None))
 
 
 def stock_scene(link: Link, source: str, options: Mapping[str, Any]) -> bytes:
-    """Return the scene of a program's stock (`studio.drawing.solid`), or a scene with the reason for its absence."""
+    """Create the scene of a program's stock (`studio.drawing.solid`). If it cannot be shown, the scene explains why."""
     from leafcut.read.registry import read_source
     from leafcut.studio.drawing.solid import solid_scene
 

@@ -1,4 +1,4 @@
-"""Execution of a job: the call of leafcut, its answer and its files."""
+"""Runs a job: calls leafcut and collects the answer and the files."""
 
 from __future__ import annotations
 
@@ -42,15 +42,15 @@ _TEXT, _HTML, _SVG = "text/plain; charset=utf-8", "text/html; charset=utf-8", "i
 _DXF, _CSV = "image/vnd.dxf", "text/csv; charset=utf-8"
 
 
-#: Maximum number of holes for which the order can be changed by hand.
+#: Maximum number of holes up to which users can edit the order.
 _MAX_HOLES = 20_000
-#: Maximum number of searches with a chart.
+#: Maximum number of searches that have a chart.
 _MAX_SEARCHES = 50
 
 
 @dataclass(frozen=True)
 class JobResult:
-    """The result of a job: its ``--json`` answer, the figures that lists of jobs show, and its files."""
+    """The result of a job: its ``--json`` answer, its files, and the figures that lists show."""
 
     answer: dict[str, Any]
     figures: dict[str, Any]
@@ -58,7 +58,7 @@ class JobResult:
 
 
 def run(link: Link, call: ReadyTask, names: tuple[str, ...]) -> JobResult:
-    """Run a task. `names` are the displayed names of the inputs. Raise the same errors as the command line."""
+    """Run a task. `names` contains the displayed names of the inputs. Raises the same errors as the command line."""
     from leafcut.report.json_answer import simulation_as_json
 
     on_progress, cancelled = link.report, link.stop
@@ -219,7 +219,7 @@ def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:
 
 
 def _plan_file_artefact(call: ReadyTask) -> dict[str, Artefact]:
-    """Return the plan or order file that was given to the job, so that the job can be repeated on the command line."""
+    """Return the plan or order file that the job used. With this file, users can repeat the job on the command line."""
     if "plan" not in call.options:
         return {}
     file = Path(call.options["plan"])
@@ -229,9 +229,9 @@ def _plan_file_artefact(call: ReadyTask) -> dict[str, Artefact]:
 def _searches(
     searches: Sequence[tuple[str, Sequence[tuple[float, float]], float | None, str]], observe: Observer
 ) -> Artefact:
-    """Return the chart data of each search: name, history, lower bound, unit.
+    """Return the chart data of each search: its name, history, lower bound and unit.
 
-    A single search also has its iterations.
+    If there is only one search, its iterations are also included.
     """
     kept: list[dict[str, Any]] = [
         {"name": name, "history": [list(point) for point in history], "bound": bound, "unit": unit}
@@ -297,7 +297,7 @@ def _iterations_csv(rows: Sequence[Iteration]) -> str:
 
 
 def _tour_scenes(part: Part, nodes: NDArray[np.int32]) -> dict[str, Artefact]:
-    """Return the scenes of a closed tour as rapids through its points; empty for a map without coordinates."""
+    """Draw a closed tour as rapids through its points. The result is empty for a map without coordinates."""
     from leafcut.model.toolpath import ToolpathBuilder
     from leafcut.read.machine import load_machine
     from leafcut.studio.drawing.scene import part_scene, toolpath_scene

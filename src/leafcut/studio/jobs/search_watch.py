@@ -1,4 +1,4 @@
-"""Observation of a job's search: `Watch` for the pages, `PageObserver` in the process of the search."""
+"""Lets pages observe the search of a job: `Watch` is used by the pages, `PageObserver` by the process of the search."""
 
 from __future__ import annotations
 
@@ -11,26 +11,31 @@ from typing import Any
 from leafcut.model.snapshot import Observer, Snapshot
 from leafcut.model.study import Iteration, Study
 
-#: Minimum interval between snapshots: in seconds, and as a multiple of the duration of a snapshot.
+#: Minimum interval between snapshots in seconds, and as a multiple of the time that a snapshot takes.
 EVERY, TIMES_AS_LONG = 0.1, 10.0
-#: Minimum interval between snapshots per point of the path, s, for transfer and drawing.
+#: Minimum interval between snapshots per point of the path, s. It allows for transfer and drawing.
 PER_PLACE = 3e-6
-#: Times without a request from a page, s: the page counts as closed; a held search continues.
+#: Times without a request after which a page counts as closed, and after which a paused search continues, s.
 LOOKS_AWAY, LEFT_ALONE = 1.0, 30.0
-#: Maximum number of iterations that are sent with a snapshot.
+#: Maximum number of iterations in a snapshot.
 _MAX_ITERATIONS = 300
 
 
-#: Answer of a search to `PageObserver.look`.
+#: The search's answer to `PageObserver.look`.
 LOOKED = "looked"
 
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A snapshot of a running search, for display on pages.
+    """A snapshot of a running search, which pages can display.
 
-    `can_hold`: whether the search can be paused. `iterations` is a selection of the recorded iterations, including the
-    last; empty if none are recorded.
+    Attributes
+    ----------
+    can_hold
+        Whether the search can be paused.
+    iterations
+        A selection of the recorded iterations, which includes the last iteration. It is empty if the search does not
+        record iterations.
     """
 
     snapshot: Snapshot
@@ -39,10 +44,16 @@ class Picture:
 
 
 class Watch:
-    """The pages' view of a job's search.
+    """Controls how pages watch the search of a job.
 
-    `speed` is the maximum number of steps per second; None for no limit. While `paused`, the search waits. `number`
-    and `picture` are the number and content of the latest picture; 0 and None before the first.
+    Attributes
+    ----------
+    speed
+        Maximum number of steps per second, or None for no limit.
+    paused
+        Whether the search waits.
+    number, picture
+        Number and content of the latest picture. They are 0 and None before the first picture.
     """
 
     def __init__(self, speed: float | None = None, paused: bool = False) -> None:
@@ -52,13 +63,13 @@ class Watch:
         self._looked, self._answered = 0.0, True
 
     def connect(self, send: Callable[..., None]) -> None:
-        """Set the function that calls a method of the search's `PageObserver`, and send it the current settings."""
+        """Set the function that calls a method of the `PageObserver`, and use it to send the current settings."""
         self._send = send
         send("go", self.speed)
         send("pause", self.paused)
 
     def receive(self, message: Picture | str) -> None:
-        """Store a picture from the search, or record its answer `LOOKED`."""
+        """Store a picture from the search, or note its answer `LOOKED`."""
         if isinstance(message, Picture):
             self.picture = message
             self.number += 1
@@ -66,7 +77,7 @@ class Watch:
             self._answered = True
 
     def poll(self) -> tuple[int, Snapshot | None]:
-        """Return the number and content of the latest snapshot, and inform the search that a page is open."""
+        """Return the number and the content of the latest snapshot, and let the search know that a page is open."""
         now = time.perf_counter()
         # During a long computation, the search does not answer. Further messages would fill the pipe.
         if self._answered and now - self._looked > 0.5 * LOOKS_AWAY:
@@ -77,30 +88,30 @@ class Watch:
 
     @property
     def can_hold(self) -> bool:
-        """Whether the search can be held."""
+        """Whether the search can be paused."""
         return self.picture is not None and self.picture.can_hold
 
     def pause(self, paused: bool) -> None:
-        """Hold the search before its next step, or let it continue."""
+        """Pause the search before its next step, or let it continue."""
         self.paused = paused
         self._send("pause", paused)
 
     def step(self) -> None:
-        """Let the search make one step, then hold it."""
+        """Let the search make one step, then pause it."""
         self.paused = True
         self._send("step")
 
     def go(self, speed: float | None) -> None:
-        """Set the speed in steps per second; None for no limit."""
+        """Set the speed in steps per second, or None for no limit."""
         self.speed = speed
         self._send("go", speed)
 
 
 class PageObserver(Observer):
-    """The observer of a search, controlled by a `Watch` in another process.
+    """Observes a search and is controlled by a `Watch` in another process.
 
-    The observer takes snapshots only while a page is open. It can hold the search between two steps, or limit the
-    number of steps per second. `study` records the iterations of the search; None if they are not recorded.
+    The observer takes snapshots only while a page is open. It can pause the search between two steps, or limit the
+    number of steps per second. `study` records the iterations of the search. It is None if iterations are not recorded.
     """
 
     def __init__(self, send: Callable[[Any], None]) -> None:
@@ -113,9 +124,9 @@ class PageObserver(Observer):
         self.study: Study | None = None
 
     def show(self, take: Callable[[], Snapshot], alone: bool) -> None:
-        """Take a snapshot if a page is open, and hold the search if requested.
+        """Take a snapshot if a page is open, and pause the search if the user has requested this.
 
-        `take` returns a snapshot. `alone`: this call blocks the whole search, so it can hold the search.
+        `take` returns a snapshot. If `alone` is set, this call blocks the entire search and can therefore pause it.
         """
         now = time.perf_counter()
         on_hold = alone and (self._paused or self._speed is not None) and not self._released
@@ -130,26 +141,26 @@ class PageObserver(Observer):
         self._send(LOOKED)
 
     def pause(self, paused: bool) -> None:
-        """Hold the search before its next step, or let it continue."""
+        """Pause the search before its next step, or let it continue."""
         with self._changed:
             self._paused, self._steps = paused, 0
             self._changed.notify_all()
 
     def step(self) -> None:
-        """Let the search make one step, then hold it."""
+        """Let the search make one step, then pause it."""
         with self._changed:
             self._steps = self._steps + 1 if self._paused else 0
             self._paused = True
             self._changed.notify_all()
 
     def go(self, speed: float | None) -> None:
-        """Set the speed in steps per second; None for no limit."""
+        """Set the speed in steps per second, or None for no limit."""
         with self._changed:
             self._speed = speed
             self._changed.notify_all()
 
     def release(self) -> None:
-        """Never hold the search again, so that it can end."""
+        """Never pause the search again, so that it can finish."""
         with self._changed:
             self._released = True
             self._changed.notify_all()
@@ -171,7 +182,7 @@ class PageObserver(Observer):
         self._stepped = time.perf_counter()
 
     def _waits(self) -> bool:
-        """Wait briefly if the next step may not start yet; return whether a wait was necessary."""
+        """If it is too early for the next step, wait briefly. Return whether it was necessary to wait."""
         with self._changed:
             if self._released or time.perf_counter() - self._looked >= LEFT_ALONE:
                 return False
@@ -186,6 +197,6 @@ class PageObserver(Observer):
 
 
 def thinned(rows: list[Any], limit: int) -> list[Any]:
-    """Return at most about `limit` evenly spaced rows, including the last row."""
+    """Select about `limit` evenly spaced rows, including the last row."""
     kept = rows[:: len(rows) // limit + 1]
     return kept if not rows or kept[-1] is rows[-1] else [*kept, rows[-1]]

@@ -1,4 +1,5 @@
-"""The sheets of a nest as jobs: cut a single sheet, or plan the cuts of all sheets and compare the variants."""
+"""Handles the sheets of a nest as jobs: cuts a single sheet, or plans the cuts of all sheets and compares the variants.
+"""
 
 from __future__ import annotations
 
@@ -12,13 +13,13 @@ from leafcut.studio.jobs.history import History, JobRecord, JobState
 from leafcut.studio.jobs.jobs import Jobs
 from leafcut.studio.jobs.task import Task, prepare, set_options
 
-#: States of a group of cuts whose plans are not complete.
+#: States of jobs whose plans are not complete yet.
 GOING = (JobState.WAITING.value, JobState.RUNNING.value)
 
 
 @dataclass(frozen=True)
 class SheetOfNest:
-    """A sheet of a nest. Its variant and its number in the variant count from 1; `count` is the number of copies."""
+    """A sheet of a nest. The variant and the sheet number count from 1. `count` is the number of copies."""
 
     job: str
     variant: int
@@ -33,12 +34,12 @@ class SheetOfNest:
 
     @property
     def drawing(self) -> str:
-        """Name of the sheet's drawing among the files of the nest."""
+        """Name of the file with the drawing of this sheet, which the nest has created."""
         return f"sheet-{self.variant}-{self.number}"
 
 
 def sheets_of(job: str, answer: Mapping[str, Any]) -> list[SheetOfNest]:
-    """Return the sheets of a nest, variant by variant."""
+    """Return the sheets of a nest, one variant after the other."""
     return [
         SheetOfNest(job, v, k, layout["sheets"], layout["file"])
         for v, variant in enumerate(answer["variants"], 1)
@@ -47,7 +48,7 @@ def sheets_of(job: str, answer: Mapping[str, Any]) -> list[SheetOfNest]:
 
 
 def nest_of(history: History, job: str) -> list[SheetOfNest]:
-    """Return the sheets of a nesting job; raise `OptionError` if the job is not a nest or has no result."""
+    """Return the sheets of a nesting job. Raises `OptionError` if the job is not a nest or has no result."""
     record = history.get(job)
     answer = history.answer(job) if record is not None and record.task.command == "nest" else None
     if answer is None:
@@ -56,9 +57,9 @@ def nest_of(history: History, job: str) -> list[SheetOfNest]:
 
 
 def upload_sheet(jobs: Jobs, sheet: SheetOfNest) -> str:
-    """Return the id of the upload with a sheet's drawing; create it if necessary.
+    """Return the id of the upload with the drawing of a sheet. If there is no such upload, create it.
 
-    Raise `OptionError` if the nest was deleted.
+    Raises `OptionError` if the nest was deleted.
     """
     for record in jobs.history.of_sheets(sheet.job):
         if record.task.origin == sheet.origin:
@@ -74,9 +75,9 @@ def upload_sheet(jobs: Jobs, sheet: SheetOfNest) -> str:
 
 
 def plan_cuts(jobs: Jobs, job: str, options: Mapping[str, Any]) -> list[str]:
-    """Start one job per sheet of a nest, which plans its cuts with the given options; return the ids.
+    """Start a job for each sheet of a nest that plans its cuts with the given options. Return the ids of the jobs.
 
-    Unfinished jobs with these options are reused. Raise `OptionError`, before any job starts, if `job` is not a nest
+    Unfinished jobs with the same options are reused. Raises `OptionError` before any job starts if `job` is not a nest
     or an option is invalid.
     """
     tasks = []
@@ -94,10 +95,10 @@ def plan_cuts(jobs: Jobs, job: str, options: Mapping[str, Any]) -> list[str]:
 
 
 def comparison(jobs: Jobs, job: str) -> list[dict[str, Any]]:
-    """Return the totals of the planned cuts for each variant of a nest.
+    """Add up the planned cuts for each variant of a nest.
 
-    Only cuts with the options of the newest job count. Unknown values are None. ``jobs`` are the jobs of the
-    variant's sheets. ``quickest`` marks the fastest variant once all variants are planned.
+    Only cuts with the options of the newest job count, and unknown values are None. ``jobs`` contains the jobs for the
+    sheets of the variant. ``quickest`` marks the fastest variant as soon as all variants are planned.
     """
     sheets = nest_of(jobs.history, job)
     newest = _newest(jobs.of_sheets(job))
@@ -118,7 +119,7 @@ def _variants(sheets: list[SheetOfNest]) -> Iterator[tuple[int, list[SheetOfNest
 
 
 def _newest(records: list[JobRecord]) -> dict[str, JobRecord]:
-    """Return the newest job of each origin, among jobs with the same options as the newest of all jobs."""
+    """Return the newest job for each origin. Only jobs with the same options as the newest of all jobs count."""
     if not records:
         return {}
     newest_options = _without_quantity(records[0].task.options)

@@ -1,4 +1,4 @@
-"""Tasks that a page requests (a command with inputs and options), and their translation into a call of leafcut."""
+"""Tasks that a page requests: a command with inputs and options. They are translated into calls of leafcut."""
 
 from __future__ import annotations
 
@@ -21,23 +21,24 @@ from leafcut.read.format import has_half_letter
 from leafcut.studio.folder import BUILT_IN, OWN, Folder
 from leafcut.studio.jobs.nest_request import WantedPart, needs_list
 
-#: Number of input files per command; 0 for any number.
+#: Number of input files for each command, or 0 for any number.
 COMMANDS = {"optimize": 1, "nest": 0, "solve": 1, "simulate": 1, "verify": 2}
 LIST, NEST = "parts.csv", "nest.dxf"
-#: Maximum number of drawings named in a title.
+#: Maximum number of drawings to mention in a title.
 _MAX_NAMED = 4
-#: Option → kind of user's own files that the option may name. Unlike uploads, these files may change.
+#: Maps each option that may name one of the user's own files to the kind of file. Unlike uploads, these files may
+#: change.
 OWN_KINDS = {"machine": "machines", "tools": "tools"}
 
 
 @dataclass(frozen=True)
 class Task:
-    """A command with its inputs and options, as a page sends it.
+    """A command with its inputs and options, as sent by a page.
 
-    Inputs are ids of uploads or names of built-in parts; inputs of a nest are encoded as
-    `nest_request.WantedPart.word`. Option values are texts, booleans or numbers. An option names a file by the id of
-    an upload, or by ``mine:`` and the name of one of the user's own files. If the input is a nested sheet, `origin`
-    is its job, variant and layout, separated by slashes.
+    Inputs are ids of uploads or names of built-in parts. For a nest, `nest_request.WantedPart.word` encodes the inputs.
+    The value of an option is a text, a boolean or a number. An option refers to a file by the id of an upload, or by
+    ``mine:`` and the name of one of the user's own files. If the input is a nested sheet, `origin` contains its job,
+    variant and layout, separated by slashes.
     """
 
     command: str
@@ -47,12 +48,12 @@ class Task:
     origin: str = ""
 
     def as_json(self) -> str:
-        """Return the task as one line of JSON."""
+        """Convert the task to one line of JSON."""
         return json.dumps(asdict(self))
 
     @classmethod
     def from_json(cls, text: str) -> Task:
-        """Return the task that is encoded in the result of `as_json`."""
+        """Convert the result of `as_json` back to a task."""
         plain = json.loads(text)
         return cls(
             plain["command"],
@@ -65,7 +66,7 @@ class Task:
 
 @dataclass(frozen=True)
 class ReadyTask:
-    """A checked task, with paths instead of ids. `parts` are for a nest."""
+    """A checked task with paths instead of ids. Only a nest has `parts`."""
 
     command: str
     sources: tuple[str, ...]
@@ -75,20 +76,20 @@ class ReadyTask:
 
     @property
     def studied(self) -> bool:
-        """Whether the iterations are recorded: the search is an algorithm of the literature."""
+        """Whether iterations are recorded. This is the case if the search is an algorithm from the literature."""
         return self.command in ("solve", "optimize") and self.options.get("algorithm") in LITERATURE
 
     @property
     def unit(self) -> str:
-        """The unit of the search's objective; empty for a map, which has its own distance function."""
+        """The unit of the search's objective. It is empty for a map, which has its own distance function."""
         units = {"time": "s", "distance": "mm"}
         return units.get(str(self.options.get("objective") or "time"), "") if self.command == "optimize" else ""
 
 
 def prepare(task: Task, folder: Folder) -> ReadyTask:
-    """Check a task without reading its inputs, and return it with paths.
+    """Check a task without reading its inputs, and replace its ids by paths.
 
-    Raise `OptionError` for invalid options and for files outside the studio.
+    Raises `OptionError` if an option is invalid or names a file outside the studio.
     """
     if task.command not in COMMANDS:
         raise OptionError("unknown command '{}'{}", task.command, name_suggestion(task.command, COMMANDS))
@@ -117,14 +118,17 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
 
 
 def parts_of(task: Task) -> tuple[WantedPart, ...]:
-    """Return the parts of a nest, empty for other tasks; raise `OptionError` if a quantity or an angle is invalid."""
+    """Return the parts of a nest.
+
+    Other tasks have no parts. Raises `OptionError` if a quantity or an angle is invalid.
+    """
     return tuple(WantedPart.of(word) for word in task.inputs) if task.command == "nest" else ()
 
 
 def _drawn_sheets(task: Task, folder: Folder) -> dict[str, str]:
-    """Return the drawings named by --sheet, as name → id of the upload.
+    """Return the name and the upload id of each drawing that --sheet names.
 
-    Raise `OptionError` if a drawing is not open.
+    Raises `OptionError` if a drawing is not open.
     """
     sheet = set_options(task.options).get("sheet")
     if task.command != "nest" or sheet is None:
@@ -143,7 +147,7 @@ def _sheet_word(word: SheetWord, name: str) -> str:
 
 
 def set_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options that are set, without empty fields."""
+    """Return all options that have a value, without empty fields."""
     return {name: value for name, value in options.items() if value is not None and value != ""}
 
 
@@ -179,17 +183,17 @@ def _parts_by_name(task: Task, folder: Folder, names: Sequence[str]) -> list[tup
 
 
 def unique_names(names: Sequence[str]) -> tuple[str, ...]:
-    """Return unique file names; equal names are put into numbered folders: ``1/a.nc 2/a.nc``."""
+    """Make file names unique. Files with the same name are put into numbered folders, as in ``1/a.nc 2/a.nc``."""
     return tuple(f"{k}/{name}" if names.count(name) > 1 else name for k, name in enumerate(names, 1))
 
 
 def display_name(word: str) -> str:
-    """Return the displayed name of a built-in source: ``plate-27`` for ``example:plate-27``."""
+    """Return the displayed name of a built-in source, such as ``plate-27`` for ``example:plate-27``."""
     return word.removeprefix("example:")
 
 
 def title_of(task: Task, folder: Folder) -> str:
-    """Return the title of a task in the history; ``?`` if a file no longer exists."""
+    """Return the title of a task for the history. If a file no longer exists, its name is ``?``."""
     try:
         names = [display_name(name) for name in names_of(task, folder)]
         if task.command == "nest":
@@ -200,14 +204,14 @@ def title_of(task: Task, folder: Folder) -> str:
 
 
 def program_name(source: str, extension: str) -> str:
-    """Return the file name of the program for `source`; never the name of `source` itself."""
+    """Return the file name of the program for `source`. It always differs from the name of `source` itself."""
     name = source.replace("example:", "").replace("random:", "random-").replace(":", "-")
     stem, suffix = Path(name).stem, Path(name).suffix
     return f"{stem}_leafcut{suffix}" if suffix.lower() == extension.lower() else f"{stem}{extension}"
 
 
 def command_line(task: Task, folder: Folder, output: str = "") -> str:
-    """Return the shell command that repeats a job, with the displayed file names."""
+    """Return the shell command that repeats a job. It contains the file names that the user sees."""
     names = unique_names(names_of(task, folder))
     if task.command == "nest":
         parts = _parts_by_name(task, folder, names_of(task, folder))

@@ -1,4 +1,5 @@
-"""The entire content of a drawing: background layer, suitable kinds of work, and position of program zero."""
+"""The entire content of a drawing, with a background layer, suitable kinds of work, and the position of program zero.
+"""
 
 from __future__ import annotations
 
@@ -18,24 +19,24 @@ from leafcut.read.format import Format, Source
 from leafcut.read.machine import load_machine
 from leafcut.studio.drawing.thumbnail import Thumbnails
 
-#: A kind of work is clearly worse than another if its suitability is below this share of the other's.
+#: A kind of work is clearly worse than another if its suitability is below this share of the better suitability.
 _CLEARLY_WORSE = 0.5
 
 
 @dataclass(frozen=True)
 class WholeInput:
-    """A whole drawing, before it is placed.
+    """A whole drawing before it is placed.
 
     Attributes
     ----------
     part
-        The entire content; None for an input that is machined completely.
+        The entire content, or None for an input that is machined completely.
     suits
-        Rating of each kind of work, the most likely first.
+        Rating of each kind of work, most likely first.
     pictures
-        Kind of work → thumbnail (`Thumbnails.picture`).
+        Thumbnail of each kind of work (see `Thumbnails.picture`).
     machine
-        Default machine for files of this format; empty for none.
+        Default machine for files of this format. It is empty if the format has none.
     """
 
     part: Part | None = None
@@ -44,23 +45,29 @@ class WholeInput:
     machine: str = ""
 
     def likeliest(self, kinds: Sequence[str]) -> list[str]:
-        """Return kinds of work, the most likely first."""
+        """Sort kinds of work, most likely first."""
         return [*(work for work in self.suits if work in kinds), *(work for work in kinds if work not in self.suits)]
 
     def background(self, work: str, source: Source, part: Part, settings: Settings) -> tuple[Part | None, Zero]:
-        """Return the entire drawing, placed like the part of a kind of work, and the position of program zero."""
+        """Place the entire drawing like the part of a kind of work.
+
+        Return the placed drawing and the position of program zero.
+        """
         zero = _zero(work, source, part, settings)
         if self.part is None or zero is None:
             return None, zero
         return place_part(self.part, replace(settings.read, origin=zero)), zero
 
 
-#: Position of program zero in the mirrored and rotated drawing, mm; None if unknown.
+#: Position of program zero in the mirrored and rotated drawing, mm, or None if it is unknown.
 Zero = tuple[float, float] | None
 
 
 def read_whole_input(format_: Format, source: Source, kinds: Sequence[str], settings: Settings) -> WholeInput:
-    """Read the whole content of an input. `WholeInput.part` is None if the format contains only the machined part."""
+    """Read the whole content of an input.
+
+    `WholeInput.part` is None if files of this format contain only the part to be machined.
+    """
     machine = next(filter(None, (registry.work(work).machine_for(format_.name) for work in kinds)), "")
     if format_.whole is None and format_.contours is None and not _filtered(settings.read):
         return WholeInput(machine=machine)
@@ -78,7 +85,7 @@ def read_whole_input(format_: Format, source: Source, kinds: Sequence[str], sett
 
 
 def _machine_first(suits: dict[str, Suitability], settings: Settings) -> dict[str, Suitability]:
-    """Return the ratings, first those of the chosen machine's works, unless another work suits much better."""
+    """Put the works of the selected machine first, unless another kind of work suits the drawing much better."""
     if "machine" not in settings.given or not suits:
         return suits
     try:
@@ -115,10 +122,15 @@ def _zero(work: str, source: Source, part: Part, settings: Settings) -> Zero:
 
 @dataclass(frozen=True)
 class MachineTravel:
-    """The travel of a machine in drawing coordinates: smallest x and y, largest x and y, mm.
+    """The travel of a machine in drawing coordinates: smallest x and y, and largest x and y, mm.
 
-    `known`: whether the position of program zero on the machine is known. If not, the part is assumed to be in the
-    middle of the travel. `fits`: whether the part is inside the travel.
+    Attributes
+    ----------
+    known
+        Whether the position of program zero on the machine is known. If not, the part is assumed to lie in the middle
+        of the travel.
+    fits
+        Whether the part lies within the travel.
     """
 
     box: tuple[float, float, float, float]
@@ -127,12 +139,12 @@ class MachineTravel:
     machine: str
 
     def as_shown(self) -> dict[str, Any]:
-        """Return the travel as plain values for the browser."""
+        """Convert the travel to plain values for the browser."""
         return {"box": list(self.box), "known": self.known, "fits": self.fits, "machine": self.machine}
 
 
 def machine_travel_around(settings: Settings, extents: tuple[float, float, float, float]) -> MachineTravel | None:
-    """Return the travel of the machine around a part with these extents; None if the machine's travel is unknown."""
+    """Return the travel of the machine around a part with these extents, or None if the travel is unknown."""
     try:
         machine = load_machine(settings.machine.machine, settings.machine.work_offset)
     except LeafcutError:

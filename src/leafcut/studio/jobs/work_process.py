@@ -1,4 +1,4 @@
-"""The process that executes tasks for the studio (`workers`). It ends when the studio ends."""
+"""The process that executes tasks for the studio (see `workers`). It ends when the studio ends."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from leafcut.studio.jobs.preview import READY, read_preview
 from leafcut.studio.jobs.task import ReadyTask
 from leafcut.studio.jobs.workers import Done, Failed
 
-#: A job whose execution loads the modules and compiled code that most jobs need.
+#: A job that loads the modules and the compiled code that most jobs need.
 READY_TASK = ReadyTask("optimize", ("example:plate-10",), "auto", {"thickness": "6mm", "iterations": 1, "threads": 1})
 
 
 def main() -> None:
-    """Execute the tasks read from standard input, until the input ends."""
+    """Read tasks from standard input and execute them until the input ends."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # output that a library prints must not mix with the answers
     lock = threading.Lock()
@@ -60,7 +60,10 @@ def main() -> None:
 
 
 def _send_for(send: Callable[[Any], None], work: int, message: Any) -> None:
-    """Send a message with the number of its task. The studio uses it to drop late messages of an earlier task."""
+    """Send a message with the number of its task.
+
+    With this number, the studio can drop late messages from earlier tasks.
+    """
     send((work, message))
 
 
@@ -72,7 +75,7 @@ def _work(link: Link, send: Callable[[Any], None], function: Callable[..., Any],
 
 
 def _get_ready(busy: threading.Event) -> None:
-    """Load the modules and the compiled code for the most common tasks; stop when a task arrives."""
+    """Load the modules and the compiled code for the most common tasks. Stop as soon as a task arrives."""
     with suppress(Exception):  # errors are shown when the user opens a file
         for source in READY:
             if not busy.is_set():

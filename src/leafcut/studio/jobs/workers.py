@@ -1,7 +1,7 @@
-"""Processes that execute tasks for the studio, one task at a time. They can be killed at any moment.
+"""Processes that execute one task at a time for the studio. They can be killed at any time.
 
-A process reads its tasks from standard input and answers on standard output, both pickled (`work_process`). Each
-side notices the end of the other by the end of its pipe.
+A process reads its tasks from standard input and answers on standard output, and both are pickled (see `work_process`).
+When one side ends, its pipe closes, and the other side notices this.
 """
 
 from __future__ import annotations
@@ -26,32 +26,32 @@ from leafcut.errors import LeafcutError
 from leafcut.message import Message
 from leafcut.model.heartbeat import Progress
 
-#: Maximum number of idle processes; each has about 250 MB of modules and compiled code.
+#: Maximum number of idle processes. Each process uses about 250 MB for modules and compiled code.
 _MAX_IDLE = 2
-#: A process is reused if its task took at most this time, s. Otherwise the process is ended to release its memory.
+#: A process is reused if its last task took no longer than this time, s. Otherwise it is ended to free its memory.
 _LONG_SECONDS = 10.0
-#: Task numbers. Each message contains the number of its task.
+#: Numbers for the tasks. Each message contains the number of its task.
 _NUMBERS = itertools.count()
 _COMMAND = (sys.executable, "-P", "-c", "from leafcut.studio.jobs.work_process import main; main()")
 
 
 @dataclass(frozen=True)
 class Done:
-    """Last message of a process about a task: its result."""
+    """The last message of a process about a task, which contains the result."""
 
     result: Any
 
 
 @dataclass(frozen=True)
 class Failed:
-    """Last message of a process about a task: its error in one line, and whether it is an internal error."""
+    """The last message of a process about a failed task: the error in one line, and whether it is an internal error."""
 
     line: str
     internal: bool
 
 
 class WorkError(LeafcutError):
-    """A task failed or was cancelled, or its process died."""
+    """A task has failed or was cancelled, or its process has died."""
 
     def __init__(self, line: str, internal: bool = False) -> None:
         super().__init__(line)
@@ -85,7 +85,7 @@ class _Process:
         return self._process.poll() is None
 
     def send(self, *message: Any) -> None:
-        """Send a message. If the process has ended, do nothing; `receive` reports the end."""
+        """Send a message. If the process has ended, do nothing, because `receive` will report this."""
         data = pickle.dumps(message)
         assert self._process.stdin is not None
         with self._lock, suppress(OSError, ValueError):
@@ -93,7 +93,7 @@ class _Process:
             self._process.stdin.flush()
 
     def receive(self) -> Any:
-        """Return the next message; raise `EOFError` if the process has ended."""
+        """Return the next message. Raises `EOFError` if the process has ended."""
         assert self._process.stdout is not None
         try:
             return pickle.load(self._process.stdout)
@@ -101,13 +101,13 @@ class _Process:
             raise EOFError from None
 
     def signal_kill(self) -> None:
-        """Kill the process and the processes that it has started, without waiting for their end."""
+        """Kill the process and all processes that it has started, without waiting until they end."""
         if self._process.returncode is None:
             with suppress(OSError):
                 os.killpg(self._process.pid, signal.SIGKILL) if os.name == "posix" else self._process.kill()
 
     def kill(self) -> int:
-        """Kill the process and the processes that it has started, and delete its files; return the exit status."""
+        """Kill the process and all processes that it has started, and delete its files. Return the exit status."""
         self.signal_kill()  # ends a blocked `send`
         with self._lock:
             self._process.wait()
@@ -115,7 +115,7 @@ class _Process:
         return self._process.returncode
 
     def close(self) -> None:
-        """Kill the process and close its pipes. No thread may use the pipes any more."""
+        """Kill the process and close its pipes. No thread may use the pipes after this call."""
         self.kill()
         for pipe in (self._process.stdin, self._process.stdout):
             assert pipe is not None
@@ -124,7 +124,10 @@ class _Process:
 
 
 class StudioWorkers:
-    """The processes of the studio. With `spare`, an idle process is kept ready, because starting one takes seconds."""
+    """The processes of the studio.
+
+    With `spare`, one idle process is always ready, because it takes seconds to start one.
+    """
 
     def __init__(self, folder: Path, spare: bool = True) -> None:
         self._folder, self._spare = folder, spare
@@ -135,7 +138,7 @@ class StudioWorkers:
         shutil.rmtree(folder, ignore_errors=True)
 
     def get_ready(self) -> None:
-        """Start a process for the next task unless a process is idle."""
+        """Start a process for the next task, unless one is already idle."""
         with self._lock:
             if self._spare and not any(process.alive for process in self._idle) and not self._closed:
                 process = self._start()
@@ -143,7 +146,7 @@ class StudioWorkers:
                 self._idle.append(process)
 
     def take(self) -> _Process:
-        """Return an idle process, or a new process; raise `WorkError` if the studio is closing."""
+        """Return an idle process, or start a new one. Raises `WorkError` if the studio is closing."""
         with self._lock:
             if self._closed:
                 raise WorkError("the studio is closing; no new jobs are started")
@@ -156,7 +159,7 @@ class StudioWorkers:
             return self._start()
 
     def put_back(self, process: _Process, reusable: bool) -> None:
-        """Keep a process for the next task if it is `reusable`; otherwise end it."""
+        """Keep a `reusable` process for the next task. Otherwise, end the process."""
         with self._lock:
             if reusable and process.alive and not self._closed and len(self._idle) < _MAX_IDLE:
                 self._idle.append(process)
@@ -165,7 +168,7 @@ class StudioWorkers:
         process.close()
 
     def close(self) -> None:
-        """Kill all processes. Tasks that wait for them fail."""
+        """Kill all processes. Tasks that are waiting for them fail."""
         with self._lock:
             self._closed = True
             processes, idle = list(self._all), list(self._idle)
@@ -180,27 +183,29 @@ class StudioWorkers:
 
 
 class StudioWork:
-    """A task in another process. Any thread may cancel it."""
+    """A task in another process. Any thread may cancel the task."""
 
     def __init__(self, workers: StudioWorkers) -> None:
         self._workers = workers
         self._number = next(_NUMBERS)
         self._lock = threading.Lock()
-        #: Guards `_taken` and `_cancelled`. No thread waits while it holds this lock, so that `cancel` returns at once.
+        #: Protects `_taken` and `_cancelled`. No thread waits while it holds this lock, so `cancel` returns
+        #: immediately.
         self._ending = threading.Lock()
-        #: The process of the task, from the start of the process to its end.
+        #: The process of the task, from its start to its end.
         self._taken: _Process | None = None
-        #: The same process, from the moment at which it has received the task.
+        #: The same process, but only after it has received the task.
         self._process: _Process | None = None
-        #: Messages for a task that has not started: name → arguments.
+        #: Messages for a task that has not started yet, with their arguments.
         self._pending: dict[str, tuple[Any, ...]] = {}
         self._cancelled = False
 
     def run(self, function: Callable[..., Any], *arguments: Any, on_message: Callable[[Any], Any] | None = None) -> Any:
-        """Return the result of ``function(link, *arguments)``, executed in another process; `link` is a `link.Link`.
+        """Execute ``function(link, *arguments)`` in another process, and return the result. `link` is a `link.Link`.
 
-        Function, arguments and result are pickled. `on_message` receives the messages that are sent through the
-        link. Raise `WorkError` if the task failed or was cancelled, its process died, or the studio is closing.
+        The function, its arguments and its result are pickled. `on_message` receives the messages that the function
+        sends over the link. Raises `WorkError` if the task has failed or was cancelled, if its process has died, or if
+        the studio is closing.
         """
         process = self._workers.take()
         with self._ending:
@@ -244,7 +249,10 @@ class StudioWork:
         return answer.result
 
     def send(self, name: str, *arguments: Any) -> None:
-        """Call a method of the link in the process, at once or at the start of the task."""
+        """Call a method of the link in the process.
+
+        If the task has not started yet, the call takes place when it starts.
+        """
         with self._lock:
             if self._process is not None:
                 self._process.send(name, *arguments)
@@ -252,7 +260,7 @@ class StudioWork:
                 self._pending[name] = arguments
 
     def cancel(self) -> None:
-        """Kill the process, or prevent its start."""
+        """Kill the process, or prevent it from starting."""
         with self._ending:
             self._cancelled = True
             if self._taken is not None:

@@ -1,1 +1,1 @@
-"""Lab: experiments, their view and their routes."""
+"""The lab: experiments, their view, and their routes."""

@@ -1,4 +1,4 @@
-"""The Lab view, which runs published experiments and experiments on the open part, and shows their reports."""
+"""The Lab view, which runs published experiments or experiments on the open part and shows the reports."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from leafcut.studio.page.page_state import View
 if TYPE_CHECKING:
     from leafcut.studio.page.pages import Page
 
-#: Default number of runs on a part; option → values that are compared by default.
+#: Default number of runs on a part, and the values that are compared by default for each option.
 _RUNS, _USUAL = "5", {"algorithm": ("nn", "acs", "auto"), "strategy": ("zigzag", "contour", "connected")}
-#: Minimum interval between updates of results, s.
+#: Minimum interval between two updates of the results, s.
 _PACE = 1.0
 _MAX_FAILED = 5
-#: Kinds of work with several algorithms or strategies, which can be compared on a part.
+#: Kinds of work that have several algorithms or strategies, which users can compare on a part.
 _COMPARABLE = ("solve", "drill", "program", "cut", "pocket")
-#: Names in the literature of algorithms that leafcut abbreviates.
+#: Full names of the algorithms that leafcut abbreviates, as used in the literature.
 _TITLES = {
     "as": "Ant System", "eas": "Elitist AS", "asrank": "Rank-based AS", "mmas": "MAX–MIN AS",
     "acs": "Ant Colony System", "nn": "Nearest Neighbour",
@@ -45,10 +45,10 @@ class LabPanel:
         self.view, self.page, self.lab = view, page, runs
         self.chosen, self.reduced = shipped_names()[0], False
         self.runs = _RUNS
-        #: Option → values selected for comparison.
+        #: Values of each option that the user has selected for comparison.
         self.ways = {option: set(names) for option, names in _USUAL.items()}
         self._drawn: tuple[object, ...] = ()
-        #: Elements that show the progress. They are updated without redrawing the buttons.
+        #: Elements that show the progress. They can be updated without redrawing the buttons.
         self._progress_elements: tuple[Any, ...] = ()
         self._growing: Description | None = None
         self._next = 0.0

@@ -1,4 +1,4 @@
-"""The room of the studio for experiments."""
+"""The room of the studio that contains the experiments."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class LabRoom:
-    """The experiments, and their view."""
+    """The experiments and their view."""
 
     name, key = "lab", "5"
     styles: tuple[str, ...] = ()
@@ -39,9 +39,9 @@ class LabRoom:
         return LabPanel(page.view, page, self.runs)
 
     def add_bar(self, page: Page) -> Callable[[], None]:
-        """Do nothing: experiments have no bar on other views."""
+        """Do nothing, because other views do not show any experiments."""
         return lambda: None
 
     def close(self) -> None:
-        """Stop the running experiment, and wait for its end."""
+        """Stop the running experiment, and wait until it has ended."""
         self.runs.close()

@@ -1,4 +1,4 @@
-"""Experiments in the studio. One experiment at a time runs, in a thread. Each run is stored when it ends."""
+"""Runs experiments in the studio, one at a time and in a thread. Each run is stored when it ends."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from leafcut.studio.jobs.jobs import line_of
 
 @dataclass(frozen=True)
 class LabState:
-    """The state of the current or the last experiment.
+    """The state of the current experiment, or of the last experiment.
 
     Attributes
     ----------
     share
-        Completed share of the runs, counting only runs that were not yet stored at the start; 0 to 1.
+        Share of the runs that are complete, from 0 to 1. Runs that were already stored at the start do not count.
     began
         Start time on the monotonic clock, s.
     line
-        Reason why the experiment ended early; otherwise empty.
+        Why the experiment ended early. It is empty otherwise.
     failed
-        One error line for each refused run.
+        One error message for each refused run.
     """
 
     description: Description
@@ -43,7 +43,7 @@ class LabState:
 
     @property
     def seconds_left(self) -> float | None:
-        """Estimated remaining time, s; None while it is unknown."""
+        """Estimated remaining time, s, or None if it is still unknown."""
         if not self.running or self.share <= 0.0:
             return None
         return (time.monotonic() - self.began) * (1.0 - self.share) / self.share
@@ -55,7 +55,7 @@ class LabRuns:
     def __init__(self, folder: Folder) -> None:
         self.folder, self.file = folder, folder.root / "lab.sqlite"
         self.state: LabState | None = None
-        #: The experiment on the user's own part that was started last.
+        #: The most recent experiment on the user's own part.
         self.own: Description | None = None
         self._ended, self._lock = threading.Event(), threading.Lock()
         self._thread: threading.Thread | None = None
@@ -68,7 +68,7 @@ class LabRuns:
     def description_of(self, name: str, reduced: bool) -> Description:
         """Return an included experiment, or the experiment on the user's part.
 
-        Raise `OptionError` for an unknown name.
+        Raises `OptionError` if the name is unknown.
         """
         if name == OWN_PART:
             if self.own is None:
@@ -79,7 +79,7 @@ class LabRuns:
         return short_form(load(name)) if reduced else load(name)
 
     def start(self, description: Description) -> None:
-        """Start the missing runs of an experiment; raise `OptionError` if another experiment is running."""
+        """Start the missing runs of an experiment. Raises `OptionError` if another experiment is running."""
         with self._lock:
             if self.running:
                 raise OptionError("an experiment is already running; wait until it ends, or stop it")
@@ -91,22 +91,25 @@ class LabRuns:
             self._thread.start()
 
     def stop(self) -> None:
-        """Stop the experiment. Finished runs are kept, and a restart runs only the others."""
+        """Stop the experiment. Finished runs are kept, so a restart only executes the remaining runs."""
         self._ended.set()
 
     def close(self) -> None:
-        """Stop the experiment and wait for its end."""
+        """Stop the experiment and wait until it has ended."""
         self.stop()
         if self._thread is not None:
             self._thread.join()
 
     def wait(self) -> None:
-        """Wait for the end of the experiment."""
+        """Wait until the experiment has ended."""
         if self._thread is not None:
             self._thread.join()
 
     def counts(self) -> dict[str, int]:
-        """Return the number of stored runs of each experiment; empty if the results cannot be read."""
+        """Return the number of stored runs for each experiment.
+
+        The result is empty if the results file cannot be read.
+        """
         if not self.file.is_file():
             return {}
         try:
@@ -118,7 +121,7 @@ class LabRuns:
     def rows(self, description: Description) -> list[Row]:
         """Return the stored runs that match a description.
 
-        Raise `ReadError` if the results or an input are unreadable.
+        Raises `ReadError` if the results file or an input cannot be read.
         """
         if not self.file.is_file():
             return []

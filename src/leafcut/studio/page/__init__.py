@@ -1,1 +1,1 @@
-"""Page of the studio: panels, forms, and the state of an open page."""
+"""The page of the studio: its panels, its forms, and the state of each open page."""

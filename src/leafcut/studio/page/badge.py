@@ -1,4 +1,4 @@
-"""The progress of a job in the title and icon of the browser's tab, and a notification when the job ends."""
+"""Shows the progress of a job in the title and the icon of the browser tab, and a notification when the job ends."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from leafcut.studio.page.page_state import View
 
 
 class Badge:
-    """Sends the state of a job to badge.js: the page's own job, or if there is none, another running job."""
+    """Sends the state of a job to badge.js. This is the page's own job, otherwise any other running job."""
 
     def __init__(self, view: View) -> None:
         self.view = view
         w = view.words
-        #: The displayed job. It stays after its end until another job starts.
+        #: The job that is shown. It remains visible after its end until another job starts.
         self._job: str | None = None
         self._sent = ""
         words = {key: w.table[f"badge.{key}"] for key in ("done", "failed", "cancelled", "interrupted", "blocked")}
@@ -43,7 +43,7 @@ class Badge:
 
 
 def job_badge(jobs: Jobs, job: str) -> dict[str, object]:
-    """Return the data of a job for the tab; empty for a deleted job."""
+    """Return the data about a job for the browser tab. They are empty if the job was deleted."""
     live = jobs.live(job)
     if live is None:
         return {}
@@ -54,7 +54,7 @@ def job_badge(jobs: Jobs, job: str) -> dict[str, object]:
 
 
 def notice_switch(view: View) -> None:
-    """Add the switch that turns on a notification at the end of each job."""
+    """Add a switch for notifications at the end of each job."""
     with box("label", "notice"):
         box("input", "switch", type="checkbox", data_notice="")
         text("span", view.words("badge.notice"))

@@ -1,4 +1,4 @@
-"""Menus with the processes, materials, thicknesses and currents in the cut chart."""
+"""Menus with the processes, materials, thicknesses and currents of the cut chart."""
 
 from __future__ import annotations
 
@@ -14,12 +14,15 @@ from leafcut.studio.page.fitting_machines import machine_of
 from leafcut.studio.wording import Words
 from leafcut.units import parse_quantity
 
-#: Option → list of (value, label) of its choices.
+#: Maps each option to its choices (value, label).
 Menus = dict[str, list[tuple[str, str]]]
 
 
 def chart_menus(values: Mapping[str, Any], folder: Folder, words: Words, machine: str) -> Menus:
-    """Return the menus of the cut options that are possible with the current choices; empty for an invalid chart."""
+    """Return the menus of the cut options that match the current choices.
+
+    If the chart is invalid, there are no menus.
+    """
     try:
         rows = _rows(_chart(values, folder))
     except LeafcutError:
@@ -37,7 +40,7 @@ def chart_menus(values: Mapping[str, Any], folder: Folder, words: Words, machine
 
 
 def chart_problem(values: Mapping[str, Any], folder: Folder) -> str:
-    """Return the error in an opened chart as one line, or an empty text."""
+    """Return the error in an opened chart in one line, or an empty string if the chart is valid."""
     try:
         _rows(_chart(values, folder))
     except LeafcutError as problem:
@@ -51,7 +54,7 @@ def _chart(values: Mapping[str, Any], folder: Folder) -> Path | None:
 
 @lru_cache(maxsize=8)
 def _rows(chart: Path | None) -> list[ChartRow]:
-    """Return the rows of a chart. They are cached, because files opened in the studio never change."""
+    """Return the rows of a chart. They are cached, because files that are open in the studio never change."""
     return load_chart(chart)
 
 

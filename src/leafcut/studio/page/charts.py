@@ -1,4 +1,7 @@
-"""Charts of searches, drawn by ECharts as SVG. Their colours are CSS variables, so that they follow the theme."""
+"""Charts of searches.
+
+ECharts draws them as SVG, and CSS variables define their colours so that they match the theme.
+"""
 
 from __future__ import annotations
 
@@ -14,12 +17,12 @@ from leafcut.studio.page.elements import box, text
 
 #: Options of ECharts.
 ChartOptions = dict[str, Any]
-#: Key → text.
+#: Maps each key to its text.
 ChartWords = Mapping[str, str]
-#: Rows with the fields of `model.study.Iteration`.
+#: Rows that contain the fields of `model.study.Iteration`.
 ChartRows = Sequence[Sequence[float | None]]
 
-#: A horizontal axis is logarithmic if the ratio of its last to its first value exceeds this value.
+#: A horizontal axis becomes logarithmic if its last value is more than this many times its first value.
 _LOG_FROM = 60.0
 _NUMBER = "v => v == null ? '–' : v.toLocaleString('en-US', {maximumFractionDigits: 3})"
 _TOOLTIP = {
@@ -30,14 +33,14 @@ _TOOLTIP = {
 
 
 class Chart:
-    """A chart. ECharts is loaded when a chart is first shown, because it is large and most pages show no chart."""
+    """A chart. ECharts is large, and most pages show no chart, so it is only loaded when the first chart appears."""
 
     def __init__(self, classes: str = "chart") -> None:
         self.place = box("div", classes, role="img")
         self._chart: EChart | None = None
 
     def show(self, options: ChartOptions, label: str) -> None:
-        """Show a chart. `label` describes it for screen readers."""
+        """Show a chart. Screen readers read `label` aloud."""
         if self._chart is None:
             with self.place:
                 self._chart = ui.echart(options, renderer="svg").classes("echart")
@@ -50,7 +53,7 @@ class Chart:
 
 
 class SwitchedChart:
-    """A chart with a switch for its horizontal axis: iterations or time."""
+    """A chart whose horizontal axis can be switched between iterations and time."""
 
     def __init__(self, words: ChartWords, classes: str) -> None:
         self.by, self._draw = "iteration", (lambda by: ({}, ""))  # type: str, Callable[[str], tuple[ChartOptions, str]]
@@ -60,7 +63,10 @@ class SwitchedChart:
             self._chart = Chart("echart")
 
     def show(self, draw: Callable[[str], tuple[ChartOptions, str]]) -> None:
-        """Show a chart. `draw` receives ``iteration`` or ``time`` and returns the options and the label."""
+        """Show a chart.
+
+        `draw` receives ``iteration`` or ``time``, and returns the options and the label of the chart.
+        """
         self._draw = draw
         self._choose(self.by)
 
@@ -79,9 +85,20 @@ class SwitchedChart:
 def convergence_chart(
     history: Sequence[tuple[float, float]], bound: float | None, unit: str, words: ChartWords, now: float = 0.0
 ) -> tuple[ChartOptions, str]:
-    """Return the chart of cost over search time, and its label.
+    """Create the chart that shows the cost over the search time. Return its options and its label.
 
-    `history` is (seconds, cost) at every improvement, `bound` the lower bound, and `now` the elapsed time, s.
+    Parameters
+    ----------
+    history
+        (seconds, cost) at every improvement.
+    bound
+        Lower bound, if it is known.
+    unit
+        Unit of the cost.
+    words
+        Texts of the chart.
+    now
+        Elapsed time, s.
     """
     best, last = history[-1][1], max(now, history[-1][0], 0.001)
     points = [*history, (last, best)]
@@ -98,10 +115,10 @@ def convergence_chart(
 def learning_chart(
     rows: ChartRows, bound: float | None, unit: str, words: ChartWords, by: str
 ) -> tuple[ChartOptions, str]:
-    """Return the chart of an ant or firefly search, and its label.
+    """Create the chart of an ant or firefly search. Return its options and its label.
 
-    It shows the best, mean and worst cost per iteration, the overall best cost and the λ-branching factor. `rows`
-    contain the fields of `model.study.Iteration`.
+    For each iteration, the chart shows the best, mean and worst cost, the best cost so far and the λ-branching factor.
+    `rows` contains the fields of `model.study.Iteration`.
     """
     at, axis = _axis_of(rows, by, words)
     last = rows[-1]
@@ -130,7 +147,10 @@ def learning_chart(
 
 
 def brightness_chart(values: Sequence[float], words: ChartWords) -> tuple[ChartOptions, str]:
-    """Return a bar chart of the brightness of all fireflies that marks the brightest, and the label of the chart."""
+    """Create a bar chart with the brightness of all fireflies, and mark the brightest.
+
+    Return its options and its label.
+    """
     most = max(values)
     colours = ["var(--accent)" if value == most else "var(--idle)" for value in values]
     columns = [{"value": v, "itemStyle": {"color": colour}} for v, colour in zip(values, colours, strict=True)]
@@ -146,7 +166,10 @@ def brightness_chart(values: Sequence[float], words: ChartWords) -> tuple[ChartO
 
 
 def bar_chart(place: Element, rows: Iterable[tuple[str, float, str, bool]]) -> None:
-    """Fill an element with a bar per row. A row is (name, value, note, whether the bar is the best)."""
+    """Fill an element with one bar per row.
+
+    A row contains a name, a value, a note, and whether this is the best row.
+    """
     rows = list(rows)
     most = max((value for _, value, _, _ in rows), default=0.0) or 1.0
     place.clear()
@@ -181,7 +204,7 @@ def _bound(bound: float | None, words: ChartWords) -> ChartOptions:
 
 
 def _axis_of(rows: ChartRows, by: str, words: ChartWords) -> tuple[list[float], ChartOptions]:
-    """Return the horizontal position of every row, and the options of the horizontal axis."""
+    """Return the horizontal position of each row, and the options of the horizontal axis."""
     at = [float(row[0 if by == "iteration" else 1] or 0.0) for row in rows]
     return at, _horizontal(at, words["iterationAxis"] if by == "iteration" else "s")
 
@@ -213,7 +236,7 @@ def _axes(
     *,
     top: int,
 ) -> ChartOptions:
-    """Return the ECharts options of a chart. The range of the vertical axis includes all values and the bound."""
+    """Return the ECharts options of a chart. The vertical axis covers all values and the bound."""
     seen = [*values, bound] if bound is not None else values
     low, high = min(seen), max(seen)
     if horizontal.get("type") == "log":

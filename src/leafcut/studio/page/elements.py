@@ -1,4 +1,4 @@
-"""Elements of the page: plain tags with text, options form, file opener, tables and editors."""
+"""Elements of the page: plain tags with text, the options form, the file opener, tables, and editors."""
 
 from __future__ import annotations
 
@@ -13,14 +13,17 @@ from nicegui.events import GenericEventArguments
 from leafcut.message import Message, messages_from_json
 from leafcut.studio.wording import Words
 
-#: Maximum wait for an answer of the browser, s.
+#: Maximum time to wait for an answer from the browser, s.
 _PATIENCE = 20.0
-#: Texts of the elements of a form.
+#: Texts that a form needs.
 _FORM_TEXTS = ("choose", "remove", "help", "open", "find", "none_found", "found")
 
 
 def _answer(element: Element, event: GenericEventArguments, act: Callable[..., Any], *names: str) -> Any:
-    """Call the handler of a changed field, then confirm the change. Until then, the browser shows the typed value."""
+    """Call the handler of a changed field, then confirm the change.
+
+    Until then, the browser shows the text that was typed.
+    """
     element.props["answered"] = event.args["number"]
     result = act(*(event.args[name] for name in names))
     element.update()
@@ -28,10 +31,18 @@ def _answer(element: Element, event: GenericEventArguments, act: Callable[..., A
 
 
 class Form(Element, component="../static/form.js"):
-    """Groups of labelled fields. `on_change` receives (name, value, displayed file name).
+    """Groups of fields with labels.
 
-    `on_refused` receives the error message for a chosen file that was refused. A `searchable` form has a field that
-    finds options by name and help text. A `fixed` form is read-only.
+    Parameters
+    ----------
+    on_change
+        Called with the name, the value and the displayed file name of a changed field.
+    on_refused
+        Called with the error message if a selected file was refused.
+    searchable
+        Whether the form has a field that searches the names and help texts of the options.
+    fixed
+        Whether the form is read-only.
     """
 
     def __init__(
@@ -58,26 +69,26 @@ class Form(Element, component="../static/form.js"):
         errors: dict[str, str] | None = None,
         groups: list[dict[str, Any]] | None = None,
     ) -> None:
-        """Show values, displayed file names and errors. If `groups` is given, replace the fields."""
+        """Show values, displayed file names and errors. If `groups` is given, it replaces the fields."""
         self.props.update(values=dict(values), shown=dict(shown or {}), errors=dict(errors or {}))
         if groups is not None:
             self.props["groups"] = groups
         self.update()
 
     def set_errors(self, errors: dict[str, str]) -> None:
-        """Show the errors of fields: name → line."""
+        """Show the errors of the fields by name."""
         self.props["errors"] = errors
         self.update()
 
 
 def _refusal_of(answer: dict[str, Any]) -> str:
-    """Return the error for a refused upload: a `Message` if the server sent template and values, otherwise a text."""
+    """Return the error of a refused upload. It is a `Message` if the server has sent a template and values."""
     message = messages_from_json(json.dumps(answer.get("parts")))
     return message if isinstance(message, Message) else str(answer["line"])
 
 
 class Opener(Element, component="../static/opener.js"):
-    """Opens files that users choose in a dialog or drop on the page."""
+    """Lets users open files in a dialog or drop them on the page."""
 
     def __init__(
         self,
@@ -92,16 +103,21 @@ class Opener(Element, component="../static/opener.js"):
         self.on("refused", lambda e: on_refused(_refusal_of(e.args)))
 
     def set_several(self, several: bool) -> None:
-        """Accept several files at once, or only the first."""
+        """Set whether the user may open several files at once. If not, only the first file is accepted."""
         if self.props["several"] != several:
             self.props["several"] = several
             self.update()
 
 
 class PartsTable(Element, component="../static/parts.js"):
-    """The parts of a nest as rows.
+    """A table with a row for each part of a nest.
 
-    Handlers: `on_change` (row id, key, text), `on_remove` (row id), `on_look` (row id).
+    Parameters
+    ----------
+    on_change
+        Called with the row id, the key and the new text.
+    on_remove, on_look
+        Called with the row id.
     """
 
     def __init__(
@@ -124,20 +140,20 @@ class PartsTable(Element, component="../static/parts.js"):
 
 
 def box(tag: str = "div", classes: str = "", **attributes: str) -> Element:
-    """Return a container element. ``_`` in the name of an attribute becomes ``-``."""
+    """Create a container element. A ``_`` in the name of an attribute becomes ``-``."""
     element = Element(tag)
     return _with(element, classes, attributes)
 
 
 def text(tag: str, words: str, classes: str = "", **attributes: str) -> TextElement:
-    """Return an element with a text, which is never interpreted as HTML."""
+    """Create an element with text, which is never interpreted as HTML."""
     element = TextElement(tag=tag, text=words)
     _with(element, classes, attributes)
     return element
 
 
 def button(words: str, act: Callable[..., Any] | None = None, classes: str = "", **attributes: str) -> TextElement:
-    """Return a button. `act` takes no argument, or the event."""
+    """Create a button. `act` takes either no argument or the event."""
     element = text("button", words, f"button {classes}", type="button", **attributes)
     if act is not None:
         element.on("click", act)
@@ -145,7 +161,7 @@ def button(words: str, act: Callable[..., Any] | None = None, classes: str = "",
 
 
 def link(words: str, address: str, classes: str = "", **attributes: str) -> TextElement:
-    """Return a link."""
+    """Create a link."""
     return text("a", words, classes, href=address, **attributes)
 
 
@@ -158,7 +174,7 @@ def _with(element: Element, classes: str, attributes: dict[str, str]) -> Element
 
 
 def table(head: list[tuple[str, str]], rows: list[list[str]], label: str) -> Element:
-    """Return a table. `head` is (text, classes of the column)."""
+    """Create a table. `head` contains the text and the CSS classes of each column."""
     with box("div", "scroll") as around, box("table", aria_label=label):
         with box("thead"), box("tr"):
             for words, classes in head:
@@ -174,7 +190,7 @@ def table(head: list[tuple[str, str]], rows: list[list[str]], label: str) -> Ele
 class Editor(Element, component="../static/editor.js"):
     """An editor for a TOML file (CodeMirror).
 
-    `on_draft` receives the text shortly after a change; None makes the editor read-only.
+    `on_draft` receives the text shortly after each change. If `on_draft` is None, the editor is read-only.
     """
 
     def __init__(self, content: str, on_draft: Callable[[str], Any] | None, label: str) -> None:
@@ -184,16 +200,17 @@ class Editor(Element, component="../static/editor.js"):
             self.on("draft", lambda e: on_draft(e.args["text"]))
 
     def show(self, content: str, line: int, problem: str) -> None:
-        """Show a text, and mark the line of an error; 0 for none."""
+        """Show a text, and mark the line that contains an error. Line 0 means that no error is marked."""
         self.props.update(text=content, line=line, problem=problem)
         self.update()
 
 
 class BrowserState(Element, component="../static/browser_state.js"):
-    """The data of a page that the browser stores: steps of its history with their choices.
+    """The part of a page's state that the browser stores: the steps of its history, with the choices of each step.
 
-    `on_went` is called after Back or Forward. It receives the query of the address (key → text), the choices of the
-    step, and whether the browser had recorded all steps. If not, the browser records the missing step afterwards.
+    When the user goes back or forward, `on_went` is called with the query of the address (key → text), the choices of
+    the step, and whether the browser had recorded all steps. If a step was missing, the browser records it after the
+    call.
     """
 
     def __init__(self, on_went: Callable[[dict[str, Any], str, bool], Any]) -> None:
@@ -204,7 +221,7 @@ class BrowserState(Element, component="../static/browser_state.js"):
         self.on("took", lambda e: self._forget(e.args))
 
     def step(self, step: str, address: str, choices: str) -> None:
-        """Add an address with its choices to the history. `step` is ``pushState`` or ``replaceState``."""
+        """Add an address and its choices to the history. `step` is ``pushState`` or ``replaceState``."""
         self._number += 1
         steps = self.props["steps"]
         if step == "replaceState" and steps and steps[-1][1] == step:
@@ -216,15 +233,15 @@ class BrowserState(Element, component="../static/browser_state.js"):
         self.props["steps"] = [step for step in self.props["steps"] if step[0] > number]
 
     async def read(self) -> str:
-        """Return the choices of the current step, or an empty text."""
+        """Return the choices of the current step, or an empty string."""
         return await self._answer("read")
 
     async def read_last(self) -> str:
-        """Return the choices of the page that was closed last, or an empty text."""
+        """Return the choices of the page that was closed last, or an empty string."""
         return await self._answer("readLast")
 
     async def _answer(self, method: str) -> str:
-        """Return the browser's answer; an empty text if the page was closed before the browser answered."""
+        """Return the browser's answer, or an empty string if the page was closed before the browser answered."""
         try:
             return str(await self.run_method(method, timeout=_PATIENCE) or "")
         except TimeoutError:

@@ -1,4 +1,4 @@
-"""Machines that are suitable for a kind of work, and the reasons why others are not."""
+"""Selects machines that are suitable for a kind of work, and explains why other machines are unsuitable."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ def _machines() -> dict[str, Machine]:
 
 
 def machine_of(name: str, folder: Folder) -> Machine | None:
-    """Return a machine by name; None if unknown. A user's own machine is read from its current profile."""
+    """Return a machine by its name, or None if the name is unknown.
+
+    For a user's own machine, read its current profile.
+    """
     if not name.startswith(OWN):
         return _machines().get(name)
     try:
@@ -35,24 +38,27 @@ def machine_of(name: str, folder: Folder) -> Machine | None:
 
 
 def head_of(name: str, folder: Folder) -> Head | None:
-    """Return the kind of head of a machine; None if unknown."""
+    """Return a machine's kind of head, or None if the machine is unknown."""
     machine = machine_of(name, folder)
     return None if machine is None else machine.head
 
 
 def is_suitable(name: str, work: str, folder: Folder) -> bool:
-    """Return whether a machine is suitable for a kind of work; True if unknown."""
+    """Return whether a machine is suitable for a kind of work. If this is unknown, return True."""
     head = head_of(name, folder)
     return head is None or registry.machine_can_do(work, head)
 
 
 def offered_machines(machines: Mapping[str, str], work: str, chosen: str, folder: Folder) -> dict[str, str]:
-    """Return the machines that are suitable for a kind of work, and the `chosen` machine in any case."""
+    """Return the machines that are suitable for a kind of work. The `chosen` machine is always included."""
     return {name: title for name, title in machines.items() if name == chosen or is_suitable(name, work, folder)}
 
 
 def unsuitable_reason(name: str, work: str, folder: Folder, words: Words) -> str:
-    """Return the reason why a machine is unsuitable for a kind of work, with advice; empty for a suitable machine."""
+    """Explain why a machine is unsuitable for a kind of work, and give advice.
+
+    Returns an empty string for a suitable machine.
+    """
     if not name or is_suitable(name, work, folder):
         return ""
     head = head_of(name, folder)

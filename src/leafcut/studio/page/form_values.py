@@ -1,4 +1,4 @@
-"""The values of the options form and the setter of each value."""
+"""The values of the options form, and who has set each value."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from leafcut.studio.page.own_defaults import OwnDefaults
 
 
 class Setter(StrEnum):
-    """Who has set a value. An option without an entry has leafcut's default."""
+    """Who has set a value. An option without an entry has the default of leafcut."""
 
     PERSON = "person"
-    #: The user, for an earlier input.
+    #: The user has set this value for an earlier input.
     EARLIER = "earlier"
-    #: The open input; the value is removed with it.
+    #: The open input has set this value. The value is removed together with the input.
     INPUT = "input"
-    #: The file of the user's own defaults.
+    #: The file with the user's own defaults contains this value.
     FILE = "file"
-    #: The studio, while an algorithm of the literature is studied.
+    #: The studio has set this value while the user studies an algorithm from the literature.
     STUDY = "study"
 
 
 @dataclass(frozen=True)
 class FormValue:
-    """A value as typed. An empty value means that the option was reset to leafcut's default.
+    """A value, as the user has typed it. An empty value resets the option to the default of leafcut.
 
     Attributes
     ----------
     shown
-        Displayed name of a chosen file.
+        Displayed name of the selected file.
     place
         File and line, if the value is one of the user's own defaults.
     """
@@ -44,34 +44,34 @@ class FormValue:
 
 
 class FormValues(dict[str, FormValue]):
-    """The entries of a form: option → value and setter."""
+    """The entries of a form. Each option has a value and a setter."""
 
     def put(self, name: str, value: Any, shown: str = "", setter: Setter = Setter.PERSON) -> None:
-        """Set a value. Setting leafcut's default resets the option."""
+        """Set a value. A value that equals the default of leafcut resets the option."""
         reset = value in (None, "", group_of(name).defaults()[name])
         self[name] = FormValue(setter=setter) if reset else FormValue(value, setter, shown)
 
     @property
     def values_only(self) -> dict[str, Any]:
-        """The values that are set: option → value."""
+        """The options that have a value, with their values."""
         return {name: entry.value for name, entry in self.items() if entry.value != ""}
 
     @property
     def shown(self) -> dict[str, str]:
-        """Displayed names of chosen files: option → name."""
+        """The displayed names of the files that options refer to."""
         return {name: entry.shown for name, entry in self.items() if entry.shown}
 
     @property
     def places(self) -> dict[str, str]:
-        """Values from the user's own defaults: option → file and line."""
+        """The file and line of each value that comes from the user's own defaults."""
         return {name: entry.place for name, entry in self.items() if entry.setter is Setter.FILE}
 
     def set_by(self, *setters: Setter) -> set[str]:
-        """Return the options whose values were set by one of the given setters."""
+        """Return the options that were set by any of the given setters."""
         return {name for name, entry in self.items() if entry.setter in setters and entry.value != ""}
 
     def follow_defaults(self, defaults: OwnDefaults) -> None:
-        """Take the values of the user's own defaults, except for options that another setter has set."""
+        """Apply the user's own defaults, except to options that another setter has set."""
         for name in [name for name, entry in self.items() if entry.setter is Setter.FILE]:
             del self[name]
         for name, value in defaults.values.items():
@@ -79,12 +79,12 @@ class FormValues(dict[str, FormValue]):
                 self[name] = FormValue(value, Setter.FILE, defaults.shown.get(name, ""), defaults.places[name])
 
     def leave_input(self) -> None:
-        """Remove the values that apply only to the open input."""
+        """Remove all values that apply only to the open input."""
         for name in [name for name, entry in self.items() if entry.setter is Setter.INPUT]:
             del self[name]
 
     def start_fresh(self) -> None:
-        """Reset the options that describe a file, and mark the other values as those of an earlier input."""
+        """Reset the options that describe a file. All other values are marked as values from an earlier input."""
         of_file = {name for _, name, spec in all_options() if spec.of_file}
         for name, entry in list(self.items()):
             if name in of_file:
@@ -93,7 +93,10 @@ class FormValues(dict[str, FormValue]):
                 self[name] = replace(entry, setter=Setter.EARLIER)
 
     def take_job(self, options: Mapping[str, Any], shown: Mapping[str, str], of_input: Iterable[str]) -> None:
-        """Take the options of a job. Reset all others, so that the user's own defaults do not replace them."""
+        """Apply the options of a job.
+
+        All other options are reset, so that the user's own defaults do not affect them.
+        """
         self.clear()
         self.update({name: FormValue() for _, name, _ in all_options()})
         for name in options.keys() & self.keys():
@@ -101,12 +104,12 @@ class FormValues(dict[str, FormValue]):
             self[name] = FormValue(options[name], setter, shown.get(name, ""))
 
     def as_plain(self) -> dict[str, list[Any]]:
-        """Return the entries as plain values."""
+        """Convert the entries to plain values."""
         return {name: [entry.value, entry.setter, entry.shown, entry.place] for name, entry in self.items()}
 
     @classmethod
     def of_plain(cls, plain: Any) -> FormValues:
-        """Return the form values encoded by `as_plain`. Invalid entries are ignored."""
+        """Convert the result of `as_plain` back to form values. Invalid entries are ignored."""
         options, table = {name for _, name, _ in all_options()}, cls()
         for name, entry in plain.items() if isinstance(plain, dict) else ():
             match entry:

@@ -1,4 +1,4 @@
-"""Forms for each kind of work, generated from the option dataclasses. Important options come first."""
+"""Forms for each kind of work. They are generated from the option dataclasses, and important options come first."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from leafcut.studio.page.chart_menus import Menus
 from leafcut.studio.wording import Words
 from leafcut.units import BARE_UNIT
 
-#: A number with an optional unit.
+#: A number that may have a unit.
 _FIGURE = re.compile(r"(-?\d+(?:[.]\d*)?)\s*([a-zµ%/°]*)", re.IGNORECASE)
 #: Width of a field, characters.
 _MAX_LETTERS = 16
 
-#: Options for cutting nested sheets, shown beside the nests before their cuts are planned.
+#: Options for cutting nested sheets. The page shows these options next to the nests until the cuts are planned.
 CUT_OF_NEST = ("machine", "thickness", "material", "cut_process")
 
 
 def works() -> tuple[str, ...]:
-    """Return the kinds of work that have a form, in display order: first the processes."""
+    """Return the kinds of work that have a form, in the order in which they are shown. Processes come first."""
     return tuple(work.name for work in registry.works() if work.form)
 
 
 def command_of(work: str) -> str:
-    """Return the command that does a kind of work."""
+    """Return the command for a kind of work."""
     return work if work in registry.OTHER_WORKS else "optimize"
 
 
 def program_processes() -> tuple[str, ...]:
-    """Return the processes that a user may select for a program; ``auto`` leaves the choice to leafcut."""
+    """Return the processes that users can select for a program. With ``auto``, leafcut selects the process."""
     names = (
         word
         for process in registry.processes()
@@ -50,7 +50,10 @@ def program_processes() -> tuple[str, ...]:
 
 
 def names_of(work: str, algorithm: str = "auto") -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Return the option groups of a kind of work and of the chosen algorithm, as (key of the title, options)."""
+    """Return the option groups for a kind of work and an algorithm.
+
+    Each group has the key of its title and its options.
+    """
     groups = registry.work(work).form
     parameters = "aco" if algorithm in ANT_ALGORITHMS else algorithm
     if any("algorithm" in names for _, names in groups) and parameters in ("aco", "firefly"):
@@ -60,7 +63,7 @@ def names_of(work: str, algorithm: str = "auto") -> tuple[tuple[str, tuple[str, 
 
 
 def options_of(work: str, values: Mapping[str, Any]) -> set[str]:
-    """Return the options of a kind of work, including the parameters of the algorithm that `values` selects."""
+    """Return the options for a kind of work, including the parameters of the algorithm that `values` selects."""
     return {name for _, names in names_of(work, str(values.get("algorithm") or "auto")) for name in names}
 
 
@@ -75,20 +78,20 @@ def form(
     usual: Mapping[str, str] | None = None,
     kept: Collection[str] = (),
 ) -> list[dict[str, Any]]:
-    """Return the form of a kind of work as groups of fields, in plain values.
+    """Return the form for a kind of work. It consists of groups of fields as plain values.
 
     Parameters
     ----------
     machines
-        Name → label.
+        Label of each machine by name.
     tools
         Names of the user's own tool libraries.
     menus
         Suggestions for fields that also accept other values.
     usual
-        Option → file and line of the user's own default.
+        File and line of the user's own default for each option.
     kept
-        Options that were carried over from an earlier input.
+        Options that have been carried over from an earlier input.
     """
     own_choices = _own_choices(machines, work, tools)
     groups = [
@@ -105,7 +108,7 @@ def form(
 def form_of(
     key: str, names: Iterable[str], words: Words, work: str, machines: Mapping[str, str], menus: Menus | None = None
 ) -> list[dict[str, Any]]:
-    """Return a form with a single group of options."""
+    """Return a form that has a single group of options."""
     return [_group(key, tuple(names), {}, words, work, _own_choices(machines, work), menus)]
 
 
@@ -134,13 +137,13 @@ def _group(
 
 
 def plain_field(name: str, label: str, kind: str = "text", **given: Any) -> dict[str, Any]:
-    """Return a field that is not an option of leafcut."""
+    """Return a field that does not belong to an option of leafcut."""
     empty = {"flag": "", "unit": "", "help": "", "choices": [], "default": "", "on": False, "file": False}
     return {"name": name, "label": label, "kind": kind, **empty, **given}
 
 
 def plain_group(*fields: dict[str, Any]) -> dict[str, Any]:
-    """Return a group of fields without a title."""
+    """Return a group of fields that has no title."""
     return {"key": "one", "title": "", "folded": False, "changed": 0, "fields": list(fields)}
 
 
@@ -174,7 +177,7 @@ def _field(name: str, words: Words, work: str, own_choices: list[tuple[str, str]
 
 
 def _own_texts(name: str, work: str) -> tuple[str, str]:
-    """Return the help text and the default text that a kind of work has for an option; "" for none."""
+    """Return the help text and the default text that a kind of work uses for an option, or "" if it has no own text."""
     return registry.work(work).helps.get(name, ("", "")) if work else ("", "")
 
 
@@ -185,7 +188,7 @@ def _unit(spec: OptionSpec) -> str:
 
 
 def default_words(name: str, default: Any, words: Words, work: str = "") -> str:
-    """Return the text for an option without a value: the description of its default, or else `default` itself."""
+    """Describe the default of an option that has no value. Without a description, return `default` itself."""
     spec = group_of(name).specs()[name]
     own = _own_texts(name, work)[1]
     if own or spec.default_words:
@@ -200,7 +203,7 @@ def default_words(name: str, default: Any, words: Words, work: str = "") -> str:
 
 
 def _short(text: str, limit: int) -> str:
-    """Return a default in at most `limit` characters: its first part (``auto`` of ``auto: as …``), or first words."""
+    """Shorten a default to `limit` characters. Keep its first part (``auto`` of ``auto: as …``), or its first words."""
     head = text if len(text) <= limit else text.replace(";", ":").partition(":")[0]
     if len(head) <= limit:
         return head
@@ -208,9 +211,9 @@ def _short(text: str, limit: int) -> str:
 
 
 def problem_with(name: str, value: Any) -> str:
-    """Return the error message for a typed value, which starts with the option's flag; empty if the value is valid.
+    """Check a value that the user has typed. Return an error message that starts with the flag of the option.
 
-    Files and machines are checked only when they are used.
+    The message is empty if the value is valid. Files and machines are only checked when they are used.
     """
     group = group_of(name)
     spec = group.specs()[name]
@@ -225,7 +228,7 @@ def problem_with(name: str, value: Any) -> str:
 
 
 def changed_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values that differ from the defaults, without options that no longer exist."""
+    """Return the values that differ from the defaults. Options that no longer exist are ignored."""
     known, kept = {name for _, name, _ in all_options()}, {}
     for name, value in values.items():
         if name not in known:
@@ -240,13 +243,13 @@ def changed_values(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def values_of_work(work: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the changed values of the options that apply to a kind of work."""
+    """Return the changed values of all options that apply to a kind of work."""
     known = options_of(work, values)
     return {name: value for name, value in changed_values(values).items() if name in known}
 
 
 def value_words(name: str, value: Any, words: Words, folder: Folder, work: str = "") -> str:
-    """Return an option's value, or else its default, as displayed: with its unit, or as the name of a file."""
+    """Format the value of an option, or its default, for display. It has a unit, or is shown as the name of a file."""
     spec = group_of(name).specs()[name]
     default = default_of(name, work)
     if spec.kind == "path" and value:

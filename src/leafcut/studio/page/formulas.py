@@ -1,4 +1,4 @@
-"""Formulas as MathML, which browsers render: `formula(sub("τ", "ij"), "←", …)`."""
+"""Formulas as MathML, which browsers can display: `formula(sub("τ", "ij"), "←", …)`."""
 
 from __future__ import annotations
 
@@ -10,16 +10,19 @@ DIGITS = 4
 
 
 class MathMark(str):
-    """A string of MathML, which must not be escaped."""
+    """A MathML string, which must not be escaped."""
 
 
 def formula(*parts: str | float) -> str:
-    """Return a formula on its own line."""
+    """Return a formula on a separate line."""
     return f'<math display="block">{row(*parts)}</math>'
 
 
 def row(*parts: str | float) -> MathMark:
-    """Return parts side by side. A letter becomes a variable, a number remains a number, other text is an operator."""
+    """Place parts side by side.
+
+    A letter becomes a variable, a number stays a number, and any other text is an operator.
+    """
     return MathMark(f"<mrow>{''.join(_set(part) for part in parts)}</mrow>")
 
 
@@ -29,7 +32,10 @@ def frac(above: str | float, below: str | float) -> MathMark:
 
 
 def sub(base: str, index: str) -> MathMark:
-    """Return a letter with an index. An index of up to two letters consists of variables; a longer word is upright."""
+    """Return a letter with an index.
+
+    An index with one or two letters consists of variables. A longer index is upright.
+    """
     return MathMark(f"<msub>{_set(base)}{_index(index)}</msub>")
 
 
@@ -39,7 +45,7 @@ def power(base: str | float, exponent: str | float) -> MathMark:
 
 
 def raised(base: str, index: str, exponent: str | float) -> MathMark:
-    """Return a power of a letter with an index."""
+    """Return a letter with an index, raised to a power."""
     return MathMark(f"<msubsup>{_set(base)}{_index(index)}{row(exponent)}</msubsup>")
 
 
@@ -49,7 +55,7 @@ def total(index: str, *parts: str | float) -> MathMark:
 
 
 def number(value: float) -> MathMark:
-    """Return a rounded number. A very small or large number is written with a power of ten."""
+    """Round a number. Very small and very large numbers are written with a power of ten."""
     if value == 0.0 or not math.isfinite(value) or 1e-3 <= abs(value) < 1e6:
         return MathMark(f"<mn>{'∞' if math.isinf(value) else plain(value)}</mn>")
     mantissa, _, exponent = f"{value:.{DIGITS - 1}e}".partition("e")
@@ -58,7 +64,7 @@ def number(value: float) -> MathMark:
 
 
 def plain(value: float) -> str:
-    """Return a number with a few digits, as text: 6,120, 0.02, 25."""
+    """Format a number with a few digits, such as 6,120, 0.02 or 25."""
     rounded = float(f"{value:.{DIGITS}g}")
     return f"{rounded:,.0f}" if abs(rounded) >= 10 ** (DIGITS - 1) else f"{rounded:g}"
 

@@ -1,4 +1,4 @@
-"""The result of a run in a few words, for the top of the result panel and for announcements."""
+"""Summarizes the result of a run in a few words, for the top of the result panel and for announcements."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.units import format_time
 
 @dataclass(frozen=True)
 class Headline:
-    """A large line with a small line below it. `kind` is ``better``, ``worse`` or ``same``."""
+    """A large line with a small line below. `kind` is ``better``, ``worse`` or ``same``."""
 
     large: str
     small: str
@@ -26,7 +26,7 @@ class Headline:
 
 
 def saving_headline(answer: dict[str, Any], words: Words) -> Headline:
-    """Return the time of a program and its saving, or the reason why the program was not improved."""
+    """Return the time of a program and how much was saved, or the reason why the program did not improve."""
     seconds = (answer["before"]["time_s"] or 0.0) - (answer["after"]["time_s"] or 0.0)
     if format_time(abs(seconds)) == format_time(0.0):
         return Headline(
@@ -41,12 +41,12 @@ def saving_headline(answer: dict[str, Any], words: Words) -> Headline:
 
 
 def compared_strategy(answer: dict[str, Any]) -> str:
-    """Return the names of the strategies with which a pocketing program is compared; empty for other programs."""
+    """Return the strategies that a pocketing program is compared with. The result is empty for all other programs."""
     return " + ".join(row["strategy"] for row in answer.get("strategies", ()) if row.get("usual"))
 
 
 def _why_same(answer: dict[str, Any], words: Words) -> str:
-    """Return the reason why a program is not faster: its tasks are fixed, or no better order exists."""
+    """Explain why a program did not get faster. Either its tasks are fixed, or no better order exists."""
     groups = answer.get("staying", [])
     n_kept, n_tasks = sum(group["count"] for group in groups), answer["counts"].get("pieces", 0)
     if not groups or n_kept < n_tasks:
@@ -57,7 +57,7 @@ def _why_same(answer: dict[str, Any], words: Words) -> str:
 
 
 def missing_words(answer: dict[str, Any], words: Words) -> str:
-    """Return the amount of missing work; empty if nothing is missing."""
+    """Describe how much work is missing. The text is empty if nothing is missing."""
     # Answers of earlier versions lack this list.
     number = sum(work["count"] for work in answer.get("missing", ()))
     key = "result.missing" if number == 1 else "result.missing_several"
@@ -65,7 +65,7 @@ def missing_words(answer: dict[str, Any], words: Words) -> str:
 
 
 def announcement(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
-    """Return the announcement of a new result for screen readers."""
+    """Return the text that announces a new result to screen readers."""
     return f"{record.title}: {_summary(record, answer, words)}"
 
 

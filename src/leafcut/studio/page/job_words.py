@@ -1,4 +1,4 @@
-"""Texts about a job in lists (its choices and its result), and search terms for jobs."""
+"""Texts that describe a job in lists (its choices and its result), and search terms for jobs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MAX_WORDS = 8
 
 
 def choices_of(task: Task, folder: Folder, words: Words) -> list[str]:
-    """Return the machine and the changed options, which distinguish a job from other jobs with the same file."""
+    """Return the machine and the changed options. They distinguish a job from other jobs with the same file."""
     options = changed_values(task.options)
     machine = str(options.pop("machine", "") or default_machine(task.process)).removeprefix(OWN)
     choices = [machine] if task.command == "optimize" or "machine" in task.options else []
@@ -29,14 +29,14 @@ def choices_of(task: Task, folder: Folder, words: Words) -> list[str]:
 
 
 def change_words(saved: float) -> str:
-    """Return a change of time in percent, such as ``−2.5 %``; a change of zero has no sign."""
+    """Format a change of time in percent, such as ``−2.5 %``. A change of zero has no sign."""
     percent = round(saved, 1)
     sign = "−" if percent > 0 else "+" if percent < 0 else ""
     return f"{sign}{abs(percent):.1f}\u00a0%"
 
 
 def figures_of(record: JobRecord, words: Words) -> str:
-    """Return the result of a job in a few words, or its error."""
+    """Describe the result of a job in a few words, or return its error."""
     figures = record.figures
     if "after_s" in figures and figures["before_s"] is not None:
         change = change_words(figures["saved_percent"] or 0.0)
@@ -54,7 +54,7 @@ def figures_of(record: JobRecord, words: Words) -> str:
 def search_terms(text: str, words: Words) -> list[SearchTerm]:
     """Return a search term for each word of a text.
 
-    A term includes the options and states whose labels contain the word.
+    A term also covers the options and states whose labels contain the word.
     """
     terms = []
     for word in text.split()[:_MAX_WORDS]:

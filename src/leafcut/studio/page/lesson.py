@@ -1,6 +1,4 @@
-"""Explanation of a step of an algorithm from the literature, in sentences and in formulas with the numbers of
-the step.
-"""
+"""Explains a step of an algorithm from the literature, in sentences and in formulas with the numbers of this step."""
 
 from __future__ import annotations
 
@@ -15,7 +13,7 @@ TAU, ETA, CHANCE = sub("τ", "ij"), sub("η", "ij"), sub("p", "ij")
 
 
 def lesson(step: SearchStep, words: Words) -> str:
-    """Return the explanation of a step as HTML: headings, sentences and formulas."""
+    """Explain a step in HTML with headings, sentences and formulas."""
     blocks = _swarm(step, words) if step.algorithm == "firefly" else _ants(step, words)
     return "".join(blocks)
 

@@ -1,4 +1,4 @@
-"""The user's own machines and tool libraries: TOML files in the studio's folder, checked by leafcut's readers."""
+"""The user's own machines and tool libraries: TOML files in the studio's folder, which leafcut's readers check."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from leafcut.files.whole_files import line_of
 from leafcut.message import map_text
 from leafcut.studio.folder import Folder
 
-#: Maximum length of a profile, characters; profiles have a few thousand.
+#: Maximum length of a profile, characters. Typical profiles have a few thousand.
 MAX_CHARACTERS = 200_000
 
 
 def shipped_names(kind: str) -> list[str]:
-    """Return the names of the included files, which can be viewed and copied but not changed."""
+    """Return the names of the included files. Users can view and copy these files, but not change them."""
     if kind == "machines":
         from leafcut.read.machine import shipped_machines
 
@@ -26,7 +26,7 @@ def shipped_names(kind: str) -> list[str]:
 
 
 def shipped_text(kind: str, name: str) -> str:
-    """Return the TOML text of an included file; raise `OptionError` for an unknown name."""
+    """Return the TOML text of an included file. Raises `OptionError` if the name is unknown."""
     if name not in shipped_names(kind):
         raise OptionError("unknown name '{}' in {}", name, kind)
     file = files("leafcut.machines") / f"{name}.toml" if kind == "machines" else files("leafcut.studio") / "tools.toml"
@@ -34,7 +34,10 @@ def shipped_text(kind: str, name: str) -> str:
 
 
 def own_text(folder: Folder, kind: str, name: str) -> str:
-    """Return the TOML text of one of the user's own files; raise `OptionError` if it is missing or unreadable."""
+    """Return the TOML text of one of the user's own files.
+
+    Raises `OptionError` if the file is missing or unreadable.
+    """
     try:
         return folder.own_path(kind, name).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
@@ -42,9 +45,9 @@ def own_text(folder: Folder, kind: str, name: str) -> str:
 
 
 def check_profile(kind: str, name: str, text: str) -> None:
-    """Check the text of a machine or tool library with its reader; raise `OptionError` if it is invalid.
+    """Check the text of a machine or tool library. Raises `OptionError` if the text is invalid.
 
-    A `DataError` contains the line of the error. If a key is missing, it contains the line of its table.
+    A `DataError` also contains the line of the error. If a key is missing, this is the line of its table.
     """
     if len(text) > MAX_CHARACTERS:
         raise OptionError("{}.toml: longer than {:,} characters, too long for a profile", name, MAX_CHARACTERS)
@@ -72,9 +75,9 @@ def _line_of_error(text: str, problem: DataError) -> int | None:
 
 
 def save_profile(folder: Folder, kind: str, name: str, text: str) -> None:
-    """Check a text and save it as one of the user's own files.
+    """Check a text, and save it as one of the user's own files.
 
-    Raise `OptionError` if the text or the name is invalid, or if the name belongs to an included machine.
+    Raises `OptionError` if the text or the name is invalid, or if an included machine has the same name.
     """
     folder.own_path(kind, name)
     if kind == "machines" and name in shipped_names(kind):

@@ -1,4 +1,4 @@
-"""The choices of a page in the history of its browser, so that Back, a reload and a restart continue with them."""
+"""Stores the choices of a page in the browser's history, so that they survive Back, a reload and a restart."""
 
 from __future__ import annotations
 
@@ -25,25 +25,25 @@ if TYPE_CHECKING:
 
     from leafcut.studio.page.pages import Page
 
-#: Maximum size of stored choices, characters. A browser's message to the server must be smaller than 1 MiB.
+#: Maximum size of the stored choices, characters. A message from the browser to the server must be smaller than 1 MiB.
 MAX_CHARACTERS = 900_000
 
 #: Format of a job id.
 _JOB = re.compile(r"[A-Za-z0-9_-]{12}")
-#: Attributes of a `View` that are saved: texts, sets of names, and tables of texts.
+#: Attributes of a `View` that are stored: texts, sets of names, and tables of texts.
 _TEXTS = ("source", "name", "second", "second_name", "origin", "work", "process", "pace")
 
-#: Choices of a page: attributes of `View`, the ``tab`` of the result, and ``edit``, an order edited by hand. ``edit``
-#: consists of its ``job``, and of ``state``, ``before`` and ``after`` from `UndoableState.as_plain`.
+#: The choices of a page: attributes of `View`, the visible ``tab`` of the result, and ``edit`` for an edited order.
+#: ``edit`` contains the ``job`` and the fields ``state``, ``before`` and ``after`` of `UndoableState.as_plain`.
 KeptState = dict[str, Any]
 
 
 class Memory:
-    """The steps of a page in the browser's history, each with an address and named choices.
+    """The steps of a page in the browser's history. Each step has an address and named choices.
 
-    Opening a view adds a step with the same name. Opening another file or job adds a step with a new name, so that
-    Back returns to the earlier choices. After Back or Forward, `on_went` receives the address of the new step, and its
-    choices if the name has changed.
+    When the user opens a view, the new step keeps the same name. When the user opens another file or job, the new step
+    gets a new name, so that Back can restore the earlier choices. After Back or Forward, `on_went` receives the address
+    of the step. It also receives the choices if the name has changed.
     """
 
     def __init__(
@@ -53,15 +53,16 @@ class Memory:
         self.browser = BrowserState(self._follow)
         self.is_open: Callable[[], bool] = lambda: client.has_socket_connection
         self._rename(secrets.token_urlsafe(9))
-        #: Whether the browser's choices have been read. Until then, they must not be overwritten.
+        #: Whether the choices have been read from the browser. They must not be overwritten before.
         self._loaded = False
-        #: Whether another input is being opened, which will add a step.
+        #: Whether the page is opening another input, which will add a step.
         self._opening = False
-        #: Whether a view was opened before the browser's choices were read.
+        #: Whether a view was opened before the choices were read from the browser.
         self._late_step = False
-        #: Name → choices at the moment of Back or Forward, because the browser may not have stored them in time.
+        #: Choices by name at the moment when the user went back or forward. The browser may not have had time to store
+        #: them.
         self._left: dict[str, KeptState] = {}
-        #: Last sent address and choices.
+        #: The address and choices that were sent last.
         self._sent = ("", "")
 
     def _rename(self, name: str) -> None:
@@ -69,7 +70,7 @@ class Memory:
         self._page.studio.open_pages[name] = self._page
 
     async def load(self) -> KeptState | None:
-        """Return the choices of the browser's current step, or None."""
+        """Return the choices of the current step in the browser, or None."""
         state = _parsed(await self.browser.read())
         self._loaded = True
         if state is None:
@@ -81,26 +82,26 @@ class Memory:
         return latest
 
     async def load_last(self) -> KeptState | None:
-        """Return the choices of the page that this browser closed last, or None."""
+        """Return the choices of the page that was closed last in this browser, or None."""
         state = _parsed(await self.browser.read_last())
         return None if state is None else self._latest(state)
 
     def _latest(self, state: KeptState) -> KeptState:
-        """Return the choices saved by a page that was closed or reloaded a moment ago.
+        """Return the choices of a page that was closed or reloaded a moment ago.
 
-        The server has received the last edits of that page, but the browser had no time to store them.
+        The server has received the last edits of this page, but the browser had no time to store them.
         """
         other = self._page.studio.open_pages.get(str(state.get("page")))
         return state if other is None or other.memory.is_open() else dict(other.state())
 
     def save(self) -> None:
-        """Save the page's state if it has changed, except while another input is being opened."""
+        """Store the page's state if it has changed, unless another input is being opened."""
         if self._loaded and not self._opening:
             late, self._late_step = self._late_step, False
             self._send("pushState" if late else "replaceState")
 
     def prepare_step(self) -> None:
-        """Save the state in this step, because another input may be opened, which adds a step."""
+        """Store the state in this step. Another input may be opened soon, which adds a step."""
         if not self._opening and self.has_input():
             self.save()
             self._opening = True
@@ -115,7 +116,7 @@ class Memory:
         self._opening = False
 
     def settle(self) -> None:
-        """Save the state; if another input was opened, as a new step."""
+        """Store the state. If another input was opened, store it as a new step."""
         if self._opening:
             self._opening = False
             self._rename(secrets.token_urlsafe(9))
@@ -124,17 +125,17 @@ class Memory:
             self.save()
 
     def push(self) -> None:
-        """Save the state as a new step."""
+        """Store the state as a new step."""
         if self._loaded:
             self._send("pushState")
         else:
             self._late_step = True
 
     async def _follow(self, address: dict[str, Any], state: str, newest: bool) -> None:
-        """Follow Back or Forward.
+        """Respond to Back or Forward.
 
-        `newest`: whether the browser has recorded all steps. If not, the browser adds the missing step later, so the
-        page sends the state of this step again.
+        `newest` is set if the browser has recorded all steps. Otherwise, the browser adds the missing step later, and
+        the page sends the state of this step again.
         """
         kept, self._opening = _parsed(state), False
         name = self.name if kept is None else str(kept.get("page"))
@@ -184,9 +185,9 @@ def kept_state(view: View, tab: str, edit: dict[str, Any] | None) -> KeptState:
 
 
 def restore(view: View, plain: Mapping[str, Any]) -> None:
-    """Apply saved choices (`kept_state`) to a page. Invalid entries are ignored.
+    """Apply stored choices (see `kept_state`) to a page. Invalid entries are ignored.
 
-    Ids of files and jobs are checked when they are used, like ids that a page sends.
+    The ids of files and jobs are only checked when they are used, in the same way as ids that a page sends.
     """
     for name in ("source", "name", "second", "second_name", "origin"):
         setattr(view, name, str(plain.get(name, "")))

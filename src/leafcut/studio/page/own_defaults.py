@@ -1,4 +1,4 @@
-"""The user's own defaults (`leafcut defaults`) as initial values of a form, with their positions in the file."""
+"""The user's own defaults (`leafcut defaults`), as initial values of a form with their positions in the file."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from leafcut.studio.jobs.task import OWN_KINDS
 
 @dataclass(frozen=True)
 class OwnDefaults:
-    """The content of the defaults file, as values of a form.
+    """The content of the file with the user's own defaults, as values of a form.
 
     Attributes
     ----------
     values
-        Option → value as a user would type it, or id of a copy if the option names a file.
+        The value of each option, as a user would type it. If the option names a file, this is the id of a copy.
     shown
-        Option → displayed name of the copied file.
+        The displayed name of each copied file, by option.
     places
-        Option → file name and line.
+        The file name and the line of each option.
     problem
-        The reason why the defaults file cannot be used, in one line; empty if the file is valid.
+        Why the file cannot be used, in one line. It is empty if the file is valid.
     """
 
     values: dict[str, Any] = field(default_factory=dict)
@@ -40,7 +40,7 @@ class OwnDefaults:
 
 
 def own_defaults(folder: Folder) -> OwnDefaults:
-    """Return the user's own defaults. Files that they name are copied to the studio's folder."""
+    """Read the user's own defaults. Files that they name are copied to the studio's folder."""
     defaults = OwnDefaults()
     try:
         file = defaults_file()
@@ -59,7 +59,10 @@ def own_defaults(folder: Folder) -> OwnDefaults:
 
 
 def _copied(path: Path, name: str, folder: Folder) -> str:
-    """Copy a file to the library or the uploads; return its name there. Raise `LeafcutError` if it is unreadable."""
+    """Copy a file to the library or to the uploads, and return its new name.
+
+    Raises `LeafcutError` if the file cannot be read.
+    """
     data = toml_bytes(path)
     kind = OWN_KINDS.get(name)
     if kind is None:
@@ -79,7 +82,7 @@ def _typed(value: Any) -> str:
 def without_idle(
     options: Mapping[str, Any], usual: Mapping[str, str], work: str, input_kind: str = ""
 ) -> dict[str, Any]:
-    """Remove the user's defaults that a kind of work does not use. Options that the user has typed remain."""
+    """Remove the user's own defaults that a kind of work does not use. Options that the user has typed are kept."""
     known = next((kind for kind in registry.works() if kind.name == work), None)
     if known is None or not usual.keys() & options.keys():
         return dict(options)

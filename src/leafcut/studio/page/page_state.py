@@ -1,4 +1,4 @@
-"""The state of an open page. Every browser tab has its own; jobs are shared."""
+"""The state of an open page. Each browser tab has its own state, but all tabs share the jobs."""
 
 from __future__ import annotations
 
@@ -37,23 +37,24 @@ class View:
     Attributes
     ----------
     source, name
-        The input: id of an upload or name of a built-in part, and its displayed name; empty for none.
+        Id of the uploaded input or name of the built-in part, and its displayed name. Both are empty if there is no
+        input.
     second, second_name
         The second program for `verify`.
     parts, part_names
-        For a nest: the requested parts, and id → displayed name of the drawing.
+        The parts to nest, and the displayed name of each drawing by id.
     origin
-        Origin of an input that is a nested sheet (`sheets.SheetOfNest.origin`); empty for other inputs.
+        Origin of a nested sheet (`sheets.SheetOfNest.origin`). It is empty for other inputs.
     sheet
-        Visible sheet of a nest: variant and number.
+        Variant and number of the visible sheet of a nest.
     table
-        The values of the form, each with its setter.
+        The values of the form. Each value has a setter.
     job
         The job whose result is visible.
     pace
-        Speed of a search that can be watched step by step (`panel_live.PACES`).
+        Speed of a search that the user can watch step by step (`panel_live.PACES`).
     edited
-        Whether the order of the result was edited and no run has used the edited order yet.
+        Whether the user has edited the order of the result and not run it yet.
     """
 
     studio: Studio
@@ -81,7 +82,7 @@ class View:
 
     @property
     def errors(self) -> dict[str, str]:
-        """Errors of single values: name → message, which starts with the flag."""
+        """Errors of single values. Each message starts with the flag of its option."""
         values = self.values
         lines = {name: forms.problem_with(name, value) for name, value in values.items()}
         if line := chart_problem(values, self.studio.folder) if "chart" in values else "":
@@ -89,9 +90,9 @@ class View:
         return {name: line for name, line in lines.items() if line}
 
     def read_preview(self, work: str, reading: StudioWork, on_message: Callable[[Any], Any] | None = None) -> Preview:
-        """Read the input in another process and return its preview; slow for a large file.
+        """Preview the input in another process. This is slow for a large file.
 
-        Without `work`, it is read for the most likely kind of work. Raise `LeafcutError` if it cannot be read.
+        Without `work`, the most likely kind of work applies. Raises `LeafcutError` if the input cannot be read.
         """
         try:
             values = self.values
@@ -114,21 +115,22 @@ class View:
         return scene
 
     def works(self) -> tuple[str, ...]:
-        """Return the kinds of work that suit the input; all kinds without an input."""
+        """Return the kinds of work that suit the input. Without an input, return all kinds."""
         known = self.seen.works if self.seen is not None else forms.works()
         return (*known, "nest") if self.parts and "nest" not in known else known
 
     @property
     def studied(self) -> bool:
-        """Whether the search is an algorithm of the literature, which can be watched step by step."""
+        """Whether the search is an algorithm from the literature, which users can watch step by step."""
         values = self.values
         chosen = str(values.get("algorithm") or "auto")
         return "algorithm" in forms.values_of_work(self.work, values) and chosen in LITERATURE
 
     def follow_study(self) -> None:
-        """Turn local search off while an algorithm of the literature is chosen for a map, unless the user has set it.
+        """Turn off local search while an algorithm from the literature solves a map, unless the user has set this
+        option.
 
-        Local search would hide the learning of ants and fireflies.
+        Local search would hide how ants and fireflies learn.
         """
         entry = self.table.get("local_search")
         if self.work == "solve" and self.studied:
@@ -138,7 +140,10 @@ class View:
             del self.table["local_search"]
 
     def leave_unsuitable_machine(self) -> str:
-        """Reset options of an earlier input that do not suit this input; return a message for the user, or ""."""
+        """Reset options of an earlier input that do not suit the current input.
+
+        Return a message for the user, or "" if nothing was reset.
+        """
         if self.values.get("pixel_size") and self.seen is not None and self.seen.format != "picture":
             self.table.put("pixel_size", "")
         machine = str(self.values.get("machine") or "")
@@ -148,7 +153,7 @@ class View:
         return self.words("choose.left", machine=machine.removeprefix(OWN), usual=api.default_machine(self.work))
 
     def take(self, source: str, name: str, origin: str = "") -> None:
-        """Change to another input, and reset the values of the previous input."""
+        """Switch to another input, and reset the values of the previous input."""
         self.table.leave_input()
         if self.source not in ("", source):
             self.table.start_fresh()
@@ -158,31 +163,34 @@ class View:
 
     @property
     def invalid_values(self) -> dict[str, str]:
-        """Errors of the options that apply to the chosen kind of work: name → message."""
+        """Errors of all options that apply to the selected kind of work."""
         known = forms.values_of_work(self.work, self.values)
         return {name: line for name, line in self.problems.items() if name in known}
 
     @property
     def problems(self) -> dict[str, str]:
-        """Error messages by option: invalid values, and a machine that does not suit the kind of work."""
+        """Error messages by option. They cover invalid values and a machine that does not suit the kind of work."""
         machine = str(self.values.get("machine") or "")
         line = fitting_machines.unsuitable_reason(machine, self.work, self.studio.folder, self.words)
         return {**self.errors, "machine": Message("{}: {}", flag_name("machine"), line)} if line else self.errors
 
     def field_errors(self) -> dict[str, str]:
-        """Return the errors in the language of the page, without flags, because each appears beside its field."""
+        """Return the errors in the language of the page.
+
+        They have no flags, because each error appears next to its field.
+        """
         lines = {name: self.words.translate(line) for name, line in self.problems.items()}
         return {name: self.words.plain(line.removeprefix(f"{flag_name(name)}: ")) for name, line in lines.items()}
 
     def follow_defaults(self) -> str:
-        """Take the user's own defaults for options that the user has not changed; return an error message or ""."""
+        """Apply the user's own defaults to options that the user has not changed. Return an error message, or ""."""
         defaults = own_defaults(self.studio.folder)
         if not defaults.problem:
             self.table.follow_defaults(defaults)
         return defaults.problem
 
     def take_options(self, input_id: str) -> None:
-        """Load an opened options file; raise `OptionError` if its content is invalid or names other files."""
+        """Load an options file that was opened. Raises `OptionError` if its content is invalid or names other files."""
         try:
             options = options_of_file(self.studio.folder.input_path(input_id))
         except OptionError as problem:
@@ -198,7 +206,7 @@ class View:
             self.table.put(name, words if isinstance(words, bool) else str(words))
 
     def form(self) -> list[dict[str, Any]]:
-        """Return the options form for the chosen kind of work."""
+        """Return the options form for the selected kind of work."""
         tools = self.studio.folder.own_names("tools")
         chosen = str(self.values.get("machine") or "")
         machines = fitting_machines.offered_machines(self._machines(), self.work, chosen, self.studio.folder)
@@ -224,7 +232,7 @@ class View:
         return chart_menus(self.values, self.studio.folder, self.words, str(forms.default_of("machine", work)))
 
     def cut_options(self) -> dict[str, Any]:
-        """Return the options for cutting nested sheets; raise `OptionError` if a value is invalid."""
+        """Return the options for cutting nested sheets. Raises `OptionError` if a value is invalid."""
         for name, line in self.errors.items():
             if name in forms.CUT_OF_NEST:
                 raise OptionError(line)
@@ -238,12 +246,12 @@ class View:
 
     @property
     def zero(self) -> Zero:
-        """Position of program zero in the drawing, mm; None if the kind of work has no option for program zero."""
+        """Position of program zero in the drawing, mm, or None if the kind of work has no such option."""
         return self.seen.zero if self.seen is not None and "origin" in forms.options_of(self.work, {}) else None
 
     @property
     def ready(self) -> bool:
-        """Whether all inputs that the chosen kind of work needs are present."""
+        """Whether all inputs that the selected kind of work needs are available."""
         if self.work == "nest":
             return bool(self.parts)
         return bool(self.source) and bool(self.work != "verify" or self.second)
@@ -262,7 +270,7 @@ class View:
         return Task(forms.command_of(self.work), inputs, process, options, origin)
 
     def command_line(self) -> str:
-        """Return the shell command for this task; empty while the task is incomplete."""
+        """Return the shell command for this task. It is empty while an input is missing."""
         if not self.ready:
             return ""
         try:
@@ -278,7 +286,7 @@ class View:
         return program_name(self.name, api.program_extension(api.dialect_of(call.options, task.process)))
 
 
-#: Options outside the groups `read` and `sheet` that change how a file is read or where it is placed on the machine.
+#: Options outside the groups `read` and `sheet` that affect how a file is read or placed on the machine.
 _ALSO_READ = {
     "machine",
     "work_offset",
@@ -294,7 +302,7 @@ _ALSO_READ = {
     "workpiece",
     "tool_diameter",
 }
-#: All options that change how a file is read.
+#: All options that affect how a file is read.
 OF_READING = frozenset(
     name for group, name, _ in all_options() if group.section in ("read", "sheet") or name in _ALSO_READ
 )

@@ -1,4 +1,4 @@
-"""The layout of the studio's page with its views. The content of the views is in the panels and rooms."""
+"""The layout of the studio's page with its views. Panels and rooms provide the content of the views."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ if TYPE_CHECKING:
 
     from leafcut.studio.studio import Studio
 
-#: Time after which a message disappears, s. Errors stay.
+#: Time after which a message disappears, s. Errors remain visible.
 _SAID_SECONDS = 6.0
-#: Time within which a browser must reconnect to keep its page, s. NiceGUI derives the interval and the time limit of
-#: its pings from it.
+#: A browser that reconnects within this time keeps its page, s. NiceGUI derives the interval and the timeout of its
+#: pings from this value.
 RECONNECT_SECONDS = 10.0
-#: Polling interval for running jobs, s; short enough for a result to appear at once.
+#: Interval between updates while jobs are running, s. It is short enough to show a result immediately.
 _TICK = 0.05
 
 LEAF = (
@@ -47,13 +47,13 @@ LEAF = (
 )
 
 _STYLES = ("colours.css", "studio.css", "room.css", "works.css", "figures.css", "drawing.css", "program.css")
-#: Must run before painting, because it sets the light or dark theme.
+#: Must run before the page is painted, because it selects the light or the dark theme.
 _FIRST_SCRIPT = "shell.js"
 _MODULES = ("focus.js", "badge.js", "picture.js")
 
-#: Views of the page, and their keys.
+#: Views of the page, with their keys.
 VIEWS = (("work", "1"), ("jobs", "2"), ("machines", "3"), ("tools", "4"))
-#: Other keys of the page → key of their description.
+#: Other keys of the page, with the key of their description.
 _KEYS: tuple[tuple[tuple[str, ...], str], ...] = (
     (("O",), "key.o"),
     (("R", "Ctrl+Enter"), "key.r"),
@@ -70,7 +70,7 @@ _KEYS: tuple[tuple[tuple[str, ...], str], ...] = (
     (("Esc", "Pause"), "key.machine_stop"),
     (("?",), "key.help"),
 )
-#: Keys of the drawing as displayed → key of their description.
+#: Keys that work in the drawing, with the key of their description.
 _DRAWING_KEYS = (
     (("← ↑ → ↓",), "key.arrows"), (("+ −",), "key.zoom"), (("F",), "key.fit"), (("␣",), "key.play"),
     ((", .",), "key.block"), (("M",), "key.modes"), (("D",), "key.measure"), (("⇧A … ⇧W",), "key.layers"),
@@ -102,10 +102,13 @@ class RoomView(Protocol):
     """The view of a room in a page."""
 
     async def show(self) -> None:
-        """Show its current content."""
+        """Show the current content of the view."""
 
     def tick(self, *, shown: bool) -> None:
-        """Update it; called every `_TICK` seconds once it was shown."""
+        """Update the view.
+
+        The page calls this method every `_TICK` seconds after the view was shown for the first time.
+        """
 
 
 def _favicon() -> str:
@@ -113,9 +116,9 @@ def _favicon() -> str:
 
 
 def _language(folder: Folder, request: Request, asked: str) -> str:
-    """Return the requested language and save it.
+    """Return the requested language, and save it for later.
 
-    If none is requested, return the saved language, or else the language of the browser.
+    If no language is requested, use the saved language. Otherwise, use the language of the browser.
     """
     kept = folder.root / "language"
     if asked in LANGUAGES:
@@ -136,19 +139,19 @@ class Page:
         self.studio, self.words = studio, words
         self.view = View(studio, words)
         self._keys = (*VIEWS, *sorted(((room.name, room.key) for room in studio.rooms.values()), key=itemgetter(1)))
-        #: Error in the user's own defaults.
+        #: Error in the file with the user's own defaults.
         self._unread = self.view.follow_defaults()
-        #: The job in the address, which is opened if the browser has stored no choices.
+        #: The job in the address. It opens if the browser has not stored any choices.
         self._asked = job
-        #: Choices of the page that this browser closed last, offered while this page is empty.
+        #: Choices of the page that this browser closed last. They are offered while this page is empty.
         self.last: KeptState | None = None
-        #: Expiry of the current message on the monotonic clock, s.
+        #: Time at which the current message disappears, on the monotonic clock, s.
         self._until = math.inf
         self.shown = ""
         self.built = False
 
     def build(self, view: str = "") -> None:
-        """Lay out the page and show one of its views."""
+        """Build the page and show one of its views."""
         w = self.words
         lost = escape(w("help.lost") + "|" + w("help.again"))
         meta = f'<meta name="leafcut-language" content="{w.language}"><meta name="leafcut-lost" content="{lost}">'
@@ -173,7 +176,7 @@ class Page:
             for kind in ("machines", "tools"):
                 with box("div", "sheet", id=f"view-{kind}") as self.views[kind]:
                     self.__dict__[kind] = LibraryPanel(self.view, self, kind)
-            #: Views of rooms that were shown; most pages never show them.
+            #: Views of rooms that were shown on this page. Most pages never show any.
             self.rooms: dict[str, RoomView] = {}
             for name in self.studio.rooms:
                 self.views[name] = box("div", "sheet", id=f"view-{name}")
@@ -197,7 +200,7 @@ class Page:
         return head(sum((room.styles for room in rooms), ()), sum((room.modules for room in rooms), ()))
 
     def _forget(self) -> None:
-        """Release large objects when the page closes; garbage collection releases the rest."""
+        """Release large objects when the page closes. The garbage collector frees the rest."""
         self.input.leave()
         self.view.seen = None
         self.run.forget()
@@ -274,7 +277,7 @@ class Page:
             self.memory.push()
 
     async def follow(self, address: dict[str, Any], kept: KeptState | None) -> None:
-        """Show the view of a step to which the browser has returned, and restore its choices unless they are None."""
+        """Show the view to which the user has returned. Restore its choices, unless they are None."""
         view = str(address.get("view", ""))
         self.show(view if view in self.views else "work")
         if kept is not None:
@@ -321,7 +324,10 @@ class Page:
         return kept_state(self.view, self.result.tab, self.run.edit.kept())
 
     def show_message(self, line: str, bad: bool = False, stays: bool = False) -> None:
-        """Show a message at the top of the page. It stays until clicked if `bad` or `stays`, else for a few seconds."""
+        """Show a message at the top of the page. It disappears after a few seconds, unless it is `bad` or `stays`.
+
+        The user can close such a message with a click.
+        """
         self._until = math.inf if bad or stays else time.monotonic() + _SAID_SECONDS
         self.message_line.set_text(self.words.plain(line))
         self.message_line.classes(replace="said bad" if bad else "said")
@@ -331,13 +337,13 @@ class Page:
         self.announced.set_text(self.words.plain(line))
 
     def changed(self) -> None:
-        """Save the changed choices, and check whether the result is outdated."""
+        """Store the changed choices, and check whether the result is outdated."""
         if self.built:
             self.result.mark.refresh()
             self.memory.save()
 
     async def open_job(self, job: str, sheet: tuple[int, int] = (1, 1)) -> None:
-        """Show a running or finished job; for a nest, show one of its sheets."""
+        """Show a running or finished job. For a nest, show one of its sheets."""
         record = self.studio.jobs.record(job)
         if record is None:
             self.show_message(self.words("jobs.gone"), True)
@@ -354,17 +360,17 @@ class Page:
         self.result.draw()
 
     def files_in_use(self) -> set[str]:
-        """Return all texts among the choices that may be ids of uploads."""
+        """Return all texts in the choices that may be ids of uploads."""
         state = self.state()
         values = (entry[0] for entry in state["table"].values() if isinstance(entry[0], str))
         return {state["source"], state["second"], *(part.input for part in self.view.parts), *values}
 
     def remember(self) -> None:
-        """Update the address, so that it shows this view and job even after a restart of the studio."""
+        """Update the address, so that it leads to this view and job even after the studio has restarted."""
         self.memory.settle()
 
     def tick(self) -> None:
-        """Update the visible parts of the page; called every `_TICK` seconds."""
+        """Update the visible parts of the page. This method is called every `_TICK` seconds."""
         if time.monotonic() > self._until:
             self.show_message("", stays=True)
         self.badge.tick()
@@ -380,7 +386,7 @@ class Page:
 
 @cache
 def head(styles: tuple[str, ...] = (), modules: tuple[str, ...] = ()) -> str:
-    """Return the style sheets and scripts of the page and of the rooms as HTML."""
+    """Return the style sheets and scripts of the page and its rooms as HTML."""
     # Browsers cache by address, so a newer file gets a new address.
     newest = int(max(file.stat().st_mtime for file in STATIC.iterdir()))
     links = [f'<link rel="stylesheet" href="/static/{name}?{newest}">' for name in (*_STYLES, *styles)]
@@ -390,12 +396,12 @@ def head(styles: tuple[str, ...] = (), modules: tuple[str, ...] = ()) -> str:
 
 
 def first_bar() -> str:
-    """Return the HTML of the top bar that is visible until the page has loaded."""
+    """Return the HTML of the top bar, which is visible until the page has loaded."""
     return f'<div class="boot" aria-hidden="true"><div class="mark">{LEAF}<b>leafcut</b><span>studio</span></div></div>'
 
 
 def help_dialog(words: Words, views: tuple[tuple[str, str], ...]) -> None:
-    """Add the hidden help dialog to the page."""
+    """Add the help dialog to the page. It is hidden at first."""
     # A single element instead of hundreds, because every page contains the dialog and few pages show it.
     dialog = ui.html(_text(words, views), sanitize=False, tag="dialog").classes("help")
     dialog.props.update({"id": "help", "aria-label": words("top.help")})

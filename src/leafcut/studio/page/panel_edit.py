@@ -1,4 +1,5 @@
-"""Manual changes of a result's order: drag stops, reverse the order, move a stop to the start; then run again."""
+"""Lets users change the order of a result (drag stops, reverse the order, move a stop to the start) and run it again.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +34,7 @@ _EDITABLE = ("order", "plan")
 
 
 def edited_order_of(history: History, job: str) -> Edited | None:
-    """Return the editable order of a job's result, or None."""
+    """Return the order of a job's result, or None if users cannot edit it."""
     order, holes, plan = (history.artefact(job, name) for name in ("order", "holes", "plan"))
     if order is not None and holes is not None:
         rows = json.loads(order.data)["operations"]
@@ -46,28 +47,28 @@ def edited_order_of(history: History, job: str) -> Edited | None:
 
 @dataclass(frozen=True)
 class TriedOrder:
-    """A run with an edited order, and the state before the run, which is restored if the run fails."""
+    """A run with an edited order, and the state before this run. If the run fails, that state is restored."""
 
     edited: Edited
     #: The job whose result was edited, its visible sheet, and the job that runs the edited order.
     base: str | None
     sheet: tuple[int, int]
     job: str | None
-    #: Previous entry of the option that now contains the edited order.
+    #: The previous value of the option that now contains the edited order.
     plan: FormValue | None
 
 
 class EditPanel:
-    """The card below the drawing while an order is edited."""
+    """The card below the drawing that is visible while the user edits an order."""
 
     def __init__(self, view: View, page: Page, canvas: Canvas) -> None:
         self.view, self.page, self.canvas = view, page, canvas
         self.edited: Edited | None = None
         self._stop = 0
         self._tried: TriedOrder | None = None
-        #: Result of `kept`. Editing of this order resumes when its result is shown.
+        #: Result of `kept`. When the result of its job is shown, the user can continue to edit this order.
         self._waiting: dict[str, Any] | None = None
-        #: Length of the straight travel moves at the start of editing, mm.
+        #: Length of the straight travel moves when the user started to edit, mm.
         self._before = 0.0
         w = view.words
         with box("div", "edit", role="group", aria_label=w("edit.title"), data_focus_after="#edit-begin") as self.place:
@@ -95,7 +96,7 @@ class EditPanel:
         self.place.set_visibility(False)
 
     def start(self, record: JobRecord) -> None:
-        """Start editing the result of a job."""
+        """Start to edit the result of a job."""
         edited = edited_order_of(self.view.studio.history, record.id)
         if edited is None:
             self.page.show_message(self.view.words("edit.cannot"), True)
@@ -104,17 +105,17 @@ class EditPanel:
         self._open(edited)
 
     def kept(self) -> dict[str, Any] | None:
-        """Return the edited order as plain values for `hold`; None if no order is being edited."""
+        """Return the edited order as plain values for `hold`, or None if the user is not editing an order."""
         if self.edited is None:
             return self._waiting
         return {"job": self.view.job, **self.edited.as_plain()}
 
     def hold(self, kept: dict[str, Any] | None) -> None:
-        """Store the result of `kept` until the result of its job is shown."""
+        """Store the result of `kept` until the page shows the result of its job."""
         self._waiting = kept
 
     def resume(self) -> None:
-        """Resume editing the stored order if its result is shown."""
+        """Continue to edit the stored order, if the page shows its result."""
         kept, self._waiting = self._waiting, None
         if kept is None or self.view.job is None or kept.get("job") != self.view.job:
             return
@@ -125,7 +126,7 @@ class EditPanel:
             self._open(edited)
 
     def leave(self) -> None:
-        """Stop editing, and discard a stored order."""
+        """Stop editing and discard any stored order."""
         self._waiting = None
         self.end()
 
@@ -152,7 +153,7 @@ class EditPanel:
         self.page.changed()
 
     def select(self, event: GenericEventArguments) -> None:
-        """Record the stop that the user has selected in the drawing."""
+        """Remember the stop that the user has selected in the drawing."""
         self._stop = int((event.args or {}).get("stop") or 0)
         self._show_chosen(self._stops())
 
@@ -179,7 +180,7 @@ class EditPanel:
         )
 
     def drag(self, event: GenericEventArguments) -> None:
-        """Apply a drag in the drawing: move a stop in the order, or move the start of a cut."""
+        """Respond to a drag in the drawing. Either move a stop in the order, or move the start of a cut."""
         args: dict[str, Any] = event.args
         number, onto = int(args["number"]), args.get("onto")
         if onto is not None and int(onto) != number:
@@ -252,7 +253,7 @@ class EditPanel:
         self.page.changed()
 
     def run_edited_order(self) -> None:
-        """Start a run with the edited order. The result is measured and verified as usual."""
+        """Run the edited order. The result is measured and verified as usual."""
         view, edited = self.view, self.edited
         if edited is None:
             return
@@ -269,9 +270,9 @@ class EditPanel:
             self.take_back()
 
     def take_back(self) -> bool:
-        """Restore the state before a failed run with an edited order; return whether a run had failed.
+        """Undo a failed run with an edited order. Return whether a run had failed.
 
-        Without this, the next run would fail as well.
+        Otherwise, the next run would fail as well.
         """
         view, tried, self._tried = self.view, self._tried, None
         if tried is None or tried.job != view.job:
@@ -289,23 +290,23 @@ class EditPanel:
 
 
 def can_be_edited(history: History, record: JobRecord, files: dict[str, str]) -> bool:
-    """Return whether a job has a result that can be edited."""
+    """Return whether users can edit the result of a job."""
     if record.task.options.get("chains"):
         return edited_order_of(history, record.id) is not None  # a result with chains cannot be edited
     return any(name in files for name in _EDITABLE)
 
 
 def _length(stops: list[OrderStop]) -> float:
-    """Return the length of the straight moves between consecutive stops with a fixed order, mm."""
+    """Return the length of the straight moves between consecutive stops whose order is fixed, mm."""
     return sum(
         math.dist(stop.place, next_stop.place) for stop, next_stop in pairwise(stops) if stop.held and next_stop.held
     )
 
 
 class StopKeys:
-    """Buttons that select the previous or next stop, and move the selected stop in the order.
+    """Buttons that select the previous or the next stop, and move the selected stop in the order.
 
-    `choose` is called with the name of the selected stop.
+    `choose` receives the name of the selected stop.
     """
 
     def __init__(
@@ -347,7 +348,7 @@ class StopKeys:
         form.on("submit", self._put, js_handler="(e) => { e.preventDefault(); emit(); }")
 
     def show(self, chosen: int) -> None:
-        """Set the selected stop; 0 for none."""
+        """Set the selected stop, or 0 if no stop is selected."""
         self._chosen = chosen
 
     def _note(self, event: Any) -> None:

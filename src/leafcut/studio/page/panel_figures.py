@@ -1,4 +1,4 @@
-"""Figures of the report on the page: costs, distribution of time, and values per part."""
+"""The figures of the report, as shown on the page: costs, distribution of time, and values per part."""
 
 from __future__ import annotations
 
@@ -38,7 +38,10 @@ def _tiles(tiles: Sequence[dict[str, Any]], words: Words) -> None:
 
 
 def draw_times(rows: Sequence[tuple[str, dict[str, float], str]], words: Words, kinds: dict[str, str]) -> None:
-    """Show rows (name, seconds by kind, total) as stacked bars with a common scale. `kinds` maps kinds to labels."""
+    """Draw stacked bars with a common scale. Each row contains a name, the seconds of each kind, and the total.
+
+    `kinds` contains the label of each kind.
+    """
     rows = [
         (name, {k.replace("_", "-"): s for k, s in seconds.items() if s > 0}, total) for name, seconds, total in rows
     ]

@@ -1,4 +1,4 @@
-"""The left column: input, kind of work, and options."""
+"""The left column of the page with the input, the kind of work, and the options."""
 
 from __future__ import annotations
 
@@ -34,23 +34,23 @@ from leafcut.units import parse_quantity
 if TYPE_CHECKING:
     from leafcut.studio.page.pages import Page
 
-#: Maximum number of issues of a file that are listed before a run.
+#: Maximum number of issues that the page lists before a run.
 _MAX_ISSUES = 30
 #: Time after which the process of an obsolete reading is killed, s.
 _GRACE_SECONDS = 1.0
 
 
 class InputPanel:
-    """The column that opens and previews inputs and contains the options form."""
+    """The column in which users open and preview inputs and set options."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
-        #: Number of the current reading. Results of older readings are dropped.
+        #: Number of the current reading. The results of older readings are discarded.
         self._turn = 0
         self.newest: PreviewReading | None = None
-        #: Whether an input is being read or waits to be read.
+        #: Whether an input is being read or is waiting to be read.
         self.reading = False
-        #: Whether Run was pressed during the reading; the run then starts after the reading.
+        #: Whether the user has pressed Run during the reading. The run starts when the reading is complete.
         self._run_wanted = False
         w = view.words
         with box("div", "scrolls"):
@@ -169,7 +169,7 @@ class InputPanel:
         return self.open(kept["id"], kept["name"])
 
     def open(self, source: str, name: str) -> Awaitable[None]:
-        """Open an input, preview it and offer suitable kinds of work. An invalid input changes nothing."""
+        """Open and preview an input, and suggest suitable kinds of work. If the input is invalid, nothing changes."""
         self._run_wanted = False  # the request was for the previous input
         return self._open(source, name)
 
@@ -229,7 +229,10 @@ class InputPanel:
             self.page.run.canvas.fit()
 
     async def read_preview(self, view: View, work: str) -> tuple[Preview | None, str, bool]:
-        """Read an input outside the event loop; return its preview, its error, and whether it is the newest reading."""
+        """Read an input outside the event loop.
+
+        Return its preview, its error, and whether this is the newest reading.
+        """
         turn = self._begin_reading()
         if self.newest is not None:
             self.newest.cancel(_GRACE_SECONDS)
@@ -249,12 +252,12 @@ class InputPanel:
         return seen, line, newest
 
     def cancel(self) -> None:
-        """Cancel the current reading, if any."""
+        """Cancel the current reading, if there is one."""
         if self.newest is not None:
             self.newest.cancel()
 
     def leave(self) -> None:
-        """Cancel the reading of a closed page without a message."""
+        """Cancel the reading of a page that has been closed. No message is shown."""
         self._turn += 1
         self.cancel()
 
@@ -262,20 +265,20 @@ class InputPanel:
         return line == self.view.words("open.cancelled")
 
     def _show_problem(self, line: str) -> None:
-        """Show the reason why an input was not read, but not as an error if the user has cancelled."""
+        """Show why an input was not read. If the user has cancelled the reading, the message is not an error."""
         self.page.show_message(line, not self._is_cancelled(line))
 
     def _begin_reading(self) -> int:
-        """Record that the input will be read, and enable Run meanwhile; return the number of this reading."""
+        """Record that the input will be read, and enable Run in the meantime. Return the number of this reading."""
         self._turn += 1
         self.reading = True
         self.ready(True)
         return self._turn
 
     def _end_reading(self, worked: bool) -> None:
-        """Record the end of the newest reading.
+        """Record that the newest reading has ended.
 
-        If a run was requested meanwhile, start it once the input is visible.
+        If the user has pressed Run in the meantime, start the run as soon as the input is visible.
         """
         self.reading = False
         run_wanted, self._run_wanted = self._run_wanted and worked, False
@@ -284,7 +287,7 @@ class InputPanel:
                 ui.timer(0.0, self.page.run.start, once=True)
 
     async def read(self, work: str) -> bool:
-        """Read the input for a kind of work and show it; return False if another input was read meanwhile."""
+        """Read the input for a kind of work and show it. Return False if another input was read in the meantime."""
         view = self.view
         self.page.show_message(view.words("open.reading", name=view.name), stays=True)
         seen, line, newest = await self.read_preview(view, work)
@@ -341,7 +344,7 @@ class InputPanel:
         return self.read(view.work)
 
     def scale_picture(self, width: str) -> Awaitable[bool] | None:
-        """Set the pixel size of the open picture from its width, a length with an optional unit."""
+        """Set the pixel size of the open picture from its width. The width may have a unit."""
         seen = self.view.seen
         if seen is None or seen.pixels is None:
             return None
@@ -359,7 +362,7 @@ class InputPanel:
         return self.read(self.view.work)
 
     def move_zero(self, x: float, y: float) -> Awaitable[bool] | None:
-        """Move program zero by (x, y), mm, by changing the option `origin`."""
+        """Move program zero by (x, y), mm. This changes the option `origin`."""
         zero = self.view.zero
         if zero is None:
             return None
@@ -375,7 +378,7 @@ class InputPanel:
         self._show_command()
 
     def draw_pace(self) -> None:
-        """Show the field for the speed of the search if the search can be watched."""
+        """Show the field for the speed of the search, if users can watch this search."""
         self.pace.set_visibility(self.view.studied)
         self.pace.show({"pace": self.view.pace})
 
@@ -384,7 +387,7 @@ class InputPanel:
         self.draw_pace()
 
     async def restore(self, task: Task) -> bool:
-        """Show the input and the choices of a task; return False if another input was read meanwhile."""
+        """Show the input and the choices of a task. Return False if another input was read in the meantime."""
         view = self.view
         names = [self._named(word) for word in task.inputs]
         view.source, view.name, view.seen = task.inputs[0].partition(":")[0], names[0], None
@@ -406,7 +409,7 @@ class InputPanel:
         return newest
 
     async def resume(self) -> bool:
-        """Show the choices and read the input again; return False if another input was read meanwhile."""
+        """Show the choices and read the input again. Return False if another input was read in the meantime."""
         view, self._run_wanted = self.view, False
         self.draw()
         if not view.source:
@@ -501,15 +504,17 @@ class InputPanel:
         self.page.changed()
 
     def ready(self, ready: bool) -> None:
-        """Show whether the run can start. The Run button stays enabled; if pressed, it reports the missing input.
+        """Show whether the run can start. The Run button always stays enabled, and reports a missing input when it is
+        pressed.
 
-        If the button were disabled, it would lose its focus, and a click between press and release.
+        A disabled button would lose the focus. It would also ignore a click if it was disabled between press and
+        release.
         """
         can_start = ready or (self.reading and not self.page.run.running)
         self.begin.props(f'aria-disabled="{"false" if can_start else "true"}"')
 
     def page_run(self) -> None:
-        """Start the run, or schedule it to start after the current reading."""
+        """Start the run. If a reading is in progress, the run starts after the reading."""
         view, w = self.view, self.view.words
         if self.page.run.running:
             self.page.show_message(w("run.going"))
@@ -538,7 +543,7 @@ def _read(view: View, work: str, reading: PreviewReading) -> tuple[Preview | Non
 
 
 def work_of(task: Task, name: str) -> str:
-    """Return the kind of work of a task."""
+    """Return the kind of work that a task belongs to."""
     if task.command != "optimize":
         return "solve" if task.command == "study" else task.command  # leafcut 0.2 had studies
     if task.process in forms.works() and task.process != "drill":
@@ -551,7 +556,7 @@ def work_of(task: Task, name: str) -> str:
 
 
 class WorkChoice(Element, component="../static/works.js"):
-    """A group of radio buttons with thumbnails. `on_choose` receives the chosen kind of work."""
+    """A group of radio buttons with thumbnails. `on_choose` receives the selected kind of work."""
 
     def __init__(self, label: str, on_choose: Callable[[str], Any]) -> None:
         super().__init__()
@@ -559,19 +564,19 @@ class WorkChoice(Element, component="../static/works.js"):
         self.on("choose", lambda e: on_choose(e.args))
 
     def show(self, works: list[dict[str, Any]], chosen: str, why: str) -> None:
-        """Show `works` (``name``, ``title``, ``picture``), the chosen kind of work, and the reason for a suggestion."""
+        """Show `works` (``name``, ``title``, ``picture``), the selected kind of work, and why it was suggested."""
         self.props.update(works=works, chosen=chosen, why=why, turn=self.props["turn"] + 1)
         self.update()
 
 
 def cards(kinds: tuple[str, ...], seen: Preview | None, words: Words) -> list[dict[str, Any]]:
-    """Return a card for each kind of work, with a thumbnail that emphasizes its objects in the open drawing."""
+    """Return a card for each kind of work. Its thumbnail emphasizes the objects that this kind of work machines."""
     pictures = seen.whole.pictures if seen is not None else {}
     return [{"name": work, "title": words.named("work", work), "picture": pictures.get(work)} for work in kinds]
 
 
 def why_suggested(seen: Preview | None, words: Words) -> str:
-    """Return the suggested kind of work for a drawing, with the reason; empty without alternatives."""
+    """Explain which kind of work is suggested for a drawing, and why. The text is empty if there is only one."""
     if seen is None or len(seen.whole.suits) < 2:
         return ""
     work, best = next(iter(seen.whole.suits.items()))

@@ -1,4 +1,4 @@
-"""The Jobs view: search, open, repeat, compare and delete jobs, and change the order of the queue."""
+"""The Jobs view, in which users search, open, repeat, compare and delete jobs, and change the order of the queue."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 #: Maximum number of jobs that are sent to the page at once.
 MAX_ROWS = 50
-#: Minimum interval between searches while the user types, s.
+#: Minimum interval between two searches while the user is typing, s.
 _PACE = 0.25
 _COLUMNS = (("when", ""), ("what", ""), ("work", ""), ("state", ""), ("result", "n"), ("do", ""))
 
@@ -47,7 +47,7 @@ class JobsPanel:
         self._wanted, self._skip = "", 0
         self._rows: dict[str, _ShownJob] = {}
         self._count = 0
-        #: Jobs to compare, at most two.
+        #: The jobs to compare. There are at most two.
         self._picked: list[str] = []
         w = view.words
         with box("div", "page"):
@@ -63,7 +63,7 @@ class JobsPanel:
         find.on("input", self._find, throttle=_PACE, leading_events=False, js_handler="(e) => emit(e.target.value)")
 
     def tick(self) -> None:
-        """Update the table if the state of a job has changed."""
+        """Update the table if the state of any job has changed."""
         if self._states() != self._drawn:
             self.draw()
         else:
@@ -86,7 +86,10 @@ class JobsPanel:
         self._list()
 
     def _list(self) -> None:
-        """Show one page of matching jobs. Existing rows are reused; otherwise a pressed button could disappear."""
+        """Show one page of matching jobs.
+
+        Rows are reused, because a button might otherwise disappear while it is pressed.
+        """
         w = self.view.words
         records, count = self.view.studio.jobs.find(search_terms(self._wanted, w), MAX_ROWS, self._skip)
         if not records and self._skip:  # the last job of a page was deleted
@@ -164,7 +167,7 @@ class JobsPanel:
         row.figures.set_text(figures_of(record, w))
 
     def _pick(self, job: str, picked: bool) -> None:
-        """Select a job for comparison. A third selected job replaces the first."""
+        """Select a job for comparison. If two jobs are already selected, the new job replaces the first."""
         remaining = [picked_job for picked_job in self._picked if picked_job != job]
         dropped = len(remaining) > 1 and picked
         self._picked = [*remaining[-1:], job] if picked else remaining
@@ -243,7 +246,7 @@ class JobsPanel:
 
 
 class QueueCard:
-    """The card with the unfinished jobs. `on_change` is called when their order changes."""
+    """The card with all unfinished jobs. `on_change` is called when their order changes."""
 
     def __init__(self, words: Words, jobs: Jobs, open_job: Callable[[str], Any], on_change: Callable[[], Any]) -> None:
         self._words, self._jobs, self._open, self._on_change = words, jobs, open_job, on_change
@@ -304,7 +307,7 @@ class QueueCard:
 
 @dataclass(frozen=True)
 class ComparedRow:
-    """A result or an option of two jobs, as displayed."""
+    """A result or an option of two jobs, as shown to the user."""
 
     label: str
     one: str
@@ -324,7 +327,7 @@ def _plain(value: Any) -> str:
     return f"{value:,.10g}" if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
 
 
-#: (key of the label, path of the value in the answer, function that formats it).
+#: Key of the label, path of the value in the answer, and function that formats the value.
 _FIGURES: tuple[tuple[str, tuple[str, ...], Callable[[Any], str]], ...] = (
     ("result.before", ("before", "time_s"), format_time),
     ("result.after", ("after", "time_s"), format_time),
@@ -347,7 +350,7 @@ _FIGURES: tuple[tuple[str, tuple[str, ...], Callable[[Any], str]], ...] = (
 
 
 def compared_figures(answers: tuple[Mapping[str, Any], Mapping[str, Any]], words: Words) -> list[ComparedRow]:
-    """Return a row for each result in any of the answers."""
+    """Return a row for each result that any of the answers contains."""
     rows = []
     for label, path, format_value in _FIGURES:
         first, second = (_value_at(answer, path) for answer in answers)
@@ -364,7 +367,7 @@ def _value_at(answer: Mapping[str, Any], path: tuple[str, ...]) -> Any:
 
 
 def compared_options(records: tuple[JobRecord, JobRecord], folder: Folder, words: Words) -> list[ComparedRow]:
-    """Return a row for each option that is set in any of the jobs. Jobs without the option show the default."""
+    """Return a row for each option that any of the jobs sets. For a job without this option, show the default."""
     given = tuple(changed_values(record.task.options) for record in records)
     names = [name for _, name, _ in all_options() if name in given[0] or name in given[1]]
 

@@ -1,4 +1,4 @@
-"""The views of machines and tool libraries: view, copy, edit and save them as TOML."""
+"""The views of machines and tool libraries, in which users view, copy, edit and save profiles as TOML."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ _TABS = ("form", "toml")
 
 
 class LibraryPanel:
-    """The list of profiles of a kind (``machines`` or ``tools``), and the selected profile."""
+    """The list of all ``machines`` or ``tools``, and the selected profile."""
 
     def __init__(self, view: View, page: Page, kind: str) -> None:
         self.view, self.page, self.kind = view, page, kind
         self.chosen, self.own = "", False
-        #: Name for which the page has warned that a file with this name exists.
+        #: Name for which the page has warned that the file already exists.
         self._asked = ""
         self.tab = "form"
-        #: Array of a tool library, and index of the entry that the form shows.
+        #: Array in the tool library, and index of the entry that the form shows.
         self.array, self.entry = ("tool", 0) if kind == "tools" else ("", 0)
         self._saved = ""
-        #: Text on this page. It is outdated if the user has changed the profile on another page.
+        #: Text that this page shows. It is outdated if the user has changed the profile on another page.
         self._shown = ""
         self.form: Form | None = None
         self.editor: Editor | None = None
-        #: Button of the selected entry in the list of a tool library.
+        #: Button of the selected entry in the list of the tool library.
         self._title: TextElement | None = None
         self.place = box("div", "page library")
 
@@ -75,7 +75,7 @@ class LibraryPanel:
 
     @property
     def now(self) -> str:
-        """The current text: the unsaved draft, otherwise the saved text."""
+        """The current text, which is the unsaved draft if there is one, and otherwise the saved text."""
         draft = self.view.studio.folder.draft(self.kind, self.chosen) if self.own else None
         return self._saved if draft is None else draft
 
@@ -87,7 +87,7 @@ class LibraryPanel:
         )
 
     def _ensure_current(self) -> bool:
-        """Return whether this page shows the current text. If not, update the page and show a message."""
+        """Return whether this page shows the current text. If it does not, update the page and show a message."""
         try:
             self._read()
         except LeafcutError as problem:
@@ -133,7 +133,7 @@ class LibraryPanel:
         self._check()
 
     def _save_bar(self) -> None:
-        """Add the name field with the save button, and an empty line for an error."""
+        """Add the name field with the save button, and an empty line for error messages."""
         w, field = self.view.words, f"editor-name-{self.kind}"
         with box("form", "editor-bar") as form:
             text("label", w("library.name"), for_=field)
@@ -146,7 +146,7 @@ class LibraryPanel:
         form.on("submit", lambda e: self._save(e.args), js_handler=f"(e) => {{ e.preventDefault(); emit({typed}); }}")
 
     def _show_problem(self, problem: str, line: int) -> None:
-        """Show an error, with a link to its line unless `line` is 0. An empty `problem` removes the error."""
+        """Show an error with a link to its line, unless `line` is 0. If `problem` is empty, remove the error."""
         self.problem.clear()
         with self.problem:
             if problem:
@@ -296,7 +296,7 @@ class LibraryPanel:
         self._keep(name, self._renamed(words, self.chosen, name))
 
     def _renamed(self, words: str, shown: str, name: str) -> str:
-        """Return a profile with its name replaced if it is a machine, otherwise the unchanged profile."""
+        """Rename a profile if it is a machine. Otherwise, return the profile unchanged."""
         return profile_form.rename_profile(words, shown, name) if self.kind == "machines" else words
 
     def _save(self, name: str) -> None:

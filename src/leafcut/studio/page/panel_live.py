@@ -1,4 +1,4 @@
-"""The progress of a run (cost over time, gap, workers, fireflies), with pause, single steps and stop."""
+"""Shows the progress of a run (cost over time, gap, workers, fireflies). Users can pause, stop or go step by step."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ _MAX_POINTS, _MAX_WORKERS = 300, 8
 #: Speeds of a search: no limit, steps per second, or step by step.
 PACES = {"full": None, "20": 20.0, "5": 5.0, "1": 1.0, "step": None}
 
-#: Minimum interval between two explanations of a search that is not paused, s, so that users can read them.
+#: Minimum interval between explanations of a search that is not paused, s. It gives users enough time to read them.
 _EVERY = 1.0
 
 
 def watch_of(pace: str) -> Watch:
-    """Return a watch with one of the speeds in `PACES`."""
+    """Create a watch with one of the `PACES`."""
     return Watch(PACES[pace], paused=pace == "step")
 
 
@@ -53,13 +53,13 @@ def pace_of(watch: Watch) -> str:
 
 
 class LivePanel:
-    """The display of a running job, in and below the drawing."""
+    """Shows a running job inside and below the drawing."""
 
     def __init__(self, view: View, page: Page, canvas: Canvas) -> None:
         self.view, self.page, self.canvas = view, page, canvas
         w = view.words
         self._number = 0
-        #: Lowest brightness of any firefly so far, at which the bars start.
+        #: Lowest brightness of any firefly so far. The bars start at this value.
         self._floor: float | None = None
         self._shown_figures: tuple[object, ...] = ()
         with box("div", "progress", aria_label=w("run.progress")) as self.place:
@@ -100,7 +100,7 @@ class LivePanel:
         self._number, self._floor, self._shown_figures = 0, None, ()
 
     def show(self, live: LiveJob) -> None:
-        """Update the display of an unfinished job."""
+        """Update the display for an unfinished job."""
         number, snapshot = live.watch.poll()
         seconds = time.perf_counter() - live.began if live.began else 0.0
         now = (live.state, live.latest, live.latest_s, int(seconds))
@@ -210,7 +210,7 @@ class LivePanel:
 
 
 def pace_field(view: View) -> dict[str, object]:
-    """Return a form group with one field for the speed of a search."""
+    """Return a form group with a field for the speed of a search."""
     w = view.words
     return plain_group(plain_field("pace", w("run.pace"), choices=[[pace, w(f"pace.{pace}")] for pace in PACES]))
 
@@ -233,7 +233,7 @@ class LessonPanel:
     def show(self, snapshot: Snapshot | None, paused: bool) -> None:
         """Explain the current step of a search.
 
-        If the search is not paused, explain at most one step per `_EVERY` seconds.
+        While the search is not paused, explain at most one step every `_EVERY` seconds.
         """
         seen, shown_at = self._shown
         now = time.monotonic()

@@ -1,4 +1,4 @@
-"""The result of nesting: the variants with the totals of their cuts, and the sheets of the selected variant."""
+"""The result of nesting: all variants with the totals of their cuts, and the sheets of the selected variant."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from leafcut.units import format_time
 if TYPE_CHECKING:
     from leafcut.studio.page.pages import Page
 
-#: Polling interval while cuts are being planned, s.
+#: Interval between updates while cuts are being planned, s.
 _PACE = 0.5
 _NO_TIME = {
     JobState.FAILED.value: "nest.failed", JobState.CANCELLED.value: "state.cancelled",
@@ -25,7 +25,7 @@ _NO_TIME = {
 
 
 class NestPanel:
-    """The card with the variants of a nest, and with buttons to cut a sheet and to plan the cuts of all sheets."""
+    """The card with the variants of a nest. Its buttons cut a sheet or plan the cuts of all sheets."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page

@@ -1,4 +1,4 @@
-"""The parts of a nest. Users add parts by opening drawings, and set the quantities by opening a parts list."""
+"""The parts of a nest. Users open drawings to add parts, and open a parts list to set the quantities."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 
 class PartsPanel:
-    """The rows of the parts to be nested."""
+    """The table with the parts to nest."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
-        #: A parts list that waits for drawings that are not open yet.
+        #: A parts list whose drawings are not all open yet.
         self._list = ""
         self._one_by_one = asyncio.Lock()
         w = view.words
@@ -32,7 +32,7 @@ class PartsPanel:
             self.hint = text("p", w("parts.hint"), "quiet small")
 
     def draw(self) -> None:
-        """Show the parts if the kind of work is nesting."""
+        """Show the parts if the user has selected nesting."""
         view = self.view
         self.place.set_visibility(view.work == "nest")
         self.hint.set_visibility(len(view.parts) < 2)
@@ -49,7 +49,7 @@ class PartsPanel:
         self.rows.show(rows, str(view.values.get("rotations") or "0,90,180,270").replace(",", " "))
 
     async def take(self, source: str, name: str) -> bool:
-        """Add a drawing, or apply a parts list; return False for other files."""
+        """Add a drawing or apply a parts list. Return False for all other files."""
         if source.startswith(BUILT_IN):
             return False
         async with self._one_by_one:
@@ -133,7 +133,10 @@ class PartsPanel:
             self.page.show_message(view.words("parts.listed", number=len(parts)))
 
     def _index(self, row: str) -> int | None:
-        """Return the index of the part in a row; None if the row no longer exists, for example after a double click."""
+        """Return the index of the part in a row.
+
+        Returns None if the row no longer exists, for example after a double click.
+        """
         return next((index for index, part in enumerate(self.view.parts) if _row_id(index, part) == row), None)
 
     def _change(self, row: str, key: str, typed: str) -> None:

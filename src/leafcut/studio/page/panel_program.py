@@ -1,4 +1,4 @@
-"""The text of the opened program, of the program of a result, or of two compared programs."""
+"""Shows the text of the opened program, of a result's program, or of two compared programs."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 
 def is_program(view: View) -> bool:
-    """Return whether the open input is a program. Its text can be shown before a run."""
+    """Return whether the open input is a program. Its text can be shown even before a run."""
     return bool(view.source) and view.seen is not None and view.seen.format == "gcode"
 
 
 def show_opened(view: View, drawing: Canvas) -> None:
-    """Show the open program. If it cannot be drawn, show only its text."""
+    """Show the open program. If the program cannot be drawn, show only its text."""
     source = view.source
     drawn = view.seen is not None and "after" in view.seen.scenes
     folder = view.studio.folder
@@ -34,7 +34,7 @@ def show_opened(view: View, drawing: Canvas) -> None:
 
 
 def show_made(view: View, drawing: Canvas, record: JobRecord, answer: dict[str, Any]) -> bool:
-    """Show the program of a finished run; return False if the run has no program."""
+    """Show the program of a finished run. Return False if the run has no program."""
     studio, command = view.studio, record.task.command
     names = studio.history.artefacts(record.id)
     if command in ("optimize", "verify") and "lines" in names:

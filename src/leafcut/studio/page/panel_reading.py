@@ -1,4 +1,4 @@
-"""The progress while an input is read (step, share, time), with a button to cancel."""
+"""Shows the progress while an input is read (step, share and time). A button cancels the reading."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.wording import Words
 from leafcut.units import format_time
 
-#: Progress is shown only for readings that take longer than this time, s.
+#: Progress is only shown if a reading takes longer than this time, s.
 QUIET_SECONDS = 0.5
 
 
 class PreviewReading:
-    """A reading of an input, in another process.
+    """Reads an input in another process.
 
-    `what` is the current step, and `share` its completed share; 0 if unknown.
+    `what` is the current step. `share` is the completed share of this step, or 0 if it is unknown.
     """
 
     def __init__(self, workers: StudioWorkers, name: str = "") -> None:
@@ -32,7 +32,7 @@ class PreviewReading:
 
     @property
     def seconds(self) -> float:
-        """Time since the start of the reading, s."""
+        """Time since the reading started, s."""
         return time.monotonic() - self._began
 
     def record_progress(self, progress: Progress) -> None:
@@ -40,7 +40,10 @@ class PreviewReading:
         self.what, self.share = progress.step, progress.share
 
     def cancel(self, grace: float = 0.0) -> None:
-        """Cancel the reading. Kill its process only after `grace` seconds, because starting a new process is slow."""
+        """Cancel the reading.
+
+        Because it takes long to start a new process, its process is only killed after `grace` seconds.
+        """
         self.cancelled.set()
         if grace:
             asyncio.get_running_loop().call_later(grace, self.work.cancel)
@@ -49,7 +52,7 @@ class PreviewReading:
 
 
 class ReadingPanel:
-    """The card with the progress of a reading, and a button to cancel it."""
+    """The card with the progress of a reading and a button that cancels it."""
 
     def __init__(self, words: Words, cancel: Callable[[], Any]) -> None:
         self._words = words
@@ -65,7 +68,7 @@ class ReadingPanel:
         self.place.set_visibility(False)
 
     def show(self, reading: PreviewReading | None) -> None:
-        """Show the progress of the reading. Hide the card if there is no reading, or it has just started."""
+        """Show the progress of the reading. Hide the card if there is no reading or if it has only just started."""
         if reading is None or reading.seconds < QUIET_SECONDS:
             if self._shown:
                 self._shown = ()

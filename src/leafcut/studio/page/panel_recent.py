@@ -1,4 +1,4 @@
-"""The recent files and the most recently closed page, for reopening with one click."""
+"""The recent files and the page that was closed last. Users can reopen them with one click."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from leafcut.studio.wording import day_and_time
 if TYPE_CHECKING:
     from leafcut.studio.page.pages import Page
 
-#: Number of files on an empty page.
+#: Number of files that an empty page shows.
 _SHORT = 4
 
 
 class RecentPanel:
-    """A folded list of recent files beside the opener, and a row of buttons on an empty page."""
+    """A folded list of recent files next to the opener, and a row of buttons on an empty page."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
@@ -43,7 +43,7 @@ class RecentPanel:
             button(w("recent.clear"), self._clear, "plain small", data_sure=w("recent.sure"))
 
     def draw_short(self) -> None:
-        """Show the last few files and the most recently closed page in the current container."""
+        """Show the most recent files and the page that was closed last in the current container."""
         w, last = self.view.words, self.page.last
         rows = self.view.studio.recent.newest()[:_SHORT]
         if last is not None:

@@ -1,4 +1,4 @@
-"""The right column: the result of a run as figures, messages, program and files."""
+"""The right column of the page, which shows the result of a run as figures, messages, program and files."""
 
 from __future__ import annotations
 
@@ -37,17 +37,18 @@ _TABS = ("summary", "issues", "program", "search")
 _NUMBER = "n"
 #: Search times below this value are not shown, s.
 _SHOWN_SEARCH = 0.01
-#: Commands whose runs may try several methods in turn.
+#: Commands that may try several methods one after the other.
 _TRYING = ("nest", "optimize")
 _MAX_ISSUES = 200
 #: Maximum number of warnings above the figures.
 _MAX_WARNINGS = 2
-#: Maximum number of listed reasons for fixed tasks of a program.
+#: Maximum number of reasons that are listed for the fixed tasks of a program.
 _MAX_REASONS = 20
-#: Files that have a button each, and files in the menu, in display order.
+#: Files that have their own button, and files in the menu, in the order in which they are shown.
 _MAIN_FILES = ("program", "tour", "report")
 _MORE_FILES = ("plan", "norms", "order", "given", "list", "picture-before", "picture-after")
-#: Severities, in the order in which their issues are listed; number of issues shown before the rest is folded.
+#: Severities in the order in which their issues are listed, and number of issues that are shown before the rest is
+#: folded.
 _SEVERITIES = ("danger", "missing", "warning", "note")
 _UNFOLDED = 3
 
@@ -55,16 +56,16 @@ _MAX_POINTS, _MAX_WORKERS = 600, 64
 
 
 class ResultPanel:
-    """The column with the result of the open job."""
+    """The column that shows the result of the open job."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         self.tab = "summary"
         #: Preview of the opened program, if its text is visible.
         self._opened: Preview | None = None
-        #: Identity of the visible program, if any.
+        #: Identity of the visible program, if there is one.
         self._reading: tuple[object, str] | None = None
-        #: Whether the column shows the result of a job instead of the opened input.
+        #: Whether the column shows the result of a job. If not, it shows the opened input.
         self._shows_outcome = False
         self.nest = NestPanel(view, page)
         self.mark = StaleMark(view, page)
@@ -84,16 +85,16 @@ class ResultPanel:
         self.tab = tab if tab in _TABS else "summary"
 
     def kept(self) -> tuple[str, Preview | None]:
-        """Return the selected tab and the preview of the opened program, for `show_again`."""
+        """Return the selected tab and the preview of the opened program, for use by `show_again`."""
         return self.tab, self._opened
 
     def show_again(self, kept: tuple[str, Preview | None]) -> None:
-        """Restore the result of `kept`, because another input could not be opened."""
+        """Show the result that `kept` has returned, because another input could not be opened."""
         self.tab, self._opened = kept
         self.draw()
 
     def show_new_result(self, record: JobRecord) -> None:
-        """Show a new result in the first tab, and announce it without moving the focus."""
+        """Show a new result in the first tab. Announce it to screen readers without moving the focus."""
         self.tab = "summary"
         self.draw()
         answer = self.view.studio.history.answer(record.id)
@@ -101,7 +102,7 @@ class ResultPanel:
             self.page.announce(headline.announcement(record, answer, self.view.words))
 
     def draw(self) -> None:
-        """Show the result of the job, or the reason why it has no result."""
+        """Show the result of the job, or explain why it has no result."""
         view = self.view
         record = view.studio.jobs.record(view.job) if view.job else None
         # At the end of a run, the middle column redraws everything. Drawing the result earlier would undo the user's
@@ -132,7 +133,7 @@ class ResultPanel:
         self.mark.refresh()
 
     def show_input(self) -> None:
-        """Show a newly read input, unless the column shows the result of a job."""
+        """Show a new input, unless the column shows the result of a job."""
         if self._shows_outcome:
             self.mark.refresh()
         else:
@@ -233,7 +234,7 @@ class ResultPanel:
             button(f"‹ {words}", lambda: self.page.open_job(job, (variant, number)), "plain small back")
 
     def _warning_list(self, answer: dict[str, Any]) -> None:
-        """Show the most important messages first: missing work, dangers, and the first warnings."""
+        """Show the most important messages first. These are missing work, dangers, and the first few warnings."""
         worst = [issue for issue in _warnings(answer) if issue["severity"] != "warning"]
         worst.sort(key=lambda issue: issue["severity"] != "danger")
         self._list_of_warnings(worst, "warnings worst", _MAX_ISSUES)
@@ -410,7 +411,10 @@ class ResultPanel:
             text("p", w("open.more", number=len(issues) - _MAX_ISSUES), "quiet small")
 
     def _issues_of_code(self, code: str, issues: list[dict[str, str]]) -> None:
-        """Show the issues of one code and severity. Of many warnings or notes, only the first few are expanded."""
+        """Show all issues with the same code and severity.
+
+        If there are many warnings or notes, expand only the first few.
+        """
         w = self.view.words
         text("code", code)
         with box("div"):
@@ -496,7 +500,7 @@ def _gap(percent: float, words: Words) -> str:
 
 
 class TriedPanel:
-    """A row per trial with its result. The best trial and running trials are marked."""
+    """A table with the result of each trial. The best trial and all running trials are marked."""
 
     def __init__(self, words: Words, live: LiveJob) -> None:
         self.words, self.live = words, live
@@ -524,14 +528,14 @@ class TriedPanel:
                         text("b", figure or w("run.trying"), "figure")
 
     def _named(self, name: str) -> str:
-        """Return the label of a trial: ``by shapes · 3`` for the third variant of a nest by shapes."""
+        """Return the label of a trial, such as ``by shapes · 3`` for the third variant of a nest by shapes."""
         method, _, number = name.partition(" ")
         known = self.words.table.get(f"nest.{method}")
         return f"{known} · {number}" if known and number.isdigit() else name
 
 
 def draw_searches(view: View, record: JobRecord, answer: dict[str, Any]) -> None:
-    """Show the charts of a run's searches, and the workers."""
+    """Show the charts of all searches in a run, and the workers."""
     kept = view.studio.history.artefact(record.id, "search")
     for search in json.loads(kept.data) if kept is not None else []:
         if search.get("iterations"):

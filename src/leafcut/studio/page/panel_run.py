@@ -1,4 +1,4 @@
-"""The middle column: the drawing, and the progress of a run."""
+"""The middle column of the page with the drawing and the progress of a run."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ _SHEET = (
     '<circle cx="76" cy="20" r="4.5"/><circle cx="68" cy="46" r="4.5"/><circle cx="42" cy="50" r="4.5"/>'
     '<circle cx="20" cy="44" r="4.5"/></svg>'
 )
-#: Options that place a drawing.
+#: Options that affect the position of a drawing.
 PLACED_BY = ("origin", "mirror", "rotate", "units")
-#: Layers that do not change during a search.
+#: Layers that a search does not change.
 _STILL = tuple(layer for layer in LAYERS if layer not in ("live", "pheromone"))
 
 
 class RunPanel:
-    """The column that starts, watches and ends runs."""
+    """The column in which users start, watch and stop runs."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
@@ -127,7 +127,7 @@ class RunPanel:
 
     @property
     def running(self) -> bool:
-        """Whether the visible job is unfinished."""
+        """Whether the visible job is still waiting or running."""
         return self.view.job is not None and self.view.job in self.view.studio.jobs.running()
 
     def start(self) -> None:
@@ -148,7 +148,7 @@ class RunPanel:
         self.page.result.draw()
 
     def watch(self) -> None:
-        """Start watching the page's job."""
+        """Start to watch the page's job."""
         self.watching, self._n_announced = True, 0
         self.view.sheet = (1, 1)
         self.edit.leave()
@@ -157,20 +157,20 @@ class RunPanel:
         self.tick()
 
     def leave(self) -> None:
-        """Stop showing a job. A running job continues."""
+        """Stop showing a job. If it is running, it continues."""
         self.view.job, self.watching = None, False
         self.edit.leave()
         self.live.clear()
 
     def resume(self) -> None:
-        """Show the page's job again: its progress, or its result."""
+        """Show the page's job again, with its progress or its result."""
         self.watching, self._n_announced = self.running, 0
         self.edit.end()
         self.live.clear()
         self.draw()
 
     def tell_earlier(self, line: str) -> None:
-        """Show a notice that the drawing belongs to earlier choices. An empty text removes the notice."""
+        """Show a notice that the drawing belongs to earlier choices. If the text is empty, remove the notice."""
         self.frame.props["data-earlier"] = line
         self.frame.update()
 
@@ -179,7 +179,7 @@ class RunPanel:
         self._drawn = None
 
     def tick(self) -> None:
-        """Update the progress of the reading and of the job; show the result at the end of the job."""
+        """Update the progress of the reading and the job. When the job ends, show its result."""
         self.reading.show(self.page.input.newest)
         if not self.watching or self.view.job is None:
             return
@@ -217,7 +217,7 @@ class RunPanel:
             self.page.show_message(w(f"state.{record.state.value}"))
 
     def draw(self) -> None:
-        """Draw the result of the job, or else the opened input."""
+        """Draw the result of the job. Without a job, draw the opened input."""
         now, scenes = self._scenes()
         seen = self.view.seen
         machine_travel = (
@@ -240,9 +240,9 @@ class RunPanel:
                 self.canvas.hide(layer)
 
     def _background(self) -> dict[str, bytes]:
-        """Return the layer with the whole drawing of the job's input.
+        """Return the layer that shows the entire drawing of the job's input.
 
-        Return no layer if the page has another input, or has moved the drawing since the run.
+        There is no such layer if the page has a different input, or if the drawing has been moved since the run.
         """
         view = self.view
         record = view.studio.jobs.record(view.job or "")
@@ -279,5 +279,8 @@ class RunPanel:
         )
 
     def _in_page_language(self, make: Callable[[], bytes]) -> Callable[[], bytes]:
-        """Return a function that calls `make` for the scene of the stock, and translates a refusal in the scene."""
+        """Return a function that calls `make` for the scene of the stock.
+
+        If the scene contains a refusal, it is translated.
+        """
         return lambda: translate_refusal(make(), self.view.words.plain)

@@ -1,4 +1,4 @@
-"""Comparison of the strategies of a pocket. Each strategy can be shown in the drawing."""
+"""Compares the strategies of a pocket. The drawing can show each strategy."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ _FIGURES = ("way", "lifts", "uncut", "time")
 
 
 class StrategiesPanel:
-    """The table with the result of every strategy for one level of the pockets. Users select a strategy to draw."""
+    """The table with the results of all strategies for one level of the pockets.
+
+    Users can select a strategy to draw.
+    """
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
@@ -26,7 +29,7 @@ class StrategiesPanel:
         self._shown = ""
 
     def draw(self, record: JobRecord, answer: dict[str, Any]) -> None:
-        """Show the strategies in the current container, and mark the chosen strategy."""
+        """Show the strategies in the current container, and mark the selected strategy."""
         self._job, self._shown = record.id, ""
         w, known = self.view.words, self.view.studio.history.artefacts(record.id)
         text("h3", w("result.strategies"))
@@ -47,7 +50,7 @@ class StrategiesPanel:
                 text("p", f"{row['strategy']}: {w.plain(reason)}", "quiet small", lang=w.language_of(reason))
 
     def leave(self) -> None:
-        """Draw the program instead of a strategy, unless the page shows another job."""
+        """Draw the program instead of a strategy, unless the page shows a different job."""
         if self._shown and self.view.job == self._job:
             self._put("")
         self._shown = ""
@@ -66,7 +69,7 @@ class StrategiesPanel:
                 text("td", cell, "n")
 
     def _put(self, name: str) -> None:
-        """Draw the toolpath of a strategy; "" draws the program before and after."""
+        """Draw the toolpath of a strategy. If `name` is empty, draw the program before and after."""
         self._shown = name
         canvas, history = self.page.run.canvas, self.view.studio.history
         layers = {"after": f"way-{name}"} if name else {"before": "scene-before", "after": "scene-after"}

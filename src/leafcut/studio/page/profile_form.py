@@ -1,4 +1,4 @@
-"""The form for a machine or a tool: TOML keys as fields. Comments and order are preserved (tomlkit)."""
+"""The form of a machine or a tool, with a field for each TOML key. It preserves comments and the order (tomlkit)."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from leafcut.read.tool_keys import HOLE_KEYS, TOOL_KEYS
 from leafcut.studio.wording import Words
 from leafcut.units import BARE_UNIT, with_unit
 
-#: Arrays of a tool library, and the keys of their entries.
+#: Arrays in a tool library, with the keys of their entries.
 ARRAYS: dict[str, tuple[ProfileKey, ...]] = {"tool": TOOL_KEYS, "hole": HOLE_KEYS}
-#: Text that is stored as the source of a typed value.
+#: Text that becomes the source of a value that the user has typed.
 BY_HAND = "set by hand"
 #: Content of a new tool and of a new recipe.
 _NEW: dict[str, dict[str, Any]] = {"tool": {"diameter": "6 mm"}, "hole": {"diameter": "6 mm"}}
 
 
 def keys_of(array: str) -> tuple[ProfileKey, ...]:
-    """Return the keys of an array's entries, or the keys of a machine if `array` is empty."""
+    """Return the keys of an array's entries. If `array` is empty, return the keys of a machine."""
     return ARRAYS[array] if array else PROFILE_KEYS
 
 
 def parse_profile(text: str) -> dict[str, Any] | None:
-    """Return the data of TOML text, or None if it is invalid."""
+    """Parse TOML text. Returns None if it is invalid."""
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError):
@@ -38,7 +38,7 @@ def parse_profile(text: str) -> dict[str, Any] | None:
 
 
 def groups(words: Words, array: str, data: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the fields of a machine by table, or of an array entry, as `Form` expects them."""
+    """Return the fields of a machine by table, or the fields of an entry in an array, as required by `Form`."""
     stem = f"{array}." if array else ""
     tables = dict.fromkeys(key.table for key in keys_of(array))
     sources = data.get("sources")
@@ -94,7 +94,7 @@ def _shown_default(key: ProfileKey) -> str:
 
 
 def form_values(array: str, table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of the fields of a machine or of an array entry."""
+    """Return the values for the fields of a machine or an entry in an array."""
     by_name = {}
     for key in keys_of(array):
         inner = table.get(key.table, {}) if key.table else table
@@ -112,10 +112,10 @@ def _typed(key: ProfileKey, value: Any) -> Any:
 
 
 def set_value(text: str, array: str, number: int, name: str, value: Any) -> str:
-    """Set a key of a machine, or of entry `number` (from 0) of an array, and return the new text.
+    """Set a key of a machine, or of entry `number` (from 0) in an array. Return the new text.
 
-    An empty value removes the key. The source of a changed value becomes `BY_HAND`. Raise `OptionError` if the text
-    is not valid TOML, has no such entry, or has another value in place of the key's table.
+    An empty value removes the key. The source of the changed value becomes `BY_HAND`. Raises `OptionError` if the text
+    is not valid TOML, if the entry does not exist, or if the text has a different value in place of the key's table.
     """
     document = _document(text)
     key = next(key for key in keys_of(array) if key.name == name)
@@ -143,7 +143,7 @@ def set_value(text: str, array: str, number: int, name: str, value: Any) -> str:
 
 
 def _value(key: ProfileKey, value: Any) -> Any:
-    """Convert a typed value to TOML. Invalid text is kept, because the reader reports it later."""
+    """Convert a typed value to TOML. Invalid text is kept, because the reader will report it later."""
     if isinstance(value, bool):
         return value
     if key.kind == "axes":
@@ -187,7 +187,7 @@ def entries_of(data: Mapping[str, Any], array: str) -> list[Mapping[str, Any]]:
 
 
 def _place(document: Mapping[str, Any], array: str, number: int) -> tuple[list[Any], int]:
-    """Return an array, and the index of table `number` in the array, which may also contain other values."""
+    """Return an array, and the index of table `number` in this array. The array may also contain other values."""
     items = document.get(array)
     listed = items if isinstance(items, list) else []
     places = [k for k, item in enumerate(listed) if isinstance(item, Mapping)]
@@ -197,7 +197,7 @@ def _place(document: Mapping[str, Any], array: str, number: int) -> tuple[list[A
 
 
 def add_entry(text: str, array: str) -> str:
-    """Return the text with a new tool or recipe; raise `OptionError` if the text is invalid."""
+    """Add a new tool or a new recipe, and return the new text. Raises `OptionError` if the text is invalid."""
     document = _document(text)
     numbers = [tool.get("number") for tool in entries_of(document.unwrap(), "tool")]
     known = [number for number in numbers if isinstance(number, int)]
@@ -219,9 +219,9 @@ def add_entry(text: str, array: str) -> str:
 
 
 def remove_entry(text: str, array: str, number: int) -> str:
-    """Return the text without entry `number` (from 0) of an array.
+    """Remove entry `number` (from 0) from an array, and return the new text.
 
-    Raise `OptionError` if the text is invalid or has no such entry.
+    Raises `OptionError` if the text is invalid or does not have this entry.
     """
     document = _document(text)
     listed, place = _place(document, array, number)
@@ -232,7 +232,7 @@ def remove_entry(text: str, array: str, number: int) -> str:
 
 
 def rename_profile(text: str, shown: str, name: str) -> str:
-    """Rename a machine to `name` if its name is `shown`, and return the new text."""
+    """If the name of a machine is `shown`, change it to `name`. Return the new text."""
     try:
         document = _document(text)
     except OptionError:
@@ -243,7 +243,7 @@ def rename_profile(text: str, shown: str, name: str) -> str:
 
 
 def entry_title(array: str, entry: Mapping[str, Any]) -> str:
-    """Return the label of a tool or a recipe in a list."""
+    """Return the label that a list shows for a tool or a recipe."""
     parts: Sequence[Any]
     if array == "tool":
         parts = (

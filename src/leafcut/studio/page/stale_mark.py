@@ -1,4 +1,4 @@
-"""The notice above an outdated result, with the choices that have changed."""
+"""The notice above an outdated result. It lists the choices that have changed."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _MAX_LINES = 3
 
 
 class StaleMark:
-    """Marks a result, its badges and its programs as outdated while the page's choices differ from its run."""
+    """Marks a result, its badges and its programs as outdated if the choices on the page no longer match its run."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
@@ -38,7 +38,7 @@ class StaleMark:
         self._programs: list[tuple[TextElement, str, str]] = []
 
     def draw(self, record: JobRecord) -> None:
-        """Add the empty notice to the current container. Badges and programs are added later."""
+        """Add the notice, which is still empty, to the current container. Badges and programs are added later."""
         self._record = record
         self._badges, self._programs = [], []
         self.place = box("div", "stale", role="status", aria_live="polite")
@@ -51,15 +51,15 @@ class StaleMark:
             self.page.run.tell_earlier("")
 
     def add_badge(self, badge: TextElement) -> None:
-        """Add a badge to the marked elements."""
+        """Mark a badge whenever the result is outdated."""
         self._badges.append((badge, badge.text))
 
     def add_program(self, anchor: TextElement, title: str) -> None:
-        """Add a download link of a program to the marked elements. `title` is its normal tooltip."""
+        """Mark the download link of a program whenever the result is outdated. `title` is its normal tooltip."""
         self._programs.append((anchor, anchor.text, title))
 
     def refresh(self) -> None:
-        """Compare the choices with the choices of the run, and update the notice."""
+        """Compare the current choices with the choices of the run, and update the notice."""
         record, w = self._record, self.view.words
         if record is None:
             return
@@ -87,7 +87,10 @@ class StaleMark:
             anchor.update()
 
     def _show_changes(self, lines: list[str], chosen: bool) -> None:
-        """Show the differences, with a button that restores `chosen` options. An order is restored in its editor."""
+        """Show the differences, with a button that restores the `chosen` options.
+
+        Users restore an order in its editor.
+        """
         w = self.view.words
         text("b", w("stale.title"))
         with box("ul"):
@@ -108,19 +111,19 @@ class StaleMark:
 
 @dataclass(frozen=True)
 class ChangedChoice:
-    """A changed choice: its label, its value in the run, and its current value."""
+    """A choice that has changed: its label, its value in the run, and its current value."""
 
     what: str
     then: str
     now: str
 
     def line(self, words: Words) -> str:
-        """Return the change as displayed, such as ``Thickness 5 mm; now 25 mm``."""
+        """Format the change for display, such as ``Thickness 5 mm; now 25 mm``."""
         return words("stale.line", what=self.what, then=self.then, now=self.now)
 
 
 def differences(record: JobRecord, view: View) -> list[ChangedChoice]:
-    """Return the differences between the page's choices and those of a job, the most important first."""
+    """Compare the choices on the page with the choices of a job. The most important differences come first."""
     task, w = record.task, view.words
     work = work_of(task, record.title)
     return [
@@ -133,7 +136,7 @@ def differences(record: JobRecord, view: View) -> list[ChangedChoice]:
 
 
 def edited_by_hand(words: Words) -> ChangedChoice:
-    """Return the entry for an order that was edited after the run."""
+    """Return the entry for an order that the user has edited since the run."""
     return ChangedChoice(words("stale.order"), words("stale.found"), words("stale.by_hand"))
 
 
@@ -187,7 +190,7 @@ def _options(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
 
 
 def _is_equal(name: str, before: Any, after: Any) -> bool:
-    """Return whether two values mean the same, such as ``6`` and ``6mm``."""
+    """Return whether two values are equivalent, such as ``6`` and ``6mm``."""
     group = group_of(name)
     if before == after:
         return True
@@ -200,7 +203,7 @@ def _is_equal(name: str, before: Any, after: Any) -> bool:
 
 
 def _changed_files(record: JobRecord, folder: Folder, words: Words) -> Iterator[ChangedChoice]:
-    """Yield the user's own machines and tools that were saved after the job was created."""
+    """Yield the user's own machines and tools that have been saved since the job was created."""
     for name, kind in OWN_KINDS.items():
         value = record.task.options.get(name)
         if not isinstance(value, str) or not value.startswith(OWN):

@@ -1,1 +1,1 @@
-"""Server of the studio: access, routes, start and end."""
+"""The server of the studio: access control, routes, startup and shutdown."""

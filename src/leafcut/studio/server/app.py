@@ -1,4 +1,4 @@
-"""The server of the studio. It listens on the loopback interface and ends on Ctrl-C."""
+"""The server of the studio. It listens on the loopback interface until the user presses Ctrl-C."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 
     from leafcut.studio.server.safety import Guard
 
-#: Without `--port`, number of ports to try, starting at `PORT`.
+#: Number of ports to try without `--port`, starting at `PORT`.
 _TRIED = 20
-#: Maximum number of attempts to shut down while a connection is closing, and their interval, s.
+#: Maximum number of attempts to shut down while a connection is closing, and interval between the attempts, s.
 _TRIES, _MOMENT = 40, 0.05
-#: Maximum wait for open connections during shutdown, s.
+#: Maximum time to wait for open connections during shutdown, s.
 _PATIENCE = 1
 
 
@@ -41,7 +41,7 @@ class StudioError(LeafcutError):
 
 
 def open_with_rooms(root: Path, port: int = PORT, workers: StudioWorkers | None = None) -> Studio:
-    """Open the studio (`open_studio`) with all its rooms, the machine first."""
+    """Open the studio (see `open_studio`) with all its rooms. Machine control comes first."""
     studio = open_studio(root, port, workers)
     rooms: tuple[Room, ...] = (ControlRoom(), LabRoom(studio.folder))
     studio.rooms.update({room.name: room for room in rooms})
@@ -49,7 +49,7 @@ def open_with_rooms(root: Path, port: int = PORT, workers: StudioWorkers | None 
 
 
 def make_api(studio: Studio) -> FastAPI:
-    """Return the application with the JSON API, but without pages and access control."""
+    """Create the application with the JSON API, but without pages and access control."""
     from fastapi import FastAPI
     from fastapi.exceptions import RequestValidationError
     from starlette.exceptions import HTTPException
@@ -83,14 +83,14 @@ def make_api(studio: Studio) -> FastAPI:
 def guard_app(
     studio: Studio, app: Any, largest: int = LARGEST_UPLOAD, on_entry: Callable[[str], None] = lambda _: None
 ) -> Guard:
-    """Return an application with the access control of a studio."""
+    """Add the access control of a studio to an application."""
     from leafcut.studio.server.safety import Guard
 
     return Guard(app, keys=studio.keys, port=studio.port, largest=largest, on_entry=on_entry)
 
 
 class _Entrance:
-    """Prints a single-use address in the terminal, and a new address after each use."""
+    """Prints an address that works once in the terminal, and a new address after each use."""
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
@@ -107,10 +107,14 @@ class _Entrance:
 
 
 def serve(port: int | None = None, *, open_page: bool = True, root: Path | None = None) -> None:
-    """Print the address, open the page, and serve until Ctrl-C.
+    """Print the address, open the page, and serve requests until the user presses Ctrl-C.
 
-    Raise `StudioError` if the extra is not installed or the port is in use. Raise `OutputError` if the studio's
-    folder cannot be written, or another studio has locked it.
+    Raises
+    ------
+    StudioError
+        The extra is not installed, or the port is in use.
+    OutputError
+        The studio's folder cannot be written, or another studio has locked it.
     """
     try:
         import uvicorn
@@ -155,7 +159,7 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
 
 
 def _write_keys(studio: Studio) -> None:
-    """Write the token for programs and the page for the browser; raise `OutputError` if they cannot be written."""
+    """Write the token for programs and the page for the browser. Raises `OutputError` if this fails."""
     try:
         write_private(studio.token_file, studio.keys.token.encode())
         write_private(studio.entrance, redirect_page(studio.address(studio.keys.new_entry())))
@@ -164,7 +168,10 @@ def _write_keys(studio: Studio) -> None:
 
 
 def _server(config: Any, studio: Studio) -> Any:
-    """Return a server that ends all jobs before it waits for open connections, some of which wait for a job."""
+    """Create a server that ends all jobs during shutdown before it waits for open connections.
+
+    Some connections wait for a job and would otherwise block the shutdown.
+    """
     import uvicorn
     from websockets.exceptions import InvalidState
 
@@ -182,7 +189,7 @@ def _server(config: Any, studio: Studio) -> Any:
 
 
 def _listen(port: int | None) -> socket.socket:
-    """Return a socket on the loopback interface; raise `StudioError` if the port is in use or not permitted."""
+    """Open a socket on the loopback interface. Raises `StudioError` if the port is in use or not permitted."""
     tried = range(PORT, PORT + _TRIED) if port is None else [port]
     for number in tried:
         listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
@@ -208,7 +215,7 @@ def _open_when_ready(server: Any, address: str) -> None:
 
 
 def parse_port(word: str) -> int:
-    """Return a port number; raise `OptionError` if the text is not a port."""
+    """Parse a port number. Raises `OptionError` if the text is not a valid port."""
     if not word.isdecimal() or not 1 <= int(word) <= 65535:
         raise OptionError(f"--port: '{word}' is not a port, 1 to 65535")
     return int(word)
@@ -216,19 +223,19 @@ def parse_port(word: str) -> int:
 
 @contextmanager
 def lock_folder(root: Path, address: str) -> Iterator[None]:
-    """Lock a folder during the context; create the folder if necessary.
+    """Lock a folder while the context is active. If the folder does not exist, create it.
 
     Without the lock, a second studio in the same folder would mark running jobs as interrupted and delete their files.
-    The operating system releases the lock even if the process is killed. `address` is the address of this studio, for
-    the message of a second studio. Raise `OutputError` if another studio holds the lock, or the folder cannot be
-    written.
+    The operating system releases the lock even if the process is killed. `address` is the address of this studio, which
+    a second studio shows in its error message. Raises `OutputError` if another studio holds the lock, or if the folder
+    cannot be written.
     """
     with closing(_locked(root, address)):
         yield
 
 
 def _locked(root: Path, address: str) -> sqlite3.Connection:
-    """Return a connection to an empty database that no other process can lock."""
+    """Open a connection to an empty database and lock it, so that no other process can lock it."""
     try:
         root.mkdir(mode=0o700, parents=True, exist_ok=True)
         connection = sqlite3.connect(root / "lock.sqlite", timeout=0.0, isolation_level=None)

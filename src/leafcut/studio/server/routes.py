@@ -48,7 +48,7 @@ _KEPT = {"cache-control": "private, max-age=31536000, immutable"}
 
 
 def add_static(app: FastAPI) -> None:
-    """Add the static files of the page, and the colours of leafcut's reports."""
+    """Add the static files of the page, and the colours that leafcut's reports use."""
     css = colours_css()
 
     @app.get("/static/colours.css", include_in_schema=False)
@@ -59,7 +59,7 @@ def add_static(app: FastAPI) -> None:
 
 
 class _StaticFiles(StaticFiles):
-    """Static files with versioned addresses, which browsers may cache."""
+    """Static files with versioned addresses, so that browsers can cache them."""
 
     def file_response(self, *arguments: Any, **named: Any) -> Response:
         answer = super().file_response(*arguments, **named)
@@ -68,7 +68,8 @@ class _StaticFiles(StaticFiles):
 
 
 def colours_css() -> str:
-    """Return the report's colours as CSS, for a page whose theme is light, dark, or the system's."""
+    """Return the colours of the report as CSS. The theme of the page may be light, dark, or the same as the system's.
+    """
     from leafcut.report.styles import style_sheet
 
     light, dark = re.findall(r":root \{(.*?)\}", style_sheet("drawing.css"), flags=re.DOTALL)[:2]
@@ -80,7 +81,7 @@ def colours_css() -> str:
 
 
 class _JsonAnswer(JSONResponse):
-    """A JSON object with its schema number."""
+    """A JSON object with the number of its schema."""
 
     def render(self, content: Any) -> bytes:
         return super().render(numbered(ANSWER, content))
@@ -93,7 +94,7 @@ class Refusal(BaseModel):
     message: dict[str, Any] | None = None
 
 
-#: Error statuses and their meanings, for every route.
+#: Error statuses that every route may return, and their meanings.
 _REFUSED: dict[int | str, dict[str, Any]] = {
     400: {"model": Refusal, "description": "unknown options, or values out of range"},
     401: {"model": Refusal, "description": "the token is missing"},
@@ -111,7 +112,7 @@ _BODY = {"required": True, "content": {"application/octet-stream": {"schema": _B
 
 
 def router(studio: Studio) -> APIRouter:
-    """Return the routes of a studio under ``/api``."""
+    """Create the routes of a studio under ``/api``."""
     token = HTTPBearer(auto_error=False, description="the token in the studio's folder")  # checked by the guard
     routes = APIRouter(
         prefix="/api", responses=_REFUSED, dependencies=[Security(token)], default_response_class=_JsonAnswer
@@ -133,7 +134,7 @@ def router(studio: Studio) -> APIRouter:
 
 
 def refuse(_: Request, problem: Exception) -> JSONResponse:
-    """Return the response for an error of leafcut, or for an internal error."""
+    """Create the response to an error in leafcut or to an internal error."""
     status = 400 if isinstance(problem, OptionError) else 422 if isinstance(problem, LeafcutError) else 500
     return _refusal(line_of(problem), status)
 
@@ -144,7 +145,7 @@ def _refusal(line: str, status: int) -> JSONResponse:
 
 
 def refuse_http(_: Request, problem: Exception) -> JSONResponse:
-    """Return the response for an error that the routes raise."""
+    """Create the response to an error that a route has raised."""
     status, detail = getattr(problem, "status_code", 400), getattr(problem, "detail", "")
     if str(detail).startswith("Part exceeded"):  # message of the form parser
         detail = "a field of this request is larger than 1 MiB; only files may be"
@@ -152,14 +153,14 @@ def refuse_http(_: Request, problem: Exception) -> JSONResponse:
 
 
 def refuse_invalid(_: Request, problem: Exception) -> JSONResponse:
-    """Return the response for a request with missing or invalid fields."""
+    """Create the response to a request whose fields are missing or invalid."""
     first: dict[str, Any] = next(iter(getattr(problem, "errors", list)()), {})
     place = " ".join(str(word) for word in first.get("loc", ())[1:])
     return JSONResponse({"error": f"{place}: {first.get('msg', 'cannot be understood')}".strip(": ")}, 422)
 
 
 async def _store_upload(folder: Folder, file: UploadFile) -> str:
-    """Store an upload in chunks, because it may be large; return its id."""
+    """Store an upload in chunks, because it may be large. Return its id."""
     input_id, path = folder.new_input(file.filename or "file")
     with path.open("wb") as output:
         while chunk := await file.read(1 << 20):
@@ -186,9 +187,9 @@ def _options(text: str) -> dict[str, Any]:
 
 
 async def _finished_job(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRecord, dict[str, Any]]:
-    """Run a task and wait for its end.
+    """Run a task and wait until it ends.
 
-    If the task is refused, delete its uploads, but not an existing upload that the request has `named`.
+    If the task is refused, its uploads are deleted. An existing upload that the request has `named` is kept.
     """
     try:
         job = jobs.start(task)

@@ -25,7 +25,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from leafcut.studio.folder import LARGEST_UPLOAD
 from leafcut.studio.keys import COOKIE_SECONDS, StudioKeys
 
-#: Maximum body size of a request without files, bytes. The limit for uploads is `LARGEST_UPLOAD`.
+#: Maximum size of a request body without files, bytes. Uploads have a different limit (`LARGEST_UPLOAD`).
 LARGEST_REQUEST = 1024 * 1024
 UPLOADS = "/api/"
 
@@ -42,7 +42,7 @@ _READING = ("GET", "HEAD", "OPTIONS")
 
 
 class RequestRefused(Exception):
-    """A request is too large. Whoever reads the request receives this exception."""
+    """A request is too large. The code that reads the request receives this exception."""
 
 
 def content_policy(nonce: str, host: str) -> str:
@@ -64,10 +64,10 @@ def content_policy(nonce: str, host: str) -> str:
 
 
 class Guard:
-    """An ASGI application that guards another application.
+    """An ASGI application that protects another application.
 
-    Hosts and origins must match `port`, the port of this server. `on_entry` is called with an access key once a browser
-    has entered with this key.
+    Hosts and origins must match `port`, which is the port of this server. When a browser has entered with an access
+    key, `on_entry` is called with this key.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class Guard:
         self.largest = largest
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Forward permitted requests; answer all others with a refusal."""
+        """Forward permitted requests, and refuse all other requests."""
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
@@ -110,7 +110,7 @@ class Guard:
             await _refused(asked, 401, line)(scope, receive, send)
 
     def _refusal(self, asked: _RequestHead) -> str:
-        """Return the reason why a request is refused regardless of its key; empty for a permitted request."""
+        """Return why a request is refused regardless of its key, or an empty string if it is permitted."""
         if asked.host not in self.hosts:
             return "This address is not the studio's: use 127.0.0.1 and the port that it printed."
         own_origin = f"http://{asked.host}"
@@ -133,7 +133,7 @@ class Guard:
         return self.keys.is_token(asked.bearer)
 
     async def _enter(self, asked: _RequestHead, scope: Scope, receive: Receive, send: Send) -> None:
-        """Replace the key in the address with a cookie that scripts cannot read."""
+        """Replace the key in the address by a cookie that scripts cannot read."""
         key = asked.token or ""
         if self.keys.redeem_entry(key):
             self.on_entry(key)
@@ -176,7 +176,7 @@ class _RequestHead:
         self.origin = headers.get("origin")
         self.site, self.mode = headers.get("sec-fetch-site", ""), headers.get("sec-fetch-mode", "")
         method = scope.get("method", "")
-        #: Whether the request may change state. A websocket may; browsers always send its origin.
+        #: Whether the request may change any state. A websocket may do so, because browsers always send its origin.
         self.changes = scope["type"] == "websocket" or method not in _READING
         kind, _, word = headers.get("authorization", "").partition(" ")
         self.bearer = word.strip() if kind.lower() == "bearer" else ""
@@ -187,10 +187,10 @@ class _RequestHead:
 
 
 class _Exchange:
-    """Forwards a request and its answer: limits the size of the request, adds headers, and gives a page its nonce.
+    """Forwards a request and its response. Limits the size of the request, adds headers, and gives each page its nonce.
 
-    At most `limit` bytes of the body are forwarded, whatever its declared length. If the body is larger, the
-    application's answer is dropped.
+    At most `limit` bytes of the body are forwarded, regardless of its declared length. If the body is larger, the
+    response of the application is dropped.
     """
 
     def __init__(self, receive: Receive, send: Send, asked: _RequestHead, limit: int) -> None:
@@ -203,7 +203,7 @@ class _Exchange:
         self._body = bytearray()
 
     async def receive(self) -> Message:
-        """Forward a received message, or raise `RequestRefused`."""
+        """Forward a message that was received. Raises `RequestRefused` if the request is too large."""
         message = await self._receive()
         self._left -= len(message.get("body", b""))
         if self._left < 0:
@@ -212,7 +212,7 @@ class _Exchange:
         return message
 
     async def send(self, message: Message) -> None:
-        """Forward a message. The parts of a page are forwarded together, once the page is complete."""
+        """Forward a message. The parts of a page are held back and sent together when the page is complete."""
         if self.refused and not self.begun:
             return
         if message["type"] == "http.response.start":
@@ -239,7 +239,7 @@ class _Exchange:
 
 
 def _refused(asked: _RequestHead, status: int, line: str) -> Response:
-    """Return an answer of the guard itself: one line of text, or a JSON error for routes of the API."""
+    """Create a response of the guard itself. It is a line of text, or a JSON error for routes of the API."""
     if asked.path.startswith(UPLOADS):
         return _with_headers(JSONResponse({"error": line}, status))
     return _with_headers(PlainTextResponse(line, status))
