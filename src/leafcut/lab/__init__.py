@@ -1,2 +1,1 @@
-"""Experiments that run algorithms repeatedly with several seeds, store the result of each run, and compare the results.
-"""
+"""Experiments that run algorithms repeatedly with several seeds, and compare the stored results."""

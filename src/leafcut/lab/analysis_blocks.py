@@ -96,9 +96,7 @@ def comparison_block(results: Results, analysis: Analysis, response: Response) -
 def _difference_table(
     results: Results, analysis: Analysis, response: Response, title: str, sentences: list[str]
 ) -> Table:
-    """Return a table of the differences from the base level or from a known value, and add the mean savings to
-    `sentences`.
-    """
+    """Tabulate the differences from the base level or a known value, and add the mean savings to `sentences`."""
     base_name = analysis.base or analysis.fact
     known = {instance.name: instance.facts.get(analysis.fact, 0.0) for instance in results.description.instances}
     levels = [level.name for level in results.description.factor(analysis.factors[0]).levels]
@@ -386,9 +384,7 @@ def _speedup(results: Results, analysis: Analysis, response: Response) -> Report
 
 
 def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Report the gain over the level `base` for each instance, and whether the gain grows with the size of the
-    instance.
-    """
+    """Report the gain over the level `base` for each instance, and whether larger instances gain more."""
     description = results.description
     sizes = {entry.name: entry.facts["size"] for entry in description.instances if "size" in entry.facts}
     factor = description.factor(analysis.factors[0])

@@ -39,7 +39,6 @@ class _Instance:
     costs: dict[str, IterationCost]
 
     def speedup(self, model: str, workers: float, simulated: bool) -> float | None:
-        """Return the speed-up over a single thread, or None if a time is unknown."""
         if not simulated:
             time = self.measured.get((model, workers))
         else:

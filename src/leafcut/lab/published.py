@@ -321,7 +321,7 @@ def _value(figure: Figure, runs: Runs, cells: Sequence[DesignCell]) -> float | s
 def _percent(figure: Figure, own: Ours) -> float | None:
     """Return the difference between our result and the published result in percent.
 
-    Returns None if one of the results is not a number.
+    The difference is None if one of the results is not a number.
     """
     if isinstance(own.value, str) or isinstance(figure.published, str) or own.value is None or not figure.published:
         return None

@@ -1,4 +1,4 @@
-"""`run` executes the missing runs of an experiment, and stores each run as soon as it is complete."""
+"""`run` executes the missing runs of an experiment, and stores each run when it is complete."""
 
 from __future__ import annotations
 
@@ -283,8 +283,7 @@ def _run_in_process(tasks: Iterable[RunTask], cancel_event: threading.Event) -> 
 
 
 class SearchStudy(Study):
-    """A study that also records processor times, iteration times, and the best tour that the search itself has built.
-    """
+    """A study that also records processor times, iteration times, and the best tour built by the search itself."""
 
     def __init__(self) -> None:
         super().__init__(None)
@@ -456,7 +455,7 @@ def _response_values(answer: Mapping[str, Any], task: RunTask) -> dict[str, floa
 
 
 def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
-    """Return the scaled number at a path of keys and list indices, or None if there is no such number."""
+    """Return the scaled number at a path of keys and list indices, or None if the path does not exist."""
     value: Any = answer
     for word in path.split("."):
         if isinstance(value, Mapping):

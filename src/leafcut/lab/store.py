@@ -170,7 +170,7 @@ class Store:
             return [_row(record) for record in records]
 
     def counts(self) -> dict[str, int]:
-        """Return how many runs of each experiment were successful."""
+        """Count the successful runs of each experiment."""
         with self._refused():
             return dict(
                 self._data.execute("select experiment, count(*) from run where failed = '' group by experiment")

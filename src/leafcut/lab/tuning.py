@@ -323,7 +323,7 @@ def _costs(rows: Sequence[Row], task: TuningTask, *, strict: bool = False) -> di
 def _change(rows: Sequence[Row], task: TuningTask) -> float | None:
     """Return the mean relative change of the cost between the defaults and the tuned set.
 
-    For each input, the mean over its seeds counts once. Returns None if one of the two sets has no runs.
+    For each input, the mean over its seeds counts once. The change is None if one of the two sets has no runs.
     """
     sides = [_costs([row for row in rows if row.levels[FACTOR] == name], task) for name in (DEFAULTS, TUNED)]
     common = sides[0].keys() & sides[1].keys()

@@ -328,7 +328,7 @@ def has_come_to_rest(status: Status) -> bool:
 
 
 def parse(line: str) -> ControllerAnswer:
-    """Convert a line of a controller to an answer; an invalid line becomes `InvalidAnswer`.
+    """Parse a line from a controller. An invalid line becomes an `InvalidAnswer`.
 
         parse("<Run|MPos:1.000,2.000,-0.500|Bf:15,128|FS:500,8000>").state    'Run'
 

@@ -9,7 +9,7 @@ Marlin has no realtime byte for a status query. ``M400`` and ``M114`` report whe
 They wait in the queue like any other line, so they are sent only if no other line is waiting. While a program runs, its
 progress is inferred from the accepted lines, and ``busy:`` shows that the board is alive.
 
-* Hold: send nothing; the machine comes to rest after the planned moves.
+* Hold: leafcut sends nothing, and the machine comes to rest after the planned moves.
 * Immediate stop: ``M410``. It does not decelerate, so the position may be lost.
 * Emergency stop, if the board no longer answers: ``M112`` turns motors and spindle off until a reset.
 
@@ -591,7 +591,7 @@ def _soft_endstops(text: str) -> tuple[bool, XYZ, XYZ]:
 
 
 def parse(line: str) -> ControllerAnswer:
-    """Convert a line of a controller to an answer; a line with unprintable characters (noise) is an `InvalidAnswer`.
+    """Parse a line from a controller. A line with unprintable characters (noise) becomes an `InvalidAnswer`.
 
         parse("echo:busy: processing")    Report("busy", "processing")
 

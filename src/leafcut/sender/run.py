@@ -57,7 +57,7 @@ _CHANGES = {
 }
 #: Limits of the feed override, percent (gnea/grbl 1.1, config.h).
 _SLOWEST, _FASTEST = 10, 200
-#: State that GRBL reports while it decelerates for a hold. It ignores a resume until the machine is at rest.
+#: State that GRBL reports while it decelerates for a hold. GRBL ignores a resume until the machine is at rest.
 _SLOWING = ("Hold", 1)
 #: Number of status reports to wait for after a hold. The controller may have sent the first report before the hold.
 _HELD_BY = 2
@@ -172,7 +172,7 @@ class SendRun:
         Asks the operator at a pause, or None if there is no operator. If it moves the machine, it sets `touched`. The
         run then moves the tool back before it continues.
     observe
-        Receives every status.
+        Receives the progress after every status report.
     check
         Collect errors without moving the machine.
     by_hole
@@ -415,9 +415,7 @@ class SendRun:
         return max(self._passed, self._history[0] if len(self._history) == self.talk.max_ahead else self._first)
 
     def _settle_line(self) -> None:
-        """Assume the earliest possible line if the position is unknown, so that no line is skipped when the program
-        resumes.
-        """
+        """If the position is unknown, assume the earliest possible line, so that resuming skips no line."""
         if not self._sure:
             self.line = min(self._earliest_line, max(self.taken, self._first))
 

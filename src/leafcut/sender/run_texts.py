@@ -27,9 +27,7 @@ def progress_in_words(view: RunView, job: SendJob) -> str:
 
 
 def ending_in_words(ending: RunResult, job: SendJob) -> str:
-    """Describe the result of a run in one line: the reason, the state, the progress, and the command that resumes the
-    run.
-    """
+    """Describe the result of a run in one line: reason, state, progress, and the command that resumes it."""
     lines = job.steps[-1].number
     if ending.complete:
         return Message("{}: all {} done; the machine is {}", job.file, count_of(lines, "line"), ending.state)

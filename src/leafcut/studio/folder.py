@@ -152,7 +152,7 @@ class Folder:
         return self.own_path(kind, name).with_suffix(".draft")
 
     def without_paths(self, line: str) -> str:
-        """Replace paths in the studio's folder by the user's file names in a message."""
+        """Replace paths in the studio's folder with the user's file names in a message."""
         folder = re.escape(str(self.root) + os.sep)
         inner = r"(inputs[/\\][A-Za-z0-9_-]{16}[/\\]|machines[/\\]|tools[/\\])?"
         return map_text(line, lambda text: re.sub(folder + inner, "", text))

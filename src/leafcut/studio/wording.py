@@ -70,7 +70,7 @@ class Words:
         return self.translated.get(f"{kind}.{name}", english) if english else ""
 
     def plain(self, line: str) -> str:
-        """Translate a message, and replace its flags by the labels of the form."""
+        """Translate a message, and replace its flags with the labels of the form."""
         return _FLAG.sub(self._field, self.translate(line))
 
     def translate(self, text: str) -> str:

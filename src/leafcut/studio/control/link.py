@@ -118,8 +118,7 @@ class ReadyProgram:
 
     @property
     def box(self) -> tuple[XYZ, XYZ] | None:
-        """Smallest and largest x, y and z of the cuts in program coordinates, mm, or None if the program does not cut.
-        """
+        """Smallest and largest x, y and z of the cuts in program coordinates, mm. It is None if nothing is cut."""
         return box_of_cuts(self.job)
 
     @property

@@ -83,8 +83,7 @@ def _work(path: Toolpath) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
 
 
 def _counted(number: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return a unique key for each row, which combines its number with the count of earlier rows with the same number.
-    """
+    """Return a unique key for each row: its number, and how many earlier rows have the same number."""
     order = np.argsort(number, kind="stable")
     starts = np.flatnonzero(np.diff(number[order], prepend=-1))
     nth = np.arange(len(number)) - np.repeat(starts, np.diff(np.append(starts, len(number))))

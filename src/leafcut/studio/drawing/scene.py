@@ -258,8 +258,7 @@ def toolpath_scene(
 
 
 def pheromone_scene(points: ArrayLike, edges: ArrayLike, strength: ArrayLike) -> bytes:
-    """Create the scene of edges between points (float[n, 2], mm; int[k, 2]), with a strength from 0 to 1 for each edge.
-    """
+    """Create the scene of edges (int[k, 2]) between points (float[n, 2], mm). Each edge has a strength from 0 to 1."""
     header, point = _points(points)
     columns: Columns = {
         "point": ("f4", point),

@@ -167,7 +167,7 @@ class Jobs:
                 self._queue.insert(max(place, 0), job)
 
     def live(self, job: str) -> LiveJob | None:
-        """Return a job that is running or has recently finished on this server. Returns None for older jobs."""
+        """Return a job that is running or has recently finished on this server, or None for older jobs."""
         return self._live.get(job)
 
     def record(self, job: str) -> JobRecord | None:

@@ -1,5 +1,4 @@
-"""Handles the sheets of a nest as jobs: cuts a single sheet, or plans the cuts of all sheets and compares the variants.
-"""
+"""Handles the sheets of a nest as jobs: cuts one sheet, or plans all cuts and compares the variants."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ class ReadyTask:
 
 
 def prepare(task: Task, folder: Folder) -> ReadyTask:
-    """Check a task without reading its inputs, and replace its ids by paths.
+    """Check a task without reading its inputs, and replace its ids with paths.
 
     Raises `OptionError` if an option is invalid or names a file outside the studio.
     """

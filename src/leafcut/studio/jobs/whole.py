@@ -1,5 +1,4 @@
-"""The entire content of a drawing, with a background layer, suitable kinds of work, and the position of program zero.
-"""
+"""The entire content of a drawing, with its background layer, suitable kinds of work, and program zero."""
 
 from __future__ import annotations
 

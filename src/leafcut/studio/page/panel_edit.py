@@ -1,5 +1,4 @@
-"""Lets users change the order of a result (drag stops, reverse the order, move a stop to the start) and run it again.
-"""
+"""Lets users change the order of a result (drag, reverse, or move stops to the start) and run it again."""
 
 from __future__ import annotations
 

@@ -133,7 +133,6 @@ class LibraryPanel:
         self._check()
 
     def _save_bar(self) -> None:
-        """Add the name field with the save button, and an empty line for error messages."""
         w, field = self.view.words, f"editor-name-{self.kind}"
         with box("form", "editor-bar") as form:
             text("label", w("library.name"), for_=field)

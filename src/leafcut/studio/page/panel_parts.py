@@ -135,7 +135,7 @@ class PartsPanel:
     def _index(self, row: str) -> int | None:
         """Return the index of the part in a row.
 
-        Returns None if the row no longer exists, for example after a double click.
+        The result is None if the row no longer exists, for example after a double click.
         """
         return next((index for index, part in enumerate(self.view.parts) if _row_id(index, part) == row), None)
 

@@ -68,8 +68,7 @@ class _StaticFiles(StaticFiles):
 
 
 def colours_css() -> str:
-    """Return the colours of the report as CSS. The theme of the page may be light, dark, or the same as the system's.
-    """
+    """Return the colours of the report as CSS. The theme may be light, dark, or follow the system."""
     from leafcut.report.styles import style_sheet
 
     light, dark = re.findall(r":root \{(.*?)\}", style_sheet("drawing.css"), flags=re.DOTALL)[:2]

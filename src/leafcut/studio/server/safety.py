@@ -133,7 +133,7 @@ class Guard:
         return self.keys.is_token(asked.bearer)
 
     async def _enter(self, asked: _RequestHead, scope: Scope, receive: Receive, send: Send) -> None:
-        """Replace the key in the address by a cookie that scripts cannot read."""
+        """Replace the key in the address with a cookie that scripts cannot read."""
         key = asked.token or ""
         if self.keys.redeem_entry(key):
             self.on_entry(key)
